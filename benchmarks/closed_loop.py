@@ -5,8 +5,8 @@ import time
 import numpy as np
 
 from benchmarks.support.harness import Result, interleaved
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import FilterEstimator
+from steerway.estimation import FiveStateFilter
+from steerway.estimation.aboard import FilterEstimator
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import TrackingFilter
 from steerway.guidance.route import Route

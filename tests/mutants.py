@@ -39,6 +39,7 @@ COVERED = {
     "core/earth.py": ("test_earth",),
     "core/kinematics.py": ("test_kinematics",),
     "estimation/course/motion/five_state.py": COURSE,
+    "estimation/filter/five_state.py": ("test_table_one",),
     "estimation/course/motion/low_speed.py": COURSE,
     "estimation/course/update/position.py": COURSE,
     "estimation/course/steerageway.py": COURSE,

@@ -98,8 +98,8 @@ def test_the_positions_covariance_is_that_of_its_standard_deviation(fixes):
     estimator, position_std = InferredFilter(inferred()), math.nan
     for latitude, longitude in zip(fixes.latitude, fixes.longitude, strict=True):
         (*_, position_std), _, _ = estimator.row(1.0, latitude, longitude)
-    np.testing.assert_allclose(0.5 * np.trace(estimator.covariance), position_std**2, rtol=1e-3)
-    assert np.linalg.eigvalsh(estimator.covariance).min() > 0.0
+    np.testing.assert_allclose(0.5 * np.trace(estimator.position_covariance), position_std**2, rtol=1e-3)
+    assert np.linalg.eigvalsh(estimator.position_covariance).min() > 0.0
 
 
 def test_filters_refuse_what_is_no_time_step():

@@ -125,9 +125,9 @@ def test_last_digits_are_those_of_another_processor(recorded):
 
 
 def test_the_command_says_whether_the_estimates_are_the_same(recorded, tmp_path):
-    """Here of a recording whose rows were aided, with settings that say that they were not."""
+    """Here of a recording of one profile, with settings that name another."""
     path, rows, log = recorded
-    recorder = Recorder(tmp_path / "other.mcap", SETTINGS | {"aid": []})
+    recorder = Recorder(tmp_path / "other.mcap", SETTINGS | {"profile": Profile.named("otter").toml()})
     for row in rows_of({"GP": nmea0183.read(log).sources["GP"]}):
         recorder.input(row, math.nan, "GP")
     for row in rows:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from steerway.core import OK, Fixes
+from steerway.core.testing import displaced_all
 from steerway.estimation import FiveStateFilter
-from steerway.estimation.testing import LONGEST_GAP
 from tests.fleet import generate
 
 
@@ -23,19 +23,17 @@ def reports(tmp_path_factory):
     return Fixes(truth["time_s"].to_numpy(), latitude, longitude, water_speed=truth["sog_mps"].to_numpy(), mmsi=ship)
 
 
+def in_steps_of_a_second(track):
+    """The motion at the reports of a vessel, predicted from second to second."""
+    motion = FiveStateFilter("ais").filter(track, 1.0)
+    return motion.rows(np.isin(motion.time, track.time))
+
+
 def test_few_steps_give_what_steps_of_a_second_give(reports):
     """But where a fix lies at the very gate."""
-    at_once, sog, course = FiveStateFilter("ais").filter(reports), [], []
-    for _, track in reports.tracks():
-        estimator = FiveStateFilter("ais")
-        for k in range(len(track)):
-            elapsed = track.time[k] - track.time[k - 1] if k else 0.0
-            steps = int(elapsed) if elapsed <= LONGEST_GAP else 1
-            for _ in range(steps):
-                estimator.predict(elapsed / steps)
-            estimator.update(track.latitude[k], track.longitude[k])
-            sog.append(estimator.sog)
-            course.append(estimator.cog)
+    at_once = FiveStateFilter("ais").filter(reports)
+    tracks = [in_steps_of_a_second(track) for _, track in reports.tracks()]
+    sog, course = (np.concatenate([getattr(each, name) for each in tracks]) for name in ("sog", "cog"))
     assert (np.isfinite(course) == np.isfinite(at_once.cog)).mean() > 0.9999
     under_way = at_once.status == OK
     away = (np.abs(at_once.sog - sog) / at_once.sog_std)[under_way]
@@ -45,14 +43,10 @@ def test_few_steps_give_what_steps_of_a_second_give(reports):
 
 
 def test_at_low_speed_one_step_is_many():
-    at_once, in_steps = FiveStateFilter("ais"), FiveStateFilter("ais")
-    for estimator, step in ((at_once, 180.0), (in_steps, 1.0)):
-        for k in range(4):
-            for _ in range(int(180.0 / step)):
-                estimator.predict(step)
-            estimator.update_north_east(5.0 * (k % 2), 3.0 * (k % 3))
-        for _ in range(int(180.0 / step)):
-            estimator.predict(step)
-        assert not estimator.underway
-    np.testing.assert_allclose(at_once.state, in_steps.state, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(at_once.covariance, in_steps.covariance, rtol=1e-9, atol=1e-9)
+    k = np.arange(5)
+    places = displaced_all(0.9, 0.2, 5.0 * (k % 2), 3.0 * (k % 3))
+    rest = Fixes(180.0 * k, *places, mmsi=np.full(5, 257000001))
+    at_once, in_steps = FiveStateFilter("ais").filter(rest), in_steps_of_a_second(rest)
+    assert np.isnan(at_once.cog).all()
+    for name in ("latitude", "longitude", "sog", "sog_std", "position_std"):
+        np.testing.assert_allclose(getattr(at_once, name), getattr(in_steps, name), rtol=1e-9, err_msg=name)

@@ -73,13 +73,14 @@ def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses(slips):
     parts = ("base", "wander", "steps", *slips)
     names, medians, _ = parameters_of(parts)
     values = dict(zip(names, np.exp(medians), strict=True)) | {"step_every": 20.0, "poor_rate": 0.1}
-    model, states, motion_states = model_of(parts, values)
-    bank = empty_bank(states)
+    model = model_of(parts, values)
+    bank = empty_bank(model)
+    states = bank.x.shape[1]
     start(bank, model, 0.0, 0.0)
     for k in range(1, 20):
-        advance(bank, model, 1.0, motion_states)
+        advance(bank, model, 1.0)
         take_fix(bank, model, 2.0 * k, 1.0 * k, 1.0)
-    advance(bank, model, 1.0, motion_states)
+    advance(bank, model, 1.0)
     x, p = bank.x.copy(), bank.p.copy()
     fix = np.array([41.2, 19.1])
     take_fix(bank, model, *fix, 1.0)

@@ -200,7 +200,7 @@ def test_a_wandering_receiver_is_not_taken_for_swings():
 def test_an_irregular_wave_is_accepted_and_a_jump_is_not():
     """A wave beyond the gate of a profile that knows no waves; and a fix ten metres off."""
     profile = SWELL.model_copy(update={"position_std": 0.005})
-    struck = swinging(seed=5, blow=0.15).fixes(0.005, 5)
+    struck = swinging(seed=5, blow=0.2).fixes(0.005, 5)
     assert np.nanmax(steerway.estimate(struck, profile).nis) > 13.8
     assert (steerway.estimate(struck, profile).status != REJECTED).all()
     jumped = swinging(seed=5).fixes(0.005, 5, lambda t: (10.0 * (np.abs(t - 250.0) < 0.5), 0.0 * t))

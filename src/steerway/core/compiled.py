@@ -10,6 +10,7 @@ import numba.core.config
 from numba.core import event
 from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
+from numba.extending import register_jitable
 
 from steerway.core import compiling
 from steerway.core.kernel_cache import module_directory
@@ -73,6 +74,11 @@ def inlined_kernel(function: F) -> F:
     level in between costs a compilation of all below it (run over a record by structures: 16 % of the whole).
     """
     return called_kernel(function, inline="always")
+
+
+def jitable(function: F) -> F:
+    """A function as it is, which kernels can call too: they compile it as a part of themselves."""
+    return register_jitable(inline="always", error_model="numpy", no_cfunc_wrapper=True)(function)
 
 
 def _compiled(function: F, **options: Any) -> F:

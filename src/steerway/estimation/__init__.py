@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.estimation.course.filter import FiveStateFilter
     from steerway.estimation.inference.learning import LearningFilter
-    from steerway.estimation.inference.stream import InferredFilter
     from steerway.estimation.inference.tune import log_likelihood, tune
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict
     from steerway.estimation.profiles import Profile
     from steerway.estimation.profiles.inferred import InferredProfile, load_profile
+    from steerway.estimation.stream import FiveStateFilter, InferredFilter
 
 __all__ = [
     "FiveStateFilter",

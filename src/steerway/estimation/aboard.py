@@ -1,31 +1,93 @@
-"""Estimators aboard: by an inferred profile, and with further filters of heading and speed."""
+"""Estimators aboard: the measurements of one step in, one estimate out."""
 
 import math
 
-from steerway.core.earth import displaced, displacement
-from steerway.core.estimate import Estimate, Estimator, Measurements
-from steerway.estimation.course.onboard import HeadingTracker
+from steerway.core.angles import wrap
+from steerway.core.checks import not_negative, positive
+from steerway.core.estimate import NO_MEASUREMENTS, Estimate, Estimator, Measurements
 from steerway.estimation.heading.aboard import HeadingAboard
-from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.speed.fusion import SurgeFusion
+from steerway.estimation.stream import FiveStateFilter
 
 
-class InferredEstimator:
-    """A filter by an inferred profile for motion over ground, the heading tracker for heading and yaw rate.
+class HeadingTracker:
+    """Heading and yaw rate at and between the measurements of a compass and, where there is one, of a gyro.
 
-    The filter takes latitude and longitude: north and east are laid out on the equator, where a plane errs least.
+    A critically damped observer of a constant rate, `bandwidth` in rad/s: both its poles are e^{−ωT} for measurements T
+    apart (Brookner, Tracking and Kalman Filtering Made Easy, 1998, section 1.2.6). After `patience` s without a compass
+    both are unknown.
     """
 
-    def __init__(self, filter: InferredFilter, tracker: HeadingTracker | None = None) -> None:
-        self.filter, self.tracker = filter, tracker or HeadingTracker()
+    def __init__(self, bandwidth: float = 2.0, patience: float = 2.0):
+        self.bandwidth = positive("heading_tracker.bandwidth", bandwidth)
+        self.patience = positive("heading_tracker.patience", patience)
+        self.heading = math.nan
+        self.yaw_rate = math.nan
+        self._since_compass = 0.0
+
+    def step(self, heading: float, yaw_rate: float, dt: float) -> tuple[float, float]:
+        """(heading, yaw rate) now; measurements in rad and rad/s, NaN for none. Raises InputError for dt < 0."""
+        gyro, dt = not math.isnan(yaw_rate), not_negative("dt", dt)
+        if gyro:
+            self.yaw_rate = yaw_rate
+        if math.isnan(self.heading) and math.isnan(heading):
+            return math.nan, self.yaw_rate
+        self._since_compass += dt
+        if math.isnan(self.heading):
+            self._begin(heading)
+        else:
+            self.heading = wrap(self.heading + self.yaw_rate * dt)
+        if not math.isnan(heading):
+            self._correct(heading, gyro)
+        elif self._since_compass > self.patience:
+            self.heading = self.yaw_rate = math.nan
+        return self.heading, self.yaw_rate
+
+    def _begin(self, heading):
+        self.heading = heading
+        self._since_compass = 0.0
+        if math.isnan(self.yaw_rate):
+            self.yaw_rate = 0.0
+
+    def _correct(self, heading, gyro):
+        error = wrap(heading - self.heading)
+        left = math.exp(-self.bandwidth * self._since_compass)
+        self.heading = wrap(self.heading + (1.0 - left * left) * error)
+        if not gyro and self._since_compass > 0.0:
+            self.yaw_rate += (1.0 - left) ** 2 / self._since_compass * error
+        self._since_compass = 0.0
+
+
+class FilterEstimator:
+    """A filter by a profile for motion over ground, the heading tracker for heading and yaw rate."""
+
+    def __init__(self, filter: FiveStateFilter | None = None, tracker: HeadingTracker | None = None):
+        self.filter = filter or FiveStateFilter()
+        self.tracker = tracker or HeadingTracker()
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""
         north, east, sog, cog, _, heading, yaw_rate, water_speed, *_ = measurements
-        place = displaced(0.0, 0.0, north, east)
-        values, _, _ = self.filter.row(dt, *place, (sog, cog, heading, water_speed, yaw_rate))
-        position = displacement(0.0, 0.0, *values[:2])
-        return Estimate(*position, *values[2:], *self.tracker.step(heading, yaw_rate, dt))
+        self.filter.predict(dt)
+        if not math.isnan(north):
+            self.filter.update_north_east(north, east)
+        if self.filter.aid:
+            self.filter.aid_by(sog, cog, heading, water_speed, yaw_rate)
+        return Estimate(*self.filter.output(), *self.tracker.step(heading, yaw_rate, dt))
+
+
+class AtFaceValue:
+    """The last measurements without a filter. For control on true states, as the papers compare with."""
+
+    def __init__(self):
+        self._last = NO_MEASUREMENTS
+
+    def step(self, measurements: Measurements, dt: float) -> Estimate:
+        """See Estimator."""
+        kept = [old if math.isnan(new) else new for old, new in zip(self._last, measurements, strict=True)]
+        self._last = kept
+        north, east, sog, cog, course_rate, heading, yaw_rate, *_ = kept
+        return Estimate(north, east, sog, cog, course_rate, 0.0, 0.0, 0.0, 0.0, heading, yaw_rate)
 
 
 class ComposedEstimator:

@@ -4,12 +4,12 @@ from pathlib import Path
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
-from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_of, velocity_parts
 from steerway.estimation.inference.selection import Inference
-from steerway.estimation.inference.whole_log import infer_log, motion_of
+from steerway.estimation.inference.whole_log import infer_log
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile, profile_of
+from steerway.estimation.stream import FiveStateFilter
 
 AnyProfile = Profile | InferredProfile | str | Path | None
 _ONE_TIME = 1e-3  # s: what a file with one time for all its points rounds to
@@ -72,11 +72,8 @@ class LogEstimator:
 
     def motion(self, fixes: Fixes, rate: float | None = None, smooth: bool = False) -> Motion:
         """The estimate of the log or a part of it. Raises InputError for an impossible rate."""
-        profile = self.profile
-        if isinstance(profile, InferredProfile):
-            return motion_of(fixes, profile.weighed, self.aid, rate, smooth, profile.steerageway)
-        course_filter = FiveStateFilter(profile, self.aid)
-        return course_filter.smooth(fixes, rate) if smooth else course_filter.filter(fixes, rate)
+        by = FiveStateFilter(self.profile, self.aid)
+        return by.smooth(fixes, rate) if smooth else by.filter(fixes, rate)
 
     def smooth(self, fixes: Fixes) -> Motion:
         """The smoothed estimate of the log or a part of it."""

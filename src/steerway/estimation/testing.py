@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.core.estimate import NO_MEASUREMENTS
+    from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
     from steerway.estimation.course.comparison import compare
     from steerway.estimation.course.latency import lateness, on_time
     from steerway.estimation.course.motion import low_speed
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
     from steerway.estimation.course.motion.models import predict as models_predict
     from steerway.estimation.course.motion.models import set_step as models_set_step
     from steerway.estimation.course.motion.models import transition
-    from steerway.estimation.course.onboard import NO_MEASUREMENTS, AtFaceValue, FilterEstimator, HeadingTracker
     from steerway.estimation.course.replay import TrackOutput, run_track
     from steerway.estimation.course.steerageway import (
         COURSE_GAINED,
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from steerway.estimation.course.update.aids import AIDS, NO_AIDS
     from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.course.update.reported_accuracy import variance_scales_of
+    from steerway.estimation.filter import five_state
     from steerway.estimation.inference import forecast as inference_forecast
     from steerway.estimation.inference import tune, whole_log
     from steerway.estimation.inference.auto_aids import velocity_of
@@ -59,20 +61,22 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.fit import Rows
     from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
     from steerway.estimation.inference.learning import prior_profile
-    from steerway.estimation.inference.model import MODES
+    from steerway.estimation.inference.model import FUSED, room_to_keep
     from steerway.estimation.inference.model import empty_bank as model_empty_bank
     from steerway.estimation.inference.motion import COURSE, SPEED
     from steerway.estimation.inference.plane import laid_out
     from steerway.estimation.inference.record import extrapolated, of_other_receiver, without_copies
     from steerway.estimation.inference.reversal import reversal_of
+    from steerway.estimation.inference.row import Asked, run_record
     from steerway.estimation.inference.selection import Structure, infer
     from steerway.estimation.inference.stamps import regular_times
-    from steerway.estimation.inference.structures import model_of, parameters_of
+    from steerway.estimation.inference.structures import MODES, model_of, parameters_of
     from steerway.estimation.inference.weigh import take_fix
     from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.profiles import BUILT_IN
     from steerway.estimation.profiles.inferred import WeighedStructure
+    from steerway.estimation.vessel.flat import model_of_profile
     from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -10,13 +10,12 @@ from typing import NamedTuple
 
 from steerway.core.checks import not_negative, positive
 from steerway.core.records import REJECTED
-from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.inference.auto_aids import AUTO, velocity_parts
 from steerway.estimation.inference.learning import LearningFilter
-from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.stream import FiveStateFilter
 from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
 
@@ -102,7 +101,7 @@ class Navigator:
     @property
     def position_covariance(self) -> tuple[float, float, float]:
         """Of the last row's position: variance of north, covariance, variance of east, m²."""
-        covariance = self._last_filter.covariance
+        covariance = self._last_filter.position_covariance
         return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
 
     @property
@@ -277,11 +276,11 @@ class Navigator:
         return max(stop - start, 0.0)
 
 
-def filter_of(profile: Profile | InferredProfile | str, aid: tuple[str, ...] = ()) -> FiveStateFilter | InferredFilter:
+def filter_of(profile: Profile | InferredProfile | str, aid: tuple[str, ...] = ()) -> FiveStateFilter:
     """The filter of a profile; "auto" among the aids is what its structures have of SOG and COG."""
     if AUTO in aid:
         aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile)) if each != AUTO))
-    return InferredFilter(profile, aid) if isinstance(profile, InferredProfile) else FiveStateFilter(profile, aid)
+    return FiveStateFilter(profile, aid)
 
 
 def _row(time, values, nis, status):

@@ -11,15 +11,13 @@ from steerway.control.handover import Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
-from steerway.estimation.aboard import ComposedEstimator, InferredEstimator
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
+from steerway.estimation.aboard import AtFaceValue, ComposedEstimator, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
-from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.estimation.steering import SteeringEstimator, SteeringFilter
+from steerway.estimation.stream import FiveStateFilter
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import SHAPERS
 from steerway.guidance.route_table import route_of
@@ -112,12 +110,9 @@ def pilot(scenario: Scenario) -> Pilot:
     )
 
 
-def ground_estimator(scenario: Scenario) -> FilterEstimator | InferredEstimator:
+def ground_estimator(scenario: Scenario) -> FilterEstimator:
     """The filter of the motion over ground, by a profile of either kind."""
-    tuning, aid = profile(scenario), scenario.estimator.aid
-    if isinstance(tuning, InferredProfile):
-        return InferredEstimator(InferredFilter(tuning, aid))
-    return FilterEstimator(FiveStateFilter(tuning, aid))
+    return FilterEstimator(FiveStateFilter(profile(scenario), scenario.estimator.aid))
 
 
 def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:

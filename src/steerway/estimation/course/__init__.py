@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.estimation.aboard import AtFaceValue, FilterEstimator
     from steerway.estimation.course.comparison import Agreement, compare
-    from steerway.estimation.course.filter import FiveStateFilter
     from steerway.estimation.course.motion.five_state import chord
     from steerway.estimation.course.motion.five_state import predict as predict_five_state
     from steerway.estimation.course.motion.layout import (
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
         TURN,
     )
     from steerway.estimation.course.motion.models import set_step, transition
-    from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
     from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
     from steerway.estimation.course.update.invariant import rotate_correction
     from steerway.estimation.course.update.position import correct, innovation, normalised_square
@@ -53,7 +52,6 @@ __all__ = [
     "Agreement",
     "AtFaceValue",
     "FilterEstimator",
-    "FiveStateFilter",
     "chord",
     "compare",
     "correct",

@@ -10,16 +10,9 @@ import math
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.course.update.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
-from steerway.estimation.inference.fix import turn_velocity
 from steerway.estimation.inference.fuse import rate_weights
-from steerway.estimation.inference.model import (
-    AID_VARIANCE,
-    COMPANION,
-    COURSE,
-    RATE,
-    SPEED,
-)
-from steerway.estimation.inference.relative import is_steady
+from steerway.estimation.inference.model import COURSE, RATE, SPEED
+from steerway.estimation.inference.relative import corrected, is_steady
 from steerway.estimation.inference.weigh import DECADES, LEAST_OUTLIER
 
 _OUTLIER_RATE = 1e-3
@@ -33,7 +26,7 @@ def take_aids(bank, model, aids):
     """Weigh and take the aids (n,) that are known (not NaN). Returns the log density of them all."""
     log_density = 0.0
     for which in range(len(aids)):
-        if math.isfinite(aids[which]) and math.isfinite(model.aids[which, AID_VARIANCE]):
+        if math.isfinite(aids[which]) and math.isfinite(model.aids[which].variance):
             log_density += take_aid(bank, model, aids, which)
     return log_density
 
@@ -41,21 +34,20 @@ def take_aids(bank, model, aids):
 @called_kernel
 def take_aid(bank, model, aids, which):
     """Weigh and take one of the aids (n,) in every mode. Returns its log density."""
-    x, p, probability, work = bank.x, bank.p, bank.probability, bank.work
-    m, n = x.shape
-    variance = model.aids[which, AID_VARIANCE]
-    h, pc, density = work[0], work[1], work[8]
-    total = 0.0
-    for k in range(m):
-        innovation = measured(x, p, k, model, aids, which, h)
+    probability, density, variance = bank.probability, bank.shares[0], model.aids[which].variance
+    h, row, error = bank.rows[0], bank.rows[1], bank.rows[2]
+    n, total = bank.x.shape[1], 0.0
+    for k in range(len(probability)):
+        x, p = bank.x[k], bank.p[k]
+        innovation = measured(x, p, model, aids, which, h)
         s = variance
         for i in range(n):
             value = 0.0
             for j in range(SPEED, n):
-                value += h[j] * p[k, i, j]
-            pc[i] = value
+                value += h[j] * p[i, j]
+            row[i] = value
         for j in range(SPEED, n):
-            s += h[j] * pc[j]
+            s += h[j] * row[j]
         # off by any amount, as likely in every decade, as fixes are; a density that depended on the instrument's noise
         # alone would be infinite without noise
         widest = math.sqrt(innovation * innovation + s + LEAST_OUTLIER**2 * variance)
@@ -67,34 +59,29 @@ def take_aid(bank, model, aids, which):
         shift = innovation / s
         spread = good * (1.0 / s - (1.0 - good) * shift * shift)
         for i in range(n):
+            error[i] = good * shift * row[i]
             for j in range(n):
-                p[k, i, j] -= spread * pc[i] * pc[j]
-        for i in range(n):
-            if i != SPEED and i != COURSE:
-                x[k, i] += good * shift * pc[i]
-        if turn_velocity(x, p, k, good * shift * pc[SPEED], good * shift * pc[COURSE]):
-            for i in range(n):
-                for j in range(i):
-                    p[k, i, j] = p[k, j, i]
-    for k in range(m):
+                p[i, j] -= spread * row[i] * row[j]
+        corrected(x, p, error, len(probability) == 1)
+    for k in range(len(probability)):
         probability[k] = density[k] / total
     return math.log(total)
 
 
 @called_kernel
-def measured(x, p, k, model, aids, which, h):
-    """Innovation of an aid for mode k; what it measures of the state into h (n,)."""
-    for j in range(x.shape[1]):
+def measured(x, p, model, aids, which, h):
+    """Innovation of an aid for a mode; what it measures of the state into h (n,)."""
+    for j in range(len(x)):
         h[j] = 0.0
-    speed, companion = x[k, SPEED], int(model.aids[which, COMPANION])
+    speed, companion = x[SPEED], model.aids[which].companion
     if which == SOG or which == COG:
         whole = math.isfinite(aids[SOG]) and math.isfinite(aids[COG])
-        steady = is_steady(speed, p[k, 2, 2], p[k, 3, 3])
-        bend = wrap(aids[COG] - x[k, COURSE]) if math.isfinite(aids[COG]) else 0.0
+        steady = is_steady(speed, p[2, 2], p[3, 3])
+        bend = wrap(aids[COG] - x[COURSE]) if math.isfinite(aids[COG]) else 0.0
         error = 0.0
         if companion:
             h[companion] = 1.0
-            error = x[k, companion]
+            error = x[companion]
         if which == SOG:
             h[SPEED] = 1.0
             return (aids[SOG] if steady or not whole else aids[SOG] * math.cos(bend)) - speed - error
@@ -105,13 +92,13 @@ def measured(x, p, k, model, aids, which, h):
         return 0.0
     expected = 0.0
     if state == RATE:
-        rate_weights(model.filters, h)
-        for j in range(RATE, x.shape[1]):
-            expected += h[j] * x[k, j]
+        rate_weights(model.processes, h)
+        for j in range(RATE, len(x)):
+            expected += h[j] * x[j]
     else:
         h[state] = 1.0 / speed if state == COURSE else 1.0
-        expected = x[k, state]
+        expected = x[state]
     if companion:
         h[companion] = sign
-        expected += sign * x[k, companion]
+        expected += sign * x[companion]
     return wrap(aids[which] - expected) if IS_ANGLE[which] else aids[which] - expected

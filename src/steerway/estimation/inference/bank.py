@@ -6,23 +6,9 @@ neither the rate of fixes nor a gap changes the tuning.
 
 import math
 
-from steerway.core.compiled import called_kernel, inlined_kernel
-from steerway.estimation.inference.discrete import DT, set_steps
-from steerway.estimation.inference.model import (
-    ACTS_ON,
-    COURSE,
-    DRIFT_SPEED,
-    EAST,
-    FIX_VARIANCE,
-    FREQUENCY,
-    NORTH,
-    ON_FIX,
-    SINCE,
-    SPEED,
-    STARTED,
-    STATE,
-    VARIANCE,
-)
+from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
+from steerway.estimation.inference.discrete import set_steps
+from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_FIX, SPEED
 from steerway.estimation.inference.motion import predict
 from steerway.estimation.inference.relative import from_likeliest, shifted
 
@@ -37,10 +23,8 @@ uniform directions it is π²/3."""
 SAME_STEP = 1e-4
 """Part of a step by which clocks err: a tenth of a millisecond at 1 Hz. Chosen: far below the error of
 the time of a fix."""
-START_SPEED_STD, START_RATE_STD = 10.0, 0.2
-"""m/s, rad/s: of a vessel of which nothing is known. Chosen: two deviations are 39 kn and 23°/s."""
-START_PROBABILITY = (0.55, 0.2, 0.15, 0.09, 0.01)
-"""Of the modes of a vessel of which nothing is known. Chosen; the first rows are no part of a fit (`fit`)."""
+START_SPEED_STD = 10.0
+"""m/s: of a vessel of which nothing is known. Chosen: two deviations are 39 kn."""
 
 LEAST_SHARE = 1e-3
 """Share that a mode has in what another starts a step from, of which half counts, and of a smaller one less. Moments
@@ -52,77 +36,108 @@ manoeuvres are followed late."""
 @called_kernel
 def start(bank, model, north, east):
     """Begin from one fix: its place, and a velocity about which nothing is known."""
-    x, p, probability, run = bank.x, bank.p, bank.probability, bank.run
-    m, n = x.shape
-    filters = model.filters
-    for k in range(m):
-        for i in range(n):
-            x[k, i] = 0.0
-            for j in range(n):
-                p[k, i, j] = 0.0
-        x[k, NORTH], x[k, EAST] = north, east
-        p[k, 0, 0] = p[k, 1, 1] = model.receiver[FIX_VARIANCE]
-        p[k, 2, 2] = p[k, 3, 3] = START_SPEED_STD**2
-        p[k, 4, 4] = START_RATE_STD**2
-        for f in range(len(filters)):
-            j, variance = int(filters[f, STATE]), filters[f, VARIANCE]
-            p[k, j, j] = variance
-            if filters[f, ACTS_ON] == ON_FIX or filters[f, FREQUENCY] > 0.0:
-                p[k, j + 1, j + 1] = variance
-            if filters[f, ACTS_ON] == ON_FIX:
-                for i in range(2):
-                    p[k, i, i] += variance
-                    p[k, i, j + i] = p[k, j + i, i] = -variance
-        probability[k] = START_PROBABILITY[k]
-    for i in range(len(run)):
-        run[i] = 0.0
-    run[STARTED] = 1.0
+    run = bank.run[0]
+    for k in range(len(bank.x)):
+        start_mode(bank.x[k], bank.p[k], model, model.modes[k], north, east)
+        bank.probability[k] = model.modes[k].start
+    run.since = run.apart = run.outliers = run.outlier_north = run.outlier_east = run.was_outlier = 0.0
+    run.step_north = run.step_east = run.was_poor = run.learnt = run.level = 0.0
+    run.started = 1
+
+
+@called_kernel
+def start_mode(x, p, model, mode, north, east):
+    """State (n,) and covariance of one mode after the first fix."""
+    n, processes = len(x), model.processes
+    for i in range(n):
+        x[i] = 0.0
+        for j in range(n):
+            p[i, j] = 0.0
+    x[NORTH], x[EAST] = north, east
+    p[0, 0] = p[1, 1] = model.receiver[0].fix_variance
+    p[2, 2] = p[3, 3] = START_SPEED_STD**2
+    p[4, 4] = mode.start_rate
+    for f in range(len(processes)):
+        j, variance = processes[f].state, processes[f].variance
+        p[j, j] = variance
+        if processes[f].acts_on == ON_FIX or processes[f].frequency > 0.0:
+            p[j + 1, j + 1] = variance
+        if processes[f].acts_on == ON_FIX:
+            for i in range(2):
+                p[i, i] += variance
+                p[i, j + i] = p[j + i, i] = -variance
 
 
 @called_kernel
 def mix(bank):
-    """What each mode starts a step from: all of them, as likely as each of them led to it."""
-    x, p, origin, mixed_p = bank.x, bank.p, bank.mixed_x[0], bank.mixed_p
-    probability, change, work = bank.probability, bank.change, bank.work
+    """What each mode starts a step from: the moments of all, as likely as each of them led to it."""
+    x, p, probability, moments = bank.x, bank.p, bank.probability, bank.moments
+    predicted, shares, origin = bank.shares[0], bank.shares[1], bank.rows[0]
     m, n = x.shape
-    reference, steady = from_likeliest(x, p, probability, work)
+    mean = moments[m]
+    reference, steady = from_likeliest(x, p, probability, moments)
     for a in range(n):
         origin[a] = x[reference, a]
     for k in range(m):
-        for a in range(n):
-            for b in range(n):
-                mixed_p[k, a, b] = p[k, a, b] + work[k, a] * work[k, b]
-    flat, mixed_flat = p.reshape((m, n * n)), mixed_p.reshape((m, n * n))
-    for j in range(m):
-        total = 0.0
-        for i in range(m):
-            total += probability[i] * change[i, j]
-        work[m + 1, j] = total
-        kept, shares = 0.0, work[m + 2]
-        for i in range(m):
-            share = probability[i] * change[i, j] / total
-            shares[i] = share * share / (share + LEAST_SHARE)
-            kept += shares[i]
-        w0, w1, w2, w3, w4 = shares[0] / kept, shares[1] / kept, shares[2] / kept, shares[3] / kept, shares[4] / kept
-        for a in range(n * n):
-            flat[j, a] = (
-                w0 * mixed_flat[0, a]
-                + w1 * mixed_flat[1, a]
-                + w2 * mixed_flat[2, a]
-                + w3 * mixed_flat[3, a]
-                + w4 * mixed_flat[4, a]
-            )
-        for a in range(n):
-            work[m, a] = w0 * work[0, a] + w1 * work[1, a] + w2 * work[2, a] + w3 * work[3, a] + w4 * work[4, a]
-        for a in range(n):
-            for b in range(n):
-                p[j, a, b] -= work[m, a] * work[m, b]
-        shifted(origin, work[m], steady, x, p, j)
+        add_second_moments(moments[k], p[k])
     total = 0.0
     for j in range(m):
-        total += work[m + 1, j]
+        predicted[j] = set_shares(shares, probability, bank.change, j)
+        total += predicted[j]
+        average(shares, moments, mean)
+        take_covariance(mean, p[j])
+        shifted(origin, mean, steady, x[j], p[j])
     for j in range(m):
-        probability[j] = work[m + 1, j] / total
+        probability[j] = predicted[j] / total
+
+
+@lean_kernel
+def add_second_moments(moments, p):
+    """Behind the mean error (n,) in `moments`: P (n, n) and its square."""
+    n = len(p)
+    second = moments[n:].reshape((n, n))
+    for a in range(n):
+        for b in range(n):
+            second[a, b] = p[a, b] + moments[a] * moments[b]
+
+
+@lean_kernel
+def take_covariance(moments, p):
+    """P (n, n) of moments as `add_second_moments` makes them."""
+    n = len(p)
+    second = moments[n:].reshape((n, n))
+    for a in range(n):
+        for b in range(n):
+            p[a, b] = second[a, b] - moments[a] * moments[b]
+
+
+@lean_kernel
+def set_shares(shares, probability, change, j):
+    """Fill in which shares (m,) mode j starts a step from the modes of these probabilities. Returns its own."""
+    total = kept = 0.0
+    for i in range(len(shares)):
+        total += probability[i] * change[i, j]
+    for i in range(len(shares)):
+        share = probability[i] * change[i, j] / total
+        shares[i] = share * share / (share + LEAST_SHARE)
+        kept += shares[i]
+    for i in range(len(shares)):
+        shares[i] /= kept
+    return total
+
+
+@called_kernel
+def average(shares, rows, out):
+    """Mean of the first rows (m, k) by shares (m,), into `out` (k,)."""
+    m = len(shares)
+    for a in range(len(out)):
+        out[a] = shares[0] * rows[0, a]
+    for i in range(1, m - 1, 2):  # two at a time read and write half as often
+        for a in range(len(out)):
+            out[a] += shares[i] * rows[i, a] + shares[i + 1] * rows[i + 1, a]
+    if m % 2 == 0:
+        for a in range(len(out)):
+            out[a] += shares[m - 1] * rows[m - 1, a]
 
 
 @called_kernel
@@ -143,51 +158,50 @@ def step_of(k, dt):
 
 
 @inlined_kernel
-def advance(bank, model, dt, motion_states):
+def advance(bank, model, dt):
     """Predict by dt > 0 seconds."""
-    x, p, steps = bank.x, bank.p, bank.steps
-    bank.run[SINCE] += dt
+    bank.run[0].since += dt
     for j in range(steps_in(dt)):
-        part = step_of(j, dt)
-        if abs(part - steps[0][DT]) > SAME_STEP * part:
-            set_steps(steps, bank.change, bank.work, part, model)
-        mix(bank)
-        for k in range(x.shape[0]):
-            predict(x, p, k, steps[k], motion_states, model.receiver[DRIFT_SPEED], bank.work)
-            if loses_course(x, p, k):
-                forget_direction(x, p, k)
+        step = step_of(j, dt)
+        if abs(step - bank.steps[0].dt) > SAME_STEP * step:
+            set_steps(bank, model, step)
+        if len(bank.x) > 1:
+            mix(bank)
+        for k in range(len(bank.x)):
+            predict(bank.x[k], bank.p[k], bank.steps[k], bank.responses[k], model.driving, bank.rows)
+            if loses_course(bank.x[k], bank.p[k]):
+                forget_direction(bank.x[k], bank.p[k])
 
 
 @called_kernel
-def loses_course(x, p, k):
-    """Whether mode k of a vessel under way knows no course any more."""
-    return p[k, COURSE, COURSE] > _LOST * (x[k, SPEED] ** 2 + p[k, SPEED, SPEED])
+def loses_course(x, p):
+    """Whether a mode of a vessel under way knows no course any more."""
+    return p[COURSE, COURSE] > _LOST * (x[SPEED] ** 2 + p[SPEED, SPEED])
 
 
 @called_kernel
-def forget_direction(x, p, k):
+def forget_direction(x, p):
     """Where the course is lost, a velocity that may lie in any direction: of its moments those of a normal course.
 
     A covariance that is linear in the course would lay them all on a line across it. A course of variance σ² leaves
     exp(−σ²/2) of the mean velocity; the place follows by its regression on the velocity across.
     """
-    n = x.shape[1]
-    speed, across = x[k, SPEED], p[k, COURSE, COURSE]
-    power = speed * speed + p[k, SPEED, SPEED]
+    speed, across = x[SPEED], p[COURSE, COURSE]
+    power = speed * speed + p[SPEED, SPEED]
     mean = speed * math.exp(-0.5 * across / power)
     spread = min(0.5 * (power - mean * mean), START_SPEED_STD**2)
-    place = 0.5 * (p[k, NORTH, NORTH] + p[k, EAST, EAST])
-    c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
-    lead = (c * p[k, EAST, COURSE] - s * p[k, NORTH, COURSE]) / across
-    x[k, NORTH] += c * lead * (mean - speed)
-    x[k, EAST] += s * lead * (mean - speed)
-    x[k, SPEED] = mean
+    place = 0.5 * (p[NORTH, NORTH] + p[EAST, EAST])
+    c, s = math.cos(x[COURSE]), math.sin(x[COURSE])
+    lead = (c * p[EAST, COURSE] - s * p[NORTH, COURSE]) / across
+    x[NORTH] += c * lead * (mean - speed)
+    x[EAST] += s * lead * (mean - speed)
+    x[SPEED] = mean
     for i in range(4):
-        for j in range(n):
-            p[k, i, j] = p[k, j, i] = 0.0
-        p[k, i, i] = place if i < SPEED else spread
+        for j in range(len(x)):
+            p[i, j] = p[j, i] = 0.0
+        p[i, i] = place if i < SPEED else spread
     with_speed = lead * spread
-    p[k, NORTH, SPEED] = p[k, SPEED, NORTH] = c * with_speed
-    p[k, EAST, SPEED] = p[k, SPEED, EAST] = s * with_speed
-    p[k, NORTH, COURSE] = p[k, COURSE, NORTH] = -s * with_speed
-    p[k, EAST, COURSE] = p[k, COURSE, EAST] = c * with_speed
+    p[NORTH, SPEED] = p[SPEED, NORTH] = c * with_speed
+    p[EAST, SPEED] = p[SPEED, EAST] = s * with_speed
+    p[NORTH, COURSE] = p[COURSE, NORTH] = -s * with_speed
+    p[EAST, COURSE] = p[COURSE, EAST] = c * with_speed

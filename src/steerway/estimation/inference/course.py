@@ -9,16 +9,13 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel
-from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.fuse import add_unresolved_rate, add_unresolved_speed
+from steerway.estimation.filter import five_state
+from steerway.estimation.inference.fuse import COURSE_STD, add_unresolved_rate, add_unresolved_speed
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.reversal import reversal_of, reversed_aids
-from steerway.estimation.inference.smoother import ROOM, smooth_kept
-from steerway.estimation.inference.structures import model_of
-from steerway.estimation.inference.track import run_record
+from steerway.estimation.inference.row import Asked, Rows, run_record
+from steerway.estimation.inference.smoother import room_to_meet, smooth_kept
 
-COURSE_STD = 0.6
-"""rad; a course that is known worse is not stated. Chosen: a third of that of uniform directions, π/√3."""
 STEERAGEWAY = 0.3
 """m/s; no course is stated below it, as by the profiles: what a receiver at rest reports
 as motion is its own slow error."""
@@ -27,29 +24,31 @@ NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 
 
+def run_model(record: Rows, model, bank, asked) -> None:
+    """A model's filter over a record: the paper's Table 1 where that is all of it."""
+    (five_state.run if five_state.is_plain(model, record.aids) else run_record)(record, model, bank, asked)
+
+
 def smoothed_record(record: Rows, structures, steerageway=STEERAGEWAY):
     """Estimate (n, 9) of every row that knows the whole record."""
-    *rows, restarts = record
-    *fixes, aids = rows
-    aids = reversed_aids(aids)
-    apart, outs = fixes_apart(record.time, record.north), []
+    backward = record._replace(aids=reversed_aids(record.aids))
+    n, apart, outs = len(record.time), fixes_apart(record.time, record.north), []
     for each in structures:
-        model, states, driving = model_of(each.parts, each.values)
-        out, kept = np.empty((len(record.time), FUSED + 2)), room_to_keep(len(record.time), states)
-        run_record(*rows, model, empty_bank(states), driving, restarts, out[:0], _EMPTY, 0, kept)
-        reversal, bank, room = reversal_of(model, states), empty_bank(states), np.zeros((ROOM, states, states))
-        smooth_kept(*fixes, aids, restarts, reversal, bank, driving, kept, room, out)
-        add_unresolved(model.filters, apart, out)
+        model = each.model
+        out, kept = np.empty((n, FUSED + 2)), room_to_keep(n, model)
+        run_model(record, model, empty_bank(model), Asked(out[:0], _EMPTY, kept, 0))
+        smooth_kept(backward, reversal_of(model), empty_bank(model), kept, room_to_meet(model), out)
+        add_unresolved(model.processes, apart, out)
         outs.append(out)
     return averaged(outs, [each.weight for each in structures], steerageway)
 
 
 @kernel
-def add_unresolved(filters, apart, outs):
+def add_unresolved(processes, apart, outs):
     """Add to the variances of a structure's `fuse` (n, FUSED) the motion that is faster than fixes `apart` (n,) s."""
     for k in range(len(outs)):
-        add_unresolved_speed(filters, apart[k], outs[k])
-        add_unresolved_rate(filters, apart[k], outs[k])
+        add_unresolved_speed(processes, apart[k], outs[k])
+        add_unresolved_rate(processes, apart[k], outs[k])
 
 
 def fixes_apart(time, north):

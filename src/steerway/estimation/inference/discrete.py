@@ -8,41 +8,7 @@ import cmath
 import math
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import (
-    ACTS_ON,
-    DECAY,
-    FREQUENCY,
-    MODES,
-    ON_COURSE,
-    ON_FIX,
-    ON_RATE,
-    ON_SPEED,
-    RATE,
-    RATE_DECAY,
-    RATE_NOISE,
-    SIDEWAYS,
-    SPEED_NOISE,
-    STATE,
-    VARIANCE,
-)
-
-(
-    WAY,  # way along the course, of a unit of a state on speed
-    GAIN,  # change of speed
-    TURN,  # change of course, of a unit of a state on course rate
-    LEAN,  # mean change of course over the step
-    LEFT,  # what is left of the state: real part
-    SPUN,  # … imaginary part
-    WITH_WAY,  # covariance of new noise: of the state and the way along (or, for each m/s, across) the course
-    WITH_GAIN,  # … and the speed (or the course)
-    ADDED,  # variance of the new noise
-) = range(9)
-"""Rows of a step."""
-DT, Q_LL, Q_LU, Q_UU, Q_SIDEWAYS = (WAY, 0), (WITH_WAY, 0), (WITH_WAY, 1), (WITH_WAY, 2), (WITH_WAY, 3)
-Q_YY, Q_YX, Q_XX = (WITH_GAIN, 0), (WITH_GAIN, 1), (WITH_GAIN, 2)
-S_LL, S_LU, S_UU = (ADDED, 0), (ADDED, 1), (ADDED, 2)
-"""Places in the columns of the first four states, which have no rows of their own: the step itself; covariance of way
-along the course and speed; of way across and course, for each m/s; of held speed alone."""
+from steerway.estimation.inference.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
@@ -50,7 +16,7 @@ _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 
 
 @lean_kernel
-def responses(pole, s):
+def phi(pole, s):
     """φ0, φ1, φ2 at lag s."""
     a = pole * s
     if abs(a.real) + abs(a.imag) < 0.1:
@@ -62,117 +28,160 @@ def responses(pole, s):
     return whole, first, (first - s) / pole
 
 
-@called_kernel
-def add_process(step, j, pole, density, oscillates, acts_on, dt):
-    """One process with first state j: its deterministic response over dt, and the noise of density it takes up."""
-    whole, first, second = responses(pole, dt)
-    step[LEFT, j] = whole.real
-    if oscillates:
-        step[SPUN, j] = whole.imag
-    if acts_on == ON_SPEED:
-        step[GAIN, j], step[WAY, j] = whole.real - 1.0, first.real - dt
-        if oscillates:
-            step[GAIN, j + 1], step[WAY, j + 1] = -whole.imag, -first.imag
-    elif acts_on == ON_COURSE:
-        step[TURN, j], step[LEAN, j] = whole.real - 1.0, first.real / dt - 1.0
-        if oscillates:
-            step[TURN, j + 1], step[LEAN, j + 1] = -whole.imag, -first.imag / dt
+@lean_kernel
+def together(a, b):
+    """Real part of a b*: the covariance of the real and imaginary parts of two processes with one noise."""
+    return a.real * b.real + a.imag * b.imag
+
+
+@lean_kernel
+def apart(a, b):
+    """Imaginary part of a b*: the covariance of the imaginary part of a with the real part of b."""
+    return a.imag * b.real - a.real * b.imag
+
+
+@lean_kernel
+def respond(response, acts_on, change, mean, dt):
+    """What a unit of a state that drives the motion changes, and its mean change over dt."""
+    if acts_on == ON_SPEED or acts_on == ON_ACCELERATION:
+        response.gain, response.way = change, dt * mean
     else:
-        step[TURN, j], step[LEAN, j] = first.real, second.real / dt
-        if oscillates:
-            step[TURN, j + 1], step[LEAN, j + 1] = -first.imag, -second.imag / dt
-    ww = wg = gg = sw = sg = ss = tw = tg = 0.0
+        response.turn, response.lean = change, mean
+
+
+@called_kernel
+def add_process(responses, j, pole, density, acts_on, dt):
+    """One process with first state j: its deterministic response over dt, and the noise of density that it takes up.
+
+    Returns variance and covariance of what it adds to the way (along, or for each m/s across) and the speed (course).
+    """
+    whole, first, second = phi(pole, dt)
+    complex_, integrates = pole.imag != 0.0, acts_on == ON_RATE or acts_on == ON_ACCELERATION
+    change, mean = (first, second / dt) if integrates else (whole - 1.0, first / dt - 1.0)
+    respond(responses[j], acts_on, change.real, mean.real, dt)
+    responses[j].left = whole.real
+    if complex_:
+        respond(responses[j + 1], acts_on, -change.imag, -mean.imag, dt)
+        responses[j].spun = whole.imag
+    ww = wg = gg = with_way = with_gain = added = late_way = late_gain = 0.0
     for i in range(3):
-        whole, first, second = responses(pole, dt * _NODES[i])
-        if acts_on == ON_RATE:
-            way, gain = second, first
-        else:
-            way, gain = first, whole
+        whole, first, second = phi(pole, dt * _NODES[i])
+        way, gain = (second, first) if integrates else (first, whole)
         weight = density * dt * _WEIGHTS[i]
-        ww += weight * way.real * way.real
-        wg += weight * way.real * gain.real
-        gg += weight * gain.real * gain.real
-        sw += weight * whole.real * way.real
-        sg += weight * whole.real * gain.real
-        ss += weight * whole.real * whole.real
-        if oscillates:
-            ww += weight * way.imag * way.imag
-            wg += weight * way.imag * gain.imag
-            gg += weight * gain.imag * gain.imag
-            sw += weight * whole.imag * way.imag
-            sg += weight * whole.imag * gain.imag
-            ss += weight * whole.imag * whole.imag
-            tw += weight * (whole.imag * way.real - whole.real * way.imag)
-            tg += weight * (whole.imag * gain.real - whole.real * gain.imag)
-    step[WITH_WAY, j], step[WITH_GAIN, j], step[ADDED, j] = sw, sg, ss
-    if oscillates:
-        step[WITH_WAY, j + 1], step[WITH_GAIN, j + 1], step[ADDED, j + 1] = tw, tg, ss
+        ww += weight * together(way, way)
+        wg += weight * together(way, gain)
+        gg += weight * together(gain, gain)
+        with_way += weight * together(whole, way)
+        with_gain += weight * together(whole, gain)
+        added += weight * together(whole, whole)
+        if complex_:
+            late_way += weight * apart(whole, way)
+            late_gain += weight * apart(whole, gain)
+    response = responses[j]
+    response.with_way, response.with_gain, response.added = with_way, with_gain, added
+    if complex_:
+        response = responses[j + 1]
+        response.with_way, response.with_gain, response.added = late_way, late_gain, added
     return ww, wg, gg
 
 
 @called_kernel
-def set_steps(steps, change, power, dt, model):
-    """Fill the step of every mode, and the probabilities of change between modes over dt > 0 seconds."""
-    modes, filters = model.modes, model.filters
-    m, n = steps.shape[0], steps.shape[2]
-    step = steps[0]
-    for i in range(step.shape[0]):
-        for j in range(n):
-            step[i, j] = 0.0
-    ll = lu = uu = yy = yx = xx = 0.0
-    for f in range(len(filters)):
-        j, decay, frequency = int(filters[f, STATE]), filters[f, DECAY], filters[f, FREQUENCY]
-        density, acts_on = 2.0 * decay * filters[f, VARIANCE], int(filters[f, ACTS_ON])
-        if acts_on == ON_SPEED or acts_on == ON_RATE or acts_on == ON_COURSE:
-            a, b, c = add_process(step, j, complex(-decay, frequency), density, frequency > 0.0, acts_on, dt)
-            if acts_on == ON_SPEED:
-                ll, lu, uu = ll + a, lu + b, uu + c
-            else:
-                yy, yx, xx = yy + a, yx + b, xx + c
-            continue
-        left = math.exp(-decay * dt)
-        for k in range(j, j + 2 if acts_on == ON_FIX or frequency > 0.0 else j + 1):
-            step[LEFT, k] = left * math.cos(frequency * dt)
-            step[ADDED, k] = filters[f, VARIANCE] * (1.0 - left * left)
-        step[SPUN, j] = left * math.sin(frequency * dt)
-    for i in range(1, m):
-        for a in range(step.shape[0]):
-            for b in range(n):
-                steps[i, a, b] = step[a, b]
-    for i in range(m):
-        step = steps[i]
-        step[DT] = dt
-        density = modes[i, SPEED_NOISE]
-        step[S_LL], step[S_LU], step[S_UU] = density * dt**3 / 3.0, density * dt * dt / 2.0, density * dt
-        step[Q_LL], step[Q_LU], step[Q_UU] = ll + step[S_LL], lu + step[S_LU], uu + step[S_UU]
-        step[Q_SIDEWAYS] = modes[i, SIDEWAYS]
-        alike = 0
-        while alike < i and modes[alike, RATE_DECAY] != modes[i, RATE_DECAY]:
-            alike += 1
-        if alike == i:
-            pole = complex(-modes[i, RATE_DECAY], 0.0)
-            step[Q_YY], step[Q_YX], step[Q_XX] = add_process(step, RATE, pole, 1.0, False, ON_RATE, dt)
-        else:
-            for a in range(step.shape[0]):
-                step[a, RATE] = steps[alike, a, RATE]
-            step[Q_YY], step[Q_YX], step[Q_XX] = steps[alike][Q_YY], steps[alike][Q_YX], steps[alike][Q_XX]
-    for i in range(m):
-        step, density = steps[i], modes[i, RATE_NOISE]
-        for a in (WITH_WAY, WITH_GAIN, ADDED):
-            step[a, RATE] *= density
-        step[Q_YY], step[Q_YX], step[Q_XX] = (
-            yy + density * step[Q_YY],
-            yx + density * step[Q_YX],
-            xx + density * step[Q_XX],
-        )
-    exponential(change, power, model.generator, dt)
+def set_steps(bank, model, dt):
+    """Fill steps and responses of every mode, and the probabilities of change between modes, for dt > 0 seconds."""
+    steps, responses, modes, units = bank.steps, bank.responses, model.modes, bank.moments
+    set_processes(steps[0], responses[0], model.processes, dt)
+    for i in range(1, len(modes)):
+        steps[i] = steps[0]
+        for j in range(RATE, responses.shape[1]):
+            responses[i, j] = responses[0, j]
+    for i in range(len(modes)):
+        hold_rate(responses, modes, units, i, dt)
+    for i in range(len(modes)):
+        set_noise(steps[i], responses[i, RATE], modes[i], units[i])
+    exponential(bank.change, bank.product, model.generator, dt)
 
 
 @called_kernel
-def exponential(out, power, generator, dt):
-    """out = e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; power (≥ 2m, m)."""
-    m = MODES
-    fastest = 0.0
+def set_processes(step, responses, processes, dt):
+    """What all modes have in common: a step (STEP) and responses (n,) with the processes in them."""
+    step.dt = dt
+    step.ll = step.lu = step.uu = step.yy = step.yx = step.xx = 0.0
+    for j in range(len(responses)):
+        response = responses[j]
+        response.way = response.gain = response.turn = response.lean = response.left = response.spun = 0.0
+        response.with_way = response.with_gain = response.added = 0.0
+    for f in range(len(processes)):
+        process = processes[f]
+        j, decay, frequency, acts_on = process.state, process.decay, process.frequency, process.acts_on
+        along = acts_on == ON_SPEED or acts_on == ON_ACCELERATION
+        if along or acts_on == ON_RATE or acts_on == ON_COURSE:
+            pole, noise = complex(-decay, frequency), 2.0 * decay * process.variance
+            a, b, c = add_process(responses, j, pole, noise, acts_on, dt)
+            if along:
+                step.ll, step.lu, step.uu = step.ll + a, step.lu + b, step.uu + c
+            else:
+                step.yy, step.yx, step.xx = step.yy + a, step.yx + b, step.xx + c
+            continue
+        left = math.exp(-decay * dt)
+        for k in range(j, j + 2 if acts_on == ON_FIX or frequency > 0.0 else j + 1):
+            responses[k].left = left * math.cos(frequency * dt)
+            responses[k].added = process.variance * (1.0 - left * left)
+        responses[j].spun = left * math.sin(frequency * dt)
+
+
+@lean_kernel
+def hold_rate(responses, modes, units, i, dt):
+    """Response of the rate that mode i holds, to noise of density 1; into units (m, ≥ 3) what that adds to way and
+    course. Modes whose rates decay alike have it in common."""
+    alike = 0
+    while modes[alike].rate_decay != modes[i].rate_decay:
+        alike += 1
+    if alike == i:
+        units[i, 0], units[i, 1], units[i, 2] = add_process(
+            responses[i], RATE, complex(-modes[i].rate_decay, 0.0), 1.0, ON_RATE, dt
+        )
+        return
+    responses[i, RATE] = responses[alike, RATE]
+    for a in range(3):
+        units[i, a] = units[alike, a]
+
+
+@lean_kernel
+def set_noise(step, rate, mode, unit):
+    """Complete a step by the noise of its mode; rate: response of the held rate to noise of density 1, see
+    `hold_rate`."""
+    step.sideways, step.drift_speed = mode.sideways, mode.drift_speed
+    hold_speed(step, mode.speed_decay, mode.speed_noise)
+    step.ll, step.lu, step.uu = step.ll + step.held_ll, step.lu + step.held_lu, step.uu + step.held_uu
+    density = mode.rate_noise
+    step.yy, step.yx, step.xx = step.yy + density * unit[0], step.yx + density * unit[1], step.xx + density * unit[2]
+    rate.with_way, rate.with_gain = density * rate.with_way, density * rate.with_gain
+    rate.added = density * rate.added
+
+
+@lean_kernel
+def hold_speed(step, decay, density):
+    """What is left of a speed that decays, the way of it, and its noise."""
+    dt = step.dt
+    if decay == 0.0:
+        step.left, step.way = 1.0, dt
+        step.held_ll, step.held_lu, step.held_uu = density * dt**3 / 3.0, density * dt * dt / 2.0, density * dt
+        return
+    whole, first, _ = phi(complex(-decay, 0.0), dt)
+    step.left, step.way = whole.real, first.real
+    step.held_ll = step.held_lu = step.held_uu = 0.0
+    for i in range(3):
+        whole, first, _ = phi(complex(-decay, 0.0), dt * _NODES[i])
+        weight = density * dt * _WEIGHTS[i]
+        step.held_ll += weight * first.real * first.real
+        step.held_lu += weight * first.real * whole.real
+        step.held_uu += weight * whole.real * whole.real
+
+
+@called_kernel
+def exponential(out, product, generator, dt):
+    """out = e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; product: workspace."""
+    m, fastest = len(generator), 0.0
     for i in range(m):
         fastest = max(fastest, -generator[i, i] * dt)
     halvings = 0
@@ -182,25 +191,28 @@ def exponential(out, power, generator, dt):
     scale = dt / 2.0**halvings
     for i in range(m):
         for j in range(m):
-            power[i, j] = out[i, j] = 1.0 if i == j else 0.0
-    for order in range(1, 8):
+            out[i, j] = generator[i, j] * scale / 7.0
+        out[i, i] += 1.0
+    for order in range(6, 0, -1):  # I + A (I + A/2 (I + A/3 (…)))
+        multiply(generator, out, product)
         for i in range(m):
             for j in range(m):
-                total = 0.0
-                for k in range(m):
-                    total += power[i, k] * generator[k, j]
-                power[m + i, j] = total * scale / order
-        for i in range(m):
-            for j in range(m):
-                power[i, j] = power[m + i, j]
-                out[i, j] += power[i, j]
+                out[i, j] = product[i, j] * scale / order
+            out[i, i] += 1.0
     for _ in range(halvings):
+        multiply(out, out, product)
         for i in range(m):
             for j in range(m):
-                total = 0.0
-                for k in range(m):
-                    total += out[i, k] * out[k, j]
-                power[i, j] = total
-        for i in range(m):
-            for j in range(m):
-                out[i, j] = power[i, j]
+                out[i, j] = product[i, j]
+
+
+@lean_kernel
+def multiply(a, b, out):
+    """out ← a b of square matrices; `out` is another one."""
+    m = len(a)
+    for i in range(m):
+        for j in range(m):
+            total = 0.0
+            for k in range(m):
+                total += a[i, k] * b[k, j]
+            out[i, j] = total

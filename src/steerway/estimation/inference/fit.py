@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.estimation.inference.ascent import Ascent, climb
-from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.inference.model import FUSED, bank_in, bank_size, room_to_keep
 from steerway.estimation.inference.parts import LONGEST_ROLL
+from steerway.estimation.inference.row import Asked, Rows, run_record
 from steerway.estimation.inference.structures import log_share, model_of, priors_of
-from steerway.estimation.inference.track import run_record
 
 _NO_OUT = np.empty((0, FUSED + 2))
 _SETTLING = 10
@@ -27,17 +27,6 @@ _STEEPEST = 100.0
 """Score of a row above which its density jumps: an outlier of any distance has one of at most some 20. Chosen."""
 FURTHEST = 6.0
 """Prior deviations beyond which no number is sought: the prior holds 2·10⁻⁹ there."""
-
-
-class Rows(NamedTuple):
-    """Fixes to fit to, and rows at which the filter begins anew; see `bank.run_record`."""
-
-    time: np.ndarray
-    north: np.ndarray
-    east: np.ndarray
-    excess: np.ndarray
-    aids: np.ndarray
-    restarts: np.ndarray
 
 
 class Fit(NamedTuple):
@@ -79,19 +68,19 @@ class Posterior:
         with np.errstate(divide="ignore"):
             self.least = np.maximum((np.log(least) - self.medians) / self.deviations, -FURTHEST)
         self.most = np.minimum((np.log(most) - self.medians) / self.deviations, FURTHEST)
-        self._bank = None
+        self._memory = np.empty(0)
 
     def densities(self, x):
         """(n,) log density of every row, 0 of those that do not count."""
         self.calls += 1
-        model, states, driving = model_of(self.parts, self.values(x))
-        if self._bank is None:
-            self._bank = empty_bank(states + (states % 4 == 3))  # rows of whole vectors of four are faster
-        self._bank.run[:] = 0.0
-        self._bank.steps[:] = 0.0
+        model = model_of(self.parts, self.values(x))
+        m, n = len(model.modes), model.states + (model.states % 4 == 3)  # rows of whole vectors of four are faster
+        if not len(self._memory):
+            self._memory = np.empty(bank_size(m, n))
+        self._memory[:] = 0.0
         each = np.zeros(len(self.rows.time))
-        *rows, restarts = self.rows
-        run_record(*rows, model, self._bank, driving, restarts, _NO_OUT, each, self.settling, room_to_keep(0, states))
+        asked = Asked(_NO_OUT, each, room_to_keep(0, model), self.settling)
+        run_record(self.rows, model, bank_in(self._memory, m, n), asked)
         return each
 
     def log(self, x, each):

@@ -9,41 +9,27 @@ of the walk to remain that of those speeds.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.inference.course import SOG
-from steerway.estimation.inference.discrete import (
-    ADDED,
-    DT,
-    GAIN,
-    LEFT,
-    Q_SIDEWAYS,
-    Q_XX,
-    S_UU,
-    SPUN,
-    TURN,
-    WITH_GAIN,
-    set_steps,
-)
+from steerway.estimation.inference.discrete import set_steps
 from steerway.estimation.inference.model import (
     COURSE,
-    DRIFT_SPEED,
     EAST,
     FUSED,
-    MODES,
     NORTH,
     RATE,
     SPEED,
-    SPEED_NOISE,
+    Model,
     empty_bank,
     room_to_keep,
 )
 from steerway.estimation.inference.motion import spin_share
 from steerway.estimation.inference.place import MOMENTS, mixed
-from steerway.estimation.inference.structures import model_of
-from steerway.estimation.inference.track import recall, run_record
+from steerway.estimation.inference.row import Asked, recall, run_record
 from steerway.estimation.inference.whole_log import Track
 
 VOYAGES = 500
@@ -66,34 +52,59 @@ def forecasts(track: Track, structures, horizons, rows=None) -> np.ndarray:
     parts = np.diff(horizons, prepend=0.0)
     counts = np.ceil(parts / STEP).astype(int)
     for each in structures:
-        model, states, driving = model_of(each.parts, each.values)
-        bank = empty_bank(states)
-        *columns, restarts = record
-        kept = room_to_keep(0 if rows is None else len(record.time), states)
+        model = each.model
+        bank = empty_bank(model)
+        kept = room_to_keep(0 if rows is None else len(record.time), model)
         rows_of_all = np.empty((len(record.time), FUSED + 2))
-        run_record(*columns, model, bank, driving, restarts, rows_of_all, np.empty(0), 0, kept)
+        run_record(record, model, bank, Asked(rows_of_all, np.empty(0), kept, 0))
         speeds, elapsed, returns = usual_speeds(record.time, rows_of_all[:, SOG], wanted, spread_rate(model))
-        steps, change = np.zeros((len(parts), *bank.steps.shape)), np.empty((len(parts), MODES, MODES))
-        for j in np.flatnonzero(counts):
-            set_steps(steps[j], change[j], bank.work, parts[j] / counts[j], model)
+        stages = stages_of(model, parts, counts)
         out = np.empty((len(wanted), len(horizons), MOMENTS))
-        voyages, drift_speed = math.ceil(VOYAGES / len(structures)), float(model.receiver[DRIFT_SPEED])
+        voyages = math.ceil(VOYAGES / len(structures))
         for row, slowly, moments in zip(wanted, returns, out, strict=True):
             if rows is not None:
-                recall(kept, row, bank.x, bank.p, bank.probability)
+                recall(kept, row, bank)
             past, rng = slice(row + 1), np.random.default_rng(0)
-            of_past = speeds[past], elapsed[past], slowly
-            draw_voyages(bank, driving, steps, change, counts, drift_speed, *of_past, voyages, rng, moments)
+            draw_voyages(bank, stages, Past(speeds[past], elapsed[past], slowly), voyages, rng, moments)
         weights.append(each.weight)
         outs.append(out)
     return mixed(np.stack(outs), np.array(weights))
 
 
-def spread_rate(model) -> float:
+class Stages(NamedTuple):
+    """How voyages go on from each horizon to the next: so many steps, all alike."""
+
+    counts: np.ndarray  # (horizons,)
+    steps: np.ndarray  # (horizons, m) STEP
+    responses: np.ndarray  # (horizons, m, driving states) RESPONSE
+    change: np.ndarray  # (horizons, m, m)
+
+
+def stages_of(model: Model, parts, counts) -> Stages:
+    """Stages of `parts` seconds, each in so many steps (0: none)."""
+    bank, stages = empty_bank(model), []
+    for part, count in zip(parts, counts, strict=True):
+        if count:
+            set_steps(bank, model, part / count)
+        stages.append([bank.steps.copy(), bank.responses[:, : model.driving].copy(), bank.change.copy()])
+    return Stages(counts, *map(np.stack, zip(*stages, strict=True)))
+
+
+class Past(NamedTuple):
+    """Speeds that a vessel has had so far (m/s), for how long any was known up to each (s), and how fast voyages return
+    to one of them (1/s): see `usual_speeds`."""
+
+    speeds: np.ndarray
+    elapsed: np.ndarray
+    returns: float
+
+
+def spread_rate(model: Model) -> float:
     """By how much the variance of held speed grows (m²/s³), on average over the modes as long as each lasts."""
-    equations = np.vstack([model.generator.T, np.ones(MODES)])
-    shares = np.linalg.lstsq(equations, np.append(np.zeros(MODES), 1.0), rcond=None)[0]
-    return float(shares @ model.modes[:, SPEED_NOISE])
+    m = len(model.modes)
+    equations = np.vstack([model.generator.T, np.ones(m)])
+    shares = np.linalg.lstsq(equations, np.append(np.zeros(m), 1.0), rcond=None)[0]
+    return float(shares @ model.modes["speed_noise"])
 
 
 def usual_speeds(time, speed, rows, spread):
@@ -110,35 +121,31 @@ def usual_speeds(time, speed, rows, spread):
 
 
 @kernel
-def draw_voyages(bank, motion_states, steps, change, counts, drift_speed, speeds, elapsed, returns, voyages, rng, out):
-    """Fill `out` (horizons, MOMENTS) with those of `voyages` voyages from a bank as it is.
-
-    Args:
-        steps, change: as in a `Bank`, for each horizon; counts: how many of these steps lead there from the one before.
-        speeds, elapsed, returns: as `usual_speeds`, up to now. rng: a numpy Generator.
-    """
-    n = motion_states
-    x, z, roots = np.empty(n), np.empty(n), np.empty((MODES, n, n))
-    for k in range(MODES):
+def draw_voyages(bank, stages, past, voyages, rng, out):
+    """Fill `out` (horizons, MOMENTS) with those of `voyages` voyages from a bank as it is; rng: a numpy Generator."""
+    m, n = stages.responses.shape[1], stages.responses.shape[2]
+    x, z, roots = np.empty(n), np.empty(n), np.empty((m, n, n))
+    for k in range(m):
         square_root(bank.p[k], roots[k])
     out[:] = 0.0
     for _ in range(voyages):
         mode = one_of(bank.probability, rng.random())
         for a in range(n):
             z[a] = rng.standard_normal()
-        draw_start(bank.x[mode], roots[mode], steps[0, mode], z, x)
-        if rng.random() * (elapsed[-1] + RECORD_TIME) < RECORD_TIME:
-            usual = 2.0 * speeds[-1] * rng.random()
+        draw_start(bank.x[mode], roots[mode], stages.responses[0, mode], z, x)
+        if rng.random() * (past.elapsed[-1] + RECORD_TIME) < RECORD_TIME:
+            usual = 2.0 * past.speeds[-1] * rng.random()
         else:
-            usual = speeds[np.searchsorted(elapsed, elapsed[-1] * rng.random())]
-        for j in range(len(counts)):
-            for _ in range(counts[j]):
-                mode = one_of(change[j, mode], rng.random())
+            usual = past.speeds[np.searchsorted(past.elapsed, past.elapsed[-1] * rng.random())]
+        for j in range(len(stages.counts)):
+            for _ in range(stages.counts[j]):
+                mode = one_of(stages.change[j, mode], rng.random())
                 for a in range(n):
                     z[a] = rng.standard_normal()
-                step_voyage(x, steps[j, mode], drift_speed, returns, usual, rng.standard_normal(), z)
+                step, responses = stages.steps[j, mode], stages.responses[j, mode]
+                step_voyage(x, step, responses, past.returns, usual, rng.standard_normal(), z)
             add_place(x[NORTH] - bank.x[0, NORTH], x[EAST] - bank.x[0, EAST], 1.0 / voyages, out[j])
-    for j in range(len(counts)):
+    for j in range(len(out)):
         north, east = out[j, 0], out[j, 1]
         out[j, 2] -= north * north
         out[j, 3] -= north * east
@@ -182,64 +189,64 @@ def square_root(p, out):
 
 
 @called_kernel
-def draw_start(mean, root, step, z, x):
+def draw_start(mean, root, responses, z, x):
     """The state x (n,) in which a voyage begins, of a mode with this mean and root of its covariance; z (n,) normal."""
     for i in range(len(x)):
         x[i] = 0.0 if i == COURSE else mean[i]
         for j in range(i + 1):
             x[i] += root[i, j] * z[j]
-    swing = swing_of(x, step)
+    swing = swing_of(x, responses)
     along, across = x[SPEED] - swing, x[COURSE]
     x[SPEED], x[COURSE] = math.hypot(along, across) + swing, mean[COURSE] + math.atan2(across, along)
 
 
 @called_kernel
-def swing_of(x, step):
+def swing_of(x, responses):
     """By how much the speed is off the held one: wander, waves and strokes together."""
     swing, i = 0.0, RATE
     while i < len(x):
-        if step[GAIN, i] != 0.0:
+        if responses[i].gain != 0.0:
             swing += x[i]
-        i += 2 if step[SPUN, i] != 0.0 else 1
+        i += 2 if responses[i].spun != 0.0 else 1
     return swing
 
 
 @called_kernel
-def step_voyage(x, step, drift_speed, returns, usual, sideways, z):
+def step_voyage(x, step, responses, returns, usual, sideways, z):
     """One step of a voyage, straight at its mean speed and course; z (n,) and `sideways` are normal.
 
     The noise of every process is drawn first, then what the course has besides (`discrete`, `motion`). Waves may carry
     a vessel backwards for a moment, which is no turn: the speed is signed, and only a held one below 0 is a course
     reversed.
     """
-    before, held = x[SPEED], x[SPEED] - swing_of(x, step)
+    before, held = x[SPEED], x[SPEED] - swing_of(x, responses)
     spins = math.sqrt(spin_share(step, held))
-    turn, own_turn = 0.0, step[Q_XX]
+    turn, own_turn = 0.0, step.xx
     i = RATE
     while i < len(x):
-        pair = 2 if step[SPUN, i] != 0.0 else 1
-        acts_on_course = step[TURN, i] != 0.0
+        pair = 2 if responses[i].spun != 0.0 else 1
+        acts_on_course = responses[i].turn != 0.0
         for k in range(i, i + pair):
-            variance = step[ADDED, k]
+            variance = responses[k].added
             z[k] *= (spins if acts_on_course else 1.0) * math.sqrt(variance)
             if acts_on_course:
-                share = step[WITH_GAIN, k] / variance if variance > 0.0 else 0.0
-                turn += step[TURN, k] * x[k] + share * z[k]
+                share = responses[k].with_gain / variance if variance > 0.0 else 0.0
+                turn += responses[k].turn * x[k] + share * z[k]
                 own_turn -= share * share * variance
-        a, left, spun = x[i], step[LEFT, i], step[SPUN, i]
+        a, left, spun = x[i], responses[i].left, responses[i].spun
         x[i] = left * a + z[i]
         if pair == 2:
             b = x[i + 1]
             x[i] -= spun * b
             x[i + 1] = spun * a + left * b + z[i + 1]
         i += pair
-    slowness = (held / drift_speed) ** 2
-    share = max(1.0 / (1.0 + slowness * slowness), step[Q_SIDEWAYS])
-    along = held + math.sqrt(step[S_UU]) * z[SPEED] + min(returns * step[DT], 1.0) * (usual - held)
-    across = math.sqrt(share * step[S_UU]) * sideways
+    slowness = (held / step.drift_speed) ** 2
+    share = max(1.0 / (1.0 + slowness * slowness), step.sideways)
+    along = held + math.sqrt(step.held_uu) * z[SPEED] + min(returns * step.dt, 1.0) * (usual - held)
+    across = math.sqrt(share * step.held_uu) * sideways
     turn += spins * math.sqrt(max(own_turn, 0.0)) * z[COURSE] + math.atan2(across, along)
-    x[SPEED] = math.hypot(along, across) + swing_of(x, step)
-    middle, way = x[COURSE] + 0.5 * turn, 0.5 * (before + x[SPEED]) * step[DT]
+    x[SPEED] = math.hypot(along, across) + swing_of(x, responses)
+    middle, way = x[COURSE] + 0.5 * turn, 0.5 * (before + x[SPEED]) * step.dt
     x[NORTH] += way * math.cos(middle)
     x[EAST] += way * math.sin(middle)
     x[COURSE] += turn

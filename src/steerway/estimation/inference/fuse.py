@@ -4,67 +4,52 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import (
-    ACTS_ON,
-    COURSE,
-    DECAY,
-    EAST,
-    FREQUENCY,
-    MODES,
-    NORTH,
-    ON_COURSE,
-    ON_RATE,
-    ON_SPEED,
-    RATE,
-    SPEED,
-    STATE,
-    TURN,
-    VARIANCE,
-)
+from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED
 
 SOG_VARIANCE, RATE_VARIANCE = 5, 7
 """Columns of `fuse`."""
+COURSE_STD = 0.6
+"""rad; a course that is known worse is not stated. Chosen: a third of that of uniform directions, π/√3."""
 QUICK_SPEED, QUICK_SPEED_TIME, QUICK_RATE, QUICK_RATE_TIME = 0.02, 6.0, 0.5 * math.pi / 180.0, 3.0
 """Speed (of the speed) and course rate (rad/s) that a vessel changes by at any time, and for how long (s): the medians
 of the priors of wander, for a craft of 1.5 m/s."""
 
 
 @called_kernel
-def rate_weights(filters, h):
+def rate_weights(processes, h):
     """What each state contributes to the course rate, into h (n,)."""
     for i in range(len(h)):
         h[i] = 0.0
     h[RATE] = 1.0
-    for f in range(len(filters)):
-        j = int(filters[f, STATE])
-        if filters[f, ACTS_ON] == ON_RATE:
-            h[j] = 1.0
-        elif filters[f, ACTS_ON] == ON_COURSE:
-            h[j] = -filters[f, DECAY]
-            if filters[f, FREQUENCY] > 0.0:
-                h[j + 1] = -filters[f, FREQUENCY]
+    for f in range(len(processes)):
+        process = processes[f]
+        if process.acts_on == ON_RATE:
+            h[process.state] = 1.0
+        elif process.acts_on == ON_COURSE:
+            h[process.state] = -process.decay
+            if process.frequency > 0.0:
+                h[process.state + 1] = -process.frequency
 
 
 @lean_kernel
-def course_rate(x, p, k, h):
-    """Course rate of mode k, held and shaped, and its variance; h as of `rate_weights`."""
-    n = x.shape[1]
+def course_rate(x, p, h):
+    """Course rate of a mode, held and shaped, and its variance; h as of `rate_weights`."""
     rate = variance = 0.0
-    for i in range(RATE, n):
+    for i in range(RATE, len(x)):
         if h[i] != 0.0:
-            rate += h[i] * x[k, i]
-            for j in range(RATE, n):
-                variance += h[i] * h[j] * p[k, i, j]
+            rate += h[i] * x[i]
+            for j in range(RATE, len(x)):
+                variance += h[i] * h[j] * p[i, j]
     return rate, variance
 
 
 @lean_kernel
-def mean_speed(x, p, k):
-    """Mean of the speed of mode k: where its velocity may lie in any direction, that of Rayleigh's distribution."""
-    speed, across = x[k, SPEED], p[k, 3, 3]
-    if k % MODES > TURN or across < speed * speed or across < _VAGUE**2:
+def mean_speed(x, p, mode):
+    """Mean of the speed in a mode: where its velocity may lie in any direction, that of Rayleigh's distribution."""
+    speed, across = x[SPEED], p[3, 3]
+    if mode.manoeuvres or across < speed * speed or across < _VAGUE**2:
         return speed
-    return math.sqrt(speed * speed + 0.25 * math.pi * (p[k, 2, 2] + across))
+    return math.sqrt(speed * speed + 0.25 * math.pi * (p[2, 2] + across))
 
 
 _VAGUE = 0.4
@@ -78,35 +63,38 @@ deviation of the rate would be 1.5 times as large. With 0.01 it holds 78 % of th
 
 
 @called_kernel
-def fuse(x, p, probability, filters, h, out):
-    """Mean and spread of all modes, or of pairs of modes, into `out` (FUSED); h is workspace (n,)."""
-    m = x.shape[0]
-    rate_weights(filters, h)
+def fuse(x, p, probability, model, h, out):
+    """Mean and spread of all modes, or of pairs of modes, into `out` (FUSED); h is workspace (n,).
+
+    A pair's number is m times that of its second mode and that of its first, which it is like.
+    """
+    modes = model.modes
+    rate_weights(model.processes, h)
     likeliest = 0
-    for k in range(1, m):
+    for k in range(1, len(probability)):
         if probability[k] > probability[likeliest]:
             likeliest = k
     reference = x[likeliest, COURSE]
     north = east = u = across = w = 0.0
-    for k in range(m):
+    for k in range(len(probability)):
         if probability[k] == 0.0:
             continue
         weight, bend = probability[k], wrap(x[k, COURSE] - reference)
-        rate, _ = course_rate(x, p, k, h)
+        rate, _ = course_rate(x[k], p[k], h)
         north += weight * x[k, NORTH]
         east += weight * x[k, EAST]
-        u += weight * mean_speed(x, p, k)
+        u += weight * mean_speed(x[k], p[k], modes[k % len(modes)])
         across += weight * bend
         w += weight * rate
     p_u = p_w = p_place = p_s = counted = 0.0
-    least = LEAST_COUNTED * MODES / m
-    for k in range(m):
+    least = LEAST_COUNTED * len(modes) / len(probability)
+    for k in range(len(probability)):
         if probability[k] < least:
             continue
         counted += probability[k]
         weight, bend = probability[k], wrap(x[k, COURSE] - reference)
-        rate, variance = course_rate(x, p, k, h)
-        p_u += weight * (p[k, 2, 2] + (mean_speed(x, p, k) - u) ** 2)
+        rate, variance = course_rate(x[k], p[k], h)
+        p_u += weight * (p[k, 2, 2] + (mean_speed(x[k], p[k], modes[k % len(modes)]) - u) ** 2)
         p_s += weight * (p[k, 3, 3] + (x[k, SPEED] * (bend - across)) ** 2)
         p_w += weight * (variance + (rate - w) ** 2)
         p_place += weight * 0.5 * (p[k, 0, 0] + p[k, 1, 1] + (x[k, 0] - north) ** 2 + (x[k, 1] - east) ** 2)
@@ -117,29 +105,33 @@ def fuse(x, p, probability, filters, h, out):
 
 
 @called_kernel
-def add_unresolved_speed(filters, apart, out):
+def add_unresolved_speed(processes, apart, out):
     """Add to the variance of the speed in `out` (FUSED) the motion that is faster than fixes `apart` s.
 
     The wander of a structure is fitted to what the fixes resolve. Of that which changes between them they tell nothing,
     and it is as usual: see QUICK_SPEED and QUICK_RATE.
     """
-    out[SOG_VARIANCE] += unresolved_variance(filters, ON_SPEED, apart, QUICK_SPEED * out[2], QUICK_SPEED_TIME)
+    out[SOG_VARIANCE] += unresolved_variance(processes, ON_SPEED, apart, QUICK_SPEED * out[2], QUICK_SPEED_TIME)
 
 
 @called_kernel
-def add_unresolved_rate(filters, apart, out):
+def add_unresolved_rate(processes, apart, out):
     """As `add_unresolved_speed`, of the course rate."""
-    out[RATE_VARIANCE] += unresolved_variance(filters, ON_RATE, apart, QUICK_RATE, QUICK_RATE_TIME)
+    out[RATE_VARIANCE] += unresolved_variance(processes, ON_RATE, apart, QUICK_RATE, QUICK_RATE_TIME)
 
 
 @lean_kernel
-def unresolved_variance(filters, acts_on, apart, usual, usual_time):
-    """Variance of usual wander that fixes `apart` s do not resolve, as far as that of a structure does not hold it."""
-    held = 0.0
-    for f in range(len(filters)):
-        if filters[f, ACTS_ON] == acts_on and filters[f, FREQUENCY] == 0.0:
-            held += filters[f, VARIANCE] * unresolved(apart * filters[f, DECAY])
-    return max(usual * usual * unresolved(apart / usual_time) - held, 0.0)
+def unresolved_variance(processes, acts_on, apart, usual, usual_time):
+    """Variance of usual wander that fixes `apart` s do not resolve, as far as that of a structure does not hold it.
+
+    0 of a vessel that does not wander.
+    """
+    held, wanders = 0.0, False
+    for f in range(len(processes)):
+        if processes[f].acts_on == acts_on and processes[f].frequency == 0.0:
+            held += processes[f].variance * unresolved(apart * processes[f].decay)
+            wanders = True
+    return max(usual * usual * unresolved(apart / usual_time) - held, 0.0) if wanders else 0.0
 
 
 @lean_kernel

@@ -16,15 +16,14 @@ from steerway.core.arrays import Floats
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
-from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.record import Measurements, extrapolated, measurements
+from steerway.estimation.inference.row import Asked, Rows, run_record
 from steerway.estimation.inference.selection import Structure, infer
-from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of
 from steerway.estimation.inference.structures import VESSELS, parameters_of
-from steerway.estimation.inference.track import run_record
 from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.stream import ELAPSED, FiveStateFilter, Set, set_of
 
 LOG = logging.getLogger("steerway.live")
 _NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)
@@ -51,12 +50,12 @@ def _known(names, values):
     return {name: values[name] for name in names}
 
 
-class LearningFilter(InferredFilter):
-    """An `InferredFilter` that learns its profile.
+class LearningFilter(FiveStateFilter):
+    """A `FiveStateFilter` that learns its profile.
 
     Args:
         start: profile to begin with, None for the prior.
-        aid: as of `InferredFilter`; "auto" for the receiver's SOG and COG where they predict the fixes better.
+        aid: as of `FiveStateFilter`; "auto" for the receiver's SOG and COG where they predict the fixes better.
         background: whether inferences run in a thread; otherwise within the row that makes one due, as in a replay.
         keep: called with every profile that is found, in the background.
     """
@@ -99,7 +98,7 @@ class LearningFilter(InferredFilter):
         aids: Sequence[float] | Floats | None = None,
         position_std: float = _UNKNOWN,
     ) -> tuple[list[float], float, int]:
-        """As of `InferredFilter.row`."""
+        """As of `FiveStateFilter.row`."""
         if dt > LONGEST_GAP:
             self._rows.clear()
             self._measurements = None
@@ -144,7 +143,7 @@ class LearningFilter(InferredFilter):
             structures = self._structures(record, [name for name in known if name in self.aid])
             running, banks = set_of(structures), []
             for each in running.structures:
-                banks.append(empty_bank(each.states))
+                banks.append(empty_bank(each))
                 _run(record, each, banks[-1])
             self.learned = InferredProfile.of(structures, "learned")
             if self.keep is not None:
@@ -175,11 +174,9 @@ class LearningFilter(InferredFilter):
         self.take_up(running, banks)
 
 
-def _run(record, one, bank):
+def _run(record, model, bank):
     """Over a record by one structure; its bank goes on from where it is, or begins."""
-    *columns, restarts = record
-    out, kept = np.empty((0, FUSED + 2)), room_to_keep(0, one.states)
-    run_record(*columns, one.model, bank, one.motion_states, restarts, out, np.empty(0), 0, kept)
+    run_record(record, model, bank, Asked(np.empty((0, FUSED + 2)), np.empty(0), room_to_keep(0, model), 0))
 
 
 def _row(time, first=_UNKNOWN, second=_UNKNOWN, excess=1.0, aids=_UNKNOWN) -> Floats:

@@ -1,134 +1,216 @@
-"""The model of a vessel and her receiver as the kernels read it, and the states of a structure.
+"""The numbers of a structure and the state of its filter, as the kernels read them.
 
 Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the course rate that is held.
 Beyond the five come shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.,
-§8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w, of which the
-real part acts: on the speed, on the course rate, on the course (waves swing a vessel about the course she holds; were
-it the rate, they would let it wander), athwart on the antenna, on the moment of a fix, or as the receiver's error north
-and east.
+§8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts
+on the speed, on the acceleration along the course, on the course rate, on the course (waves swing a vessel about the
+course it holds; were it the rate, they would let it wander), athwart on the antenna, on the moment of a fix, or as the
+receiver's error north and east.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course. It stays
 regular at rest, where course means nothing.
+
+Everything is an array of float64 or of records of eight-byte fields. A model and a bank are therefore one row of
+float64 each (`packed`, `bank_in`): a row is copied at once, and costs a call a tenth of what its arrays cost.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.compiled import jitable
+
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
-ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_TIME = range(7)
-"""What a shaping filter acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
+"""The states that every structure has."""
+ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_TIME, ON_ACCELERATION = range(8)
+"""What a process acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
+DRIVING = (ON_SPEED, ON_RATE, ON_COURSE, ON_ACCELERATION)
+"""Those that drive the motion."""
 
-AID_VARIANCE, COMPANION = range(2)
-"""Columns of `aids`, whose rows are those of `course.update.aids.TABLE`: variance (of COG: of the velocity across,
-m²/s²); state of the companion (error of the receiver's velocity, crab angle, the water's own speed along the course,
-the gyro's bias), 0 for none."""
 
-ACTS_ON, STATE, DECAY, FREQUENCY, VARIANCE = range(5)
-"""Columns of `filters`: what it acts on, its first state, λ (1/s), ν (rad/s; 0: real), stationary variance."""
+def _record(numbers: str, integers: str = "") -> np.dtype:
+    """Records with these fields."""
+    fields = [(name, np.float64) for name in numbers.split()] + [(name, np.int64) for name in integers.split()]
+    return np.dtype((np.record, fields))  # fields are attributes in Python too, where kernels run without compilation
 
-SPEED_NOISE, RATE_NOISE, RATE_DECAY, SIDEWAYS = range(4)
-"""Columns of `modes`: densities S_U (m²/s³) and S_ω (rad²/s³), decay of the held rate (1/s), and which share of S_U
-acts across the course too, at any speed."""
 
-CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
-"""Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
-MODES = 5
-
-(
-    FIX_VARIANCE,
-    OUTLIER_RATE,
-    DRIFT_SPEED,
-    POOR_RATE,
-    TIME_VARIANCE,
-    LATE_VARIANCE,
-    STEP_RATE,
-    STEP_VARIANCE,
-    SLIP_VARIANCE,
-    POOR_NOISE,
-    POOR_TIME,
-) = range(11)
-"""`receiver`: variance of a fix (white, m²), share of outliers, the speed (m/s) below which motion is isotropic, share
-of poor fixes, variance of the moment of a fix and that of a poor one besides (s²), steps of its error a second, the
-variance of a step in any direction (m²) and, besides, along the way made good (s²), how many times the usual noise a
-poor fix has, and how long (s) fixes stay poor; 0 where each is so by itself."""
+MODE = _record("speed_noise rate_noise speed_decay rate_decay sideways start start_rate drift_speed", "manoeuvres")
+"""How a vessel moves in a mode: densities S_U (m²/s³) and S_ω (rad²/s³), decay α1 of the speed and α2 of the held rate
+(1/s), which share of S_U acts across the course too at any speed, of a vessel of which nothing is known the probability
+of the mode and the variance of its course rate (rad²/s²), the speed (m/s) below which motion is isotropic, and whether
+it is a manoeuvre."""
+PROCESS = _record("decay frequency variance", "acts_on state")
+"""A shaping filter: λ (1/s), ν (rad/s; 0: real), stationary variance, what it acts on, its first state."""
+RECEIVER = _record(
+    "fix_variance outlier_rate poor_rate poor_noise poor_time time_variance late_variance"
+    " step_rate step_variance slip_variance"
+)
+"""Variance of a fix (white, m²); share of outliers; share of poor fixes, how many times the usual noise one has, and
+how long (s) fixes stay poor, 0 where each is so by itself; variance of the moment of a fix and that of a poor one
+besides (s²); steps of the error a second, the variance of a step in any direction (m²) and, besides, along the
+velocity (s²)."""
+AID = _record("variance", "companion")
+"""Variance (of COG: of the velocity across, m²/s²) of an aid of `course.update.aids.TABLE`, NaN of one not used, and
+the state of its companion (error of the receiver's velocity, crab angle, the water's own speed along the course, the
+gyro's bias), 0 for none."""
 
 
 class Model(NamedTuple):
-    """The numbers that a filter works with. Arrays of float64."""
+    """The numbers that a filter works with."""
 
-    modes: np.ndarray  # (MODES, 4)
-    generator: np.ndarray  # (MODES, MODES) rates of change between modes, 1/s; rows sum to 0
-    filters: np.ndarray  # (f, 5)
-    receiver: np.ndarray  # (11,)
-    aids: np.ndarray  # (aids, 2)
+    modes: np.ndarray  # (m,) MODE
+    generator: np.ndarray  # (m, m) rates of change between modes, 1/s; rows sum to 0
+    processes: np.ndarray  # (f,) PROCESS
+    receiver: np.ndarray  # (1,) RECEIVER
+    aids: np.ndarray  # (aids,) AID
+    states: int  # n
+    driving: int  # of these from the first on, those that drive the motion
+
+    @property
+    def sizes(self) -> "Sizes":
+        return Sizes(len(self.modes), self.states, len(self.processes), len(self.aids), self.driving)
 
 
-def has_two_states(row) -> bool:
-    """Whether a shaping filter (a row of `filters`) has two states."""
-    return row[ACTS_ON] == ON_FIX or row[FREQUENCY] > 0.0
+class Sizes(NamedTuple):
+    """What filters have in common that one call steps."""
+
+    modes: int
+    states: int
+    processes: int
+    aids: int
+    driving: int
 
 
-def states_of(filters) -> int:
-    """Number of states that these shaping filters need."""
-    return 5 + sum(2 if has_two_states(row) else 1 for row in filters)
+def has_two_states(process) -> bool:
+    """Whether a process (PROCESS) has two states."""
+    return bool(process["acts_on"] == ON_FIX or process["frequency"] > 0.0)
+
+
+STEP = _record("dt way left ll lu uu yy yx xx held_ll held_lu held_uu sideways drift_speed")
+"""A prediction in one mode: its length (s), the way of a unit of speed and what is left of one, what noise adds (l: way
+along the course, u: speed, y: way across and x: course, each for every m/s; `held_`: to the held speed alone), and what
+it takes from MODE."""
+RESPONSE = _record("way gain turn lean left spun with_way with_gain added")
+"""A state in a prediction. What a unit of it moves: way along, speed, course, mean course over the step. What is left
+of it: real and imaginary part. Covariance of its new noise with the way along (or, for each m/s, across) the course and
+with the speed (or the course); variance of the new noise."""
+RUN = _record(
+    "since apart outliers outlier_north outlier_east was_outlier step_north step_east was_poor learnt level", "started"
+)
+"""What a filter remembers of the receiver. Seconds since the last fix, and from that before it to it; how many outliers
+in a row agree, and their offset (m); probability that the last fix was one; the step of the receiver last followed (m);
+probability that the last fix was poor; degrees of freedom of what the fixes of an obstruction say of its noise, and how
+many times the usual variance of poor fixes that is; 1 once begun."""
 
 
 class Bank(NamedTuple):
-    """State and work space of a filter: one Gaussian a mode."""
+    """State of a filter, one Gaussian a mode, what it keeps from step to step, and its workspace."""
 
-    x: np.ndarray  # (MODES, n)
-    p: np.ndarray  # (MODES, n, n), symmetric
-    probability: np.ndarray  # (MODES,)
-    mixed_x: np.ndarray  # (MODES, n) workspace
-    mixed_p: np.ndarray  # (MODES, n, n) workspace: of what is mixed
-    run: np.ndarray  # (12,) of outliers in a row and of the time, see RUN
-    steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
-    change: np.ndarray  # (MODES, MODES) probabilities of change in a step
-    work: np.ndarray  # (12, max(n, 8))
+    x: np.ndarray  # (m, n)
+    p: np.ndarray  # (m, n, n), symmetric
+    probability: np.ndarray  # (m,)
+    run: np.ndarray  # (1,) RUN
+    steps: np.ndarray  # (m,) STEP
+    responses: np.ndarray  # (m, n) RESPONSE
+    change: np.ndarray  # (m, m) probabilities of change in a step
+    moments: np.ndarray  # (m + 1, n + n²) workspace, as all that follows: modes as errors at another,
+    shares: np.ndarray  # (2, m) numbers of modes,
+    rows: np.ndarray  # (8, n) vectors,
+    product: np.ndarray  # (m, m) of matrices
 
-    @property
-    def states(self):
-        return self.x.shape[1]
+
+@jitable
+def moments_of(n):
+    """How many first and second moments n states have."""
+    return n + n * n
+
+
+@jitable
+def bank_in(memory, m, n):
+    """The Bank of m modes and n states in a row of `bank_size` float64, which it shares."""
+    x, p = m * n, m * n * n
+    a = x + p + m
+    b = a + RUN_SIZE
+    c = b + m * STEP_SIZE
+    d = c + x * RESPONSE_SIZE
+    e = d + m * m
+    f = e + (m + 1) * moments_of(n)
+    g = f + 2 * m
+    h = g + 8 * n
+    return Bank(
+        memory[:x].reshape((m, n)),
+        memory[x : x + p].reshape((m, n, n)),
+        memory[x + p : a],
+        memory[a:b].view(RUN),
+        memory[b:c].view(STEP),
+        memory[c:d].view(RESPONSE).reshape((m, n)),
+        memory[d:e].reshape((m, m)),
+        memory[e:f].reshape((m + 1, moments_of(n))),
+        memory[f:g].reshape((2, m)),
+        memory[g:h].reshape((8, n)),
+        memory[h : h + m * m].reshape((m, m)),
+    )
+
+
+def _in_numbers(record: np.dtype) -> int:
+    return record.itemsize // np.dtype(np.float64).itemsize
+
+
+MODE_SIZE, PROCESS_SIZE, RECEIVER_SIZE, AID_SIZE = map(_in_numbers, (MODE, PROCESS, RECEIVER, AID))
+RUN_SIZE, STEP_SIZE, RESPONSE_SIZE = map(_in_numbers, (RUN, STEP, RESPONSE))
+
+
+def bank_size(m: int, n: int) -> int:
+    """How many float64 a bank of m modes and n states takes."""
+    numbers = m * (n + n * n + n * RESPONSE_SIZE + STEP_SIZE + 2 * m + 3) + RUN_SIZE + 8 * n
+    return numbers + (m + 1) * moments_of(n)
+
+
+def empty_bank(model: Model) -> Bank:
+    """Memory of a filter that has seen nothing."""
+    m, n = len(model.modes), model.states
+    return bank_in(np.zeros(bank_size(m, n)), m, n)
+
+
+@jitable
+def model_in(numbers):
+    """The Model in a row of float64 of `packed`, which it shares."""
+    sizes = numbers[:5].view(np.int64)
+    m, states, processes, aids, driving = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
+    a = 5 + m * MODE_SIZE
+    b = a + m * m
+    c = b + processes * PROCESS_SIZE
+    d = c + RECEIVER_SIZE
+    return Model(
+        numbers[5:a].view(MODE),
+        numbers[a:b].reshape((m, m)),
+        numbers[b:c].view(PROCESS),
+        numbers[c:d].view(RECEIVER),
+        numbers[d : d + aids * AID_SIZE].view(AID),
+        states,
+        driving,
+    )
+
+
+def packed(model: Model) -> np.ndarray:
+    """A model in a row of float64: its sizes and its arrays."""
+    sizes = np.array(model.sizes, np.int64).view(np.float64)
+    return np.concatenate([sizes, *(part.view(np.float64).ravel() for part in model[:5])])
 
 
 FUSED = 10
 """Columns of `fuse`: N, E, U, χ, ω, variances of U, χ, ω, of position, and 1 where the course is defined."""
-STEP_ROWS = 9
-
-
-def empty_bank(states: int) -> Bank:
-    """Memory of a filter that has seen nothing."""
-    m, n = MODES, states
-    return Bank(
-        np.zeros((m, n)),
-        np.zeros((m, n, n)),
-        np.zeros(m),
-        np.zeros((m, n)),
-        np.zeros((m, n, n)),
-        np.zeros(12),
-        np.zeros((m, STEP_ROWS, n)),
-        np.zeros((m, m)),
-        np.zeros((12, max(n, 8))),
-    )
-
-
-RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, APART, WAS_POOR, LEARNT, LEVEL = range(12)
-"""`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
-once begun; the step of the receiver last followed; s since the last fix, and from that before it to it; the probability
-that the last fix was poor; degrees of freedom of what the fixes of an obstruction tell of its noise, and how many times
-the usual variance of poor fixes that is."""
 
 
 class Kept(NamedTuple):
     """What a filter keeps of every row for the smoother; of no rows where nothing is to be smoothed."""
 
-    x: np.ndarray  # (rows, MODES, n)
-    p: np.ndarray  # (rows, MODES, n, n)
-    probability: np.ndarray  # (rows, MODES), NaN before the first fix
+    x: np.ndarray  # (rows, m, n)
+    p: np.ndarray  # (rows, m, n, n)
+    probability: np.ndarray  # (rows, m), NaN before the first fix
 
 
-def room_to_keep(rows: int, states: int) -> Kept:
+def room_to_keep(rows: int, model: Model) -> Kept:
     """Where a filter keeps so many rows."""
-    shape = (rows, MODES, states)
-    return Kept(np.empty(shape), np.empty((*shape, states)), np.empty(shape[:2]))
+    m, n = len(model.modes), model.states
+    return Kept(np.empty((rows, m, n)), np.empty((rows, m, n, n)), np.empty((rows, m)))

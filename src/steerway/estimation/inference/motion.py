@@ -4,31 +4,10 @@ The five-state model of P0 (11)–(15) integrated exactly (constant turn rate ov
 """
 
 import math
+from typing import NamedTuple
 
 from steerway.core.angles import sinc
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.discrete import (
-    ADDED,
-    DT,
-    GAIN,
-    LEAN,
-    LEFT,
-    Q_LL,
-    Q_LU,
-    Q_SIDEWAYS,
-    Q_UU,
-    Q_XX,
-    Q_YX,
-    Q_YY,
-    S_LL,
-    S_LU,
-    S_UU,
-    SPUN,
-    TURN,
-    WAY,
-    WITH_GAIN,
-    WITH_WAY,
-)
 from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
 
 _SLOW = 1e-6
@@ -38,185 +17,201 @@ _SPINS_BELOW = 2.0
 across than is expected along (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
 
 
+class Arc(NamedTuple):
+    """The motion of a step."""
+
+    north: float  # its chord, m
+    east: float
+    speed: float  # at its end, m/s
+    turn: float  # rad
+    c: float  # direction of the chord: cosine and sine
+    s: float
+    ratio: float  # of the chord to the way
+    bend: float  # by how much the chord grows with the turn, m/rad
+
+
 @called_kernel
-def predict(x, p, k, step, motion_states, drift_speed, work):
-    """Predict mode k of x (m, n) and p (m, n, n) over a step; states from `motion_states` on do not drive the motion.
+def predict(x, p, step, responses, driving, rows):
+    """Predict a mode, x (n,) and p (n, n), over a step; `driving` states drive the motion.
 
     P ← F P Fᵀ + Q with F in two factors: pose and speed by all states that drive them, then every process by itself.
-    work: (≥ 9, n).
+    step, responses (n,): STEP and RESPONSE. rows: workspace (8, n).
     """
-    n = x.shape[1]
-    dt = step[DT]
-    way = x[k, SPEED] * dt
-    speed, turn, lean = x[k, SPEED], 0.0, 0.0
-    for j in range(RATE, motion_states):
-        way += step[WAY, j] * x[k, j]
-        speed += step[GAIN, j] * x[k, j]
-        turn += step[TURN, j] * x[k, j]
-        lean += step[LEAN, j] * x[k, j]
-    mean_course = x[k, COURSE] + lean
-    c, s = math.cos(mean_course), math.sin(mean_course)
+    arc = arc_of(x, responses, step, driving)
+    rates = rows[:4]
+    set_rates(rates, x[SPEED], arc, responses, step, driving)
+    x[NORTH] += arc.north
+    x[EAST] += arc.east
+    x[SPEED] = arc.speed
+    x[COURSE] += arc.turn
+    propagate(p, rates, rows[4:], driving)
+    decay_processes(x, p, responses)
+    take_noise(p, step, responses, arc)
+    if arc.speed < 0.0:
+        reverse(x, p)
+    symmetrise(p)
+
+
+@lean_kernel
+def arc_of(x, responses, step, driving):
+    """The motion of a step from a state (n,)."""
+    way, speed, turn, lean = x[SPEED] * step.way, x[SPEED] * step.left, 0.0, 0.0
+    for j in range(RATE, driving):
+        response = responses[j]
+        way += response.way * x[j]
+        speed += response.gain * x[j]
+        turn += response.turn * x[j]
+        lean += response.lean * x[j]
+    c, s = math.cos(x[COURSE] + lean), math.sin(x[COURSE] + lean)
     ratio, slope = sinc(0.5 * turn)
-    north, east = way * ratio * c, way * ratio * s
-    bend_n, bend_e = 0.5 * slope * way * c, 0.5 * slope * way * s
-    was = x[k, SPEED]
-    if was > _SLOW and speed > _SLOW:
-        across_n, across_e, across_s = -east / was, north / was, speed / was - 1.0
+    return Arc(way * ratio * c, way * ratio * s, speed, turn, c, s, ratio, 0.5 * slope * way)
+
+
+@lean_kernel
+def set_rates(rates, was, arc, responses, step, driving):
+    """Fill rows north, east, along and across of F − I (4, n), but for the columns north and east, which are 0.
+
+    was: the speed at the begin of the step.
+    """
+    north, east, along, across = rates[0], rates[1], rates[2], rates[3]
+    way = step.way * arc.ratio
+    north[SPEED], east[SPEED], along[SPEED], across[SPEED] = way * arc.c, way * arc.s, step.left - 1.0, 0.0
+    along[COURSE] = 0.0
+    if was > _SLOW and arc.speed > _SLOW:
+        north[COURSE], east[COURSE], across[COURSE] = -arc.east / was, arc.north / was, arc.speed / was - 1.0
     else:
-        across_n, across_e, across_s = -dt * ratio * s, dt * ratio * c, 0.0
-    f_n, f_e, f_u, f_s = work[0], work[1], work[2], work[3]
-    f_n[SPEED], f_e[SPEED], f_u[SPEED], f_s[SPEED] = dt * ratio * c, dt * ratio * s, 0.0, 0.0
-    f_n[COURSE], f_e[COURSE], f_u[COURSE], f_s[COURSE] = across_n, across_e, 0.0, across_s
-    for j in range(RATE, motion_states):
-        along = step[WAY, j] * ratio
-        f_n[j] = along * c - east * step[LEAN, j] + bend_n * step[TURN, j]
-        f_e[j] = along * s + north * step[LEAN, j] + bend_e * step[TURN, j]
-        f_u[j] = step[GAIN, j]
-        f_s[j] = speed * step[TURN, j]
-    x[k, NORTH] += north
-    x[k, EAST] += east
-    x[k, SPEED] = speed
-    x[k, COURSE] += turn
+        north[COURSE], east[COURSE], across[COURSE] = -way * arc.s, way * arc.c, step.left - 1.0
+    for j in range(RATE, driving):
+        response = responses[j]
+        way = response.way * arc.ratio
+        north[j] = way * arc.c - arc.east * response.lean + arc.bend * arc.c * response.turn
+        east[j] = way * arc.s + arc.north * response.lean + arc.bend * arc.s * response.turn
+        along[j] = response.gain
+        across[j] = arc.speed * response.turn
 
-    w_n, w_e, w_u, w_s = work[4], work[5], work[6], work[7]
+
+@lean_kernel
+def propagate(p, rates, moved, driving):
+    """P ← F P Fᵀ (upper triangle), with the rows of F − I of `set_rates`; moved: workspace (4, n) for (F − I) P."""
+    n = len(p)
+    north, east, along, across = moved[0], moved[1], moved[2], moved[3]
     for i in range(n):
-        value = p[k, SPEED, i]
-        w_n[i], w_e[i], w_u[i], w_s[i] = f_n[SPEED] * value, f_e[SPEED] * value, 0.0, 0.0
-    for i in range(n):
-        value = p[k, COURSE, i]
-        w_n[i] += f_n[COURSE] * value
-        w_e[i] += f_e[COURSE] * value
-        w_s[i] += f_s[COURSE] * value
-    for j in range(RATE, motion_states):
-        a, b, d, e = f_n[j], f_e[j], f_u[j], f_s[j]
+        north[i] = east[i] = along[i] = across[i] = 0.0
+    for j in range(SPEED, driving):
+        a, b, c, d = rates[0, j], rates[1, j], rates[2, j], rates[3, j]
         for i in range(n):
-            value = p[k, j, i]
-            w_n[i] += a * value
-            w_e[i] += b * value
-            w_u[i] += d * value
-            w_s[i] += e * value
-    nn = ne = nu = ns = ee = eu = es = uu = us = ss = 0.0
-    for j in range(SPEED, motion_states):
-        nn += w_n[j] * f_n[j]
-        ne += w_n[j] * f_e[j]
-        nu += w_n[j] * f_u[j]
-        ns += w_n[j] * f_s[j]
-        ee += w_e[j] * f_e[j]
-        eu += w_e[j] * f_u[j]
-        es += w_e[j] * f_s[j]
-        uu += w_u[j] * f_u[j]
-        us += w_u[j] * f_s[j]
-        ss += w_s[j] * f_s[j]
-    p[k, 0, 0] += 2.0 * w_n[0] + nn
-    p[k, 0, 1] += w_n[1] + w_e[0] + ne
-    p[k, 0, 2] += w_n[2] + w_u[0] + nu
-    p[k, 0, 3] += w_n[3] + w_s[0] + ns
-    p[k, 1, 1] += 2.0 * w_e[1] + ee
-    p[k, 1, 2] += w_e[2] + w_u[1] + eu
-    p[k, 1, 3] += w_e[3] + w_s[1] + es
-    p[k, 2, 2] += 2.0 * w_u[2] + uu
-    p[k, 2, 3] += w_u[3] + w_s[2] + us
-    p[k, 3, 3] += 2.0 * w_s[3] + ss
-    for j in range(RATE, n):
-        p[k, 0, j] += w_n[j]
-        p[k, 1, j] += w_e[j]
-        p[k, 2, j] += w_u[j]
-        p[k, 3, j] += w_s[j]
-    decay_processes(x, p, k, step)
-    take_noise(p, k, step, speed, c, s, drift_speed)
-    if speed < 0.0:
-        reverse(x, p, k)
-    for i in range(n):
-        for j in range(i):
-            p[k, i, j] = p[k, j, i]
+            value = p[j, i]
+            north[i] += a * value
+            east[i] += b * value
+            along[i] += c * value
+            across[i] += d * value
+    for a in range(4):
+        row, n_, e_, u_, s_ = moved[a], north[a], east[a], along[a], across[a]
+        for j in range(SPEED, driving):
+            n_ += row[j] * rates[0, j]
+            e_ += row[j] * rates[1, j]
+            u_ += row[j] * rates[2, j]
+            s_ += row[j] * rates[3, j]
+        p[a, 0] += row[0] + n_
+        p[a, 1] += row[1] + e_
+        p[a, 2] += row[2] + u_
+        p[a, 3] += row[3] + s_
+        for j in range(RATE, n):
+            p[a, j] += row[j]
 
 
 @called_kernel
-def decay_processes(x, p, k, step):
+def decay_processes(x, p, responses):
     """Every process beyond the pose and speed by itself (upper triangle)."""
-    n = x.shape[1]
+    n = len(x)
     for j in range(RATE, n):
-        left, spun = step[LEFT, j], step[SPUN, j]
+        left, spun = responses[j].left, responses[j].spun
         if spun != 0.0:
-            x[k, j], x[k, j + 1] = left * x[k, j] - spun * x[k, j + 1], spun * x[k, j] + left * x[k, j + 1]
-            turn_pair(p, k, j, left, spun)
-        elif left != 1.0 and step[SPUN, j - 1] == 0.0:
-            x[k, j] *= left
+            x[j], x[j + 1] = left * x[j] - spun * x[j + 1], spun * x[j] + left * x[j + 1]
+            turn_pair(p, j, left, spun)
+        elif left != 1.0 and responses[j - 1].spun == 0.0:
+            x[j] *= left
             for i in range(j + 1):
-                p[k, i, j] *= left
+                p[i, j] *= left
             for i in range(j, n):
-                p[k, j, i] *= left
+                p[j, i] *= left
 
 
 @called_kernel
-def turn_pair(p, k, a, c, s):
+def turn_pair(p, a, c, s):
     """P ← J P Jᵀ in place (upper triangle), J = [[c, −s], [s, c]] on the states a and a + 1."""
     b = a + 1
     for i in range(a):
-        p[k, i, a], p[k, i, b] = c * p[k, i, a] - s * p[k, i, b], s * p[k, i, a] + c * p[k, i, b]
-    for j in range(a + 2, p.shape[2]):
-        p[k, a, j], p[k, b, j] = c * p[k, a, j] - s * p[k, b, j], s * p[k, a, j] + c * p[k, b, j]
-    aa, ab, bb = p[k, a, a], p[k, a, b], p[k, b, b]
-    p[k, a, a] = c * c * aa - 2.0 * c * s * ab + s * s * bb
-    p[k, a, b] = c * s * (aa - bb) + (c * c - s * s) * ab
-    p[k, b, b] = s * s * aa + 2.0 * c * s * ab + c * c * bb
+        p[i, a], p[i, b] = c * p[i, a] - s * p[i, b], s * p[i, a] + c * p[i, b]
+    for j in range(a + 2, len(p)):
+        p[a, j], p[b, j] = c * p[a, j] - s * p[b, j], s * p[a, j] + c * p[b, j]
+    aa, ab, bb = p[a, a], p[a, b], p[b, b]
+    p[a, a] = c * c * aa - 2.0 * c * s * ab + s * s * bb
+    p[a, b] = c * s * (aa - bb) + (c * c - s * s) * ab
+    p[b, b] = s * s * aa + 2.0 * c * s * ab + c * c * bb
 
 
 @called_kernel
-def take_noise(p, k, step, speed, c, s, drift_speed):
-    """What the processes take up in a step (upper triangle); (c, s) is the direction of the way.
+def take_noise(p, step, responses, arc):
+    """What the processes take up in a step (upper triangle).
 
     At rest a vessel is pushed about in any direction: of the noise of the held speed a share that falls with the
     fourth power of speed acts across the course as well. Where all of it does (an emergency), the noise of the course
     rate adds no more than that at speed.
     """
-    n = p.shape[2]
-    slowness = (speed / drift_speed) ** 2
-    sideways = max(1.0 / (1.0 + slowness * slowness), step[Q_SIDEWAYS])
-    ll, lu, uu = step[Q_LL], step[Q_LU], step[Q_UU]
+    c, s, speed, was = arc.c, arc.s, arc.speed, arc.speed / step.left
+    slowness = (speed / step.drift_speed) ** 2
+    sideways = max(1.0 / (1.0 + slowness * slowness), step.sideways)
     spins = spin_share(step, speed)
-    turned = spins * speed * speed
-    yy = turned * step[Q_YY] + sideways * step[S_LL]
-    ys = turned * step[Q_YX] + sideways * step[S_LU]
-    ss = turned * step[Q_XX] + sideways * step[S_UU]
-    p[k, 0, 0] += c * c * ll + s * s * yy
-    p[k, 0, 1] += c * s * (ll - yy)
-    p[k, 1, 1] += s * s * ll + c * c * yy
-    p[k, 0, 2] += c * lu
-    p[k, 1, 2] += s * lu
-    p[k, 2, 2] += uu
-    p[k, 0, 3] -= s * ys
-    p[k, 1, 3] += c * ys
-    p[k, 3, 3] += ss
-    for j in range(RATE, n):
-        if step[TURN, j] != 0.0:
-            p[k, j, j] += spins * step[ADDED, j]
-            p[k, 0, j] -= s * spins * speed * step[WITH_WAY, j]
-            p[k, 1, j] += c * spins * speed * step[WITH_WAY, j]
-            p[k, 3, j] += spins * speed * step[WITH_GAIN, j]
+    yy = spins * was * was * step.yy + sideways * step.held_ll
+    ys = spins * was * speed * step.yx + sideways * step.held_lu
+    ss = spins * speed * speed * step.xx + sideways * step.held_uu
+    p[0, 0] += c * c * step.ll + s * s * yy
+    p[0, 1] += c * s * (step.ll - yy)
+    p[1, 1] += s * s * step.ll + c * c * yy
+    p[0, 2] += c * step.lu
+    p[1, 2] += s * step.lu
+    p[2, 2] += step.uu
+    p[0, 3] -= s * ys
+    p[1, 3] += c * ys
+    p[3, 3] += ss
+    for j in range(RATE, len(p)):
+        response = responses[j]
+        if response.turn != 0.0:
+            p[j, j] += spins * response.added
+            p[0, j] -= s * spins * was * response.with_way
+            p[1, j] += c * spins * was * response.with_way
+            p[3, j] += spins * speed * response.with_gain
             continue
-        p[k, j, j] += step[ADDED, j]
-        if step[GAIN, j] != 0.0:
-            p[k, 0, j] += c * step[WITH_WAY, j]
-            p[k, 1, j] += s * step[WITH_WAY, j]
-            p[k, 2, j] += step[WITH_GAIN, j]
+        p[j, j] += response.added
+        if response.gain != 0.0:
+            p[0, j] += c * response.with_way
+            p[1, j] += s * response.with_way
+            p[2, j] += response.with_gain
 
 
 @lean_kernel
 def spin_share(step, speed):
     """Share of its noise of the course rate that a mode has at a speed: less than 1 in an emergency."""
-    return 1.0 / (1.0 + step[Q_SIDEWAYS] * (speed / _SPINS_BELOW) ** 2)
+    return 1.0 / (1.0 + step.sideways * (speed / _SPINS_BELOW) ** 2)
 
 
 @called_kernel
-def reverse(x, p, k):
+def reverse(x, p):
     """A vessel that runs backwards runs forwards on the opposite course (upper triangle)."""
-    x[k, SPEED] = -x[k, SPEED]
-    x[k, COURSE] += math.pi
-    n = x.shape[1]
+    x[SPEED] = -x[SPEED]
+    x[COURSE] += math.pi
     for i in range(SPEED):
-        p[k, i, 2] = -p[k, i, 2]
-        p[k, i, 3] = -p[k, i, 3]
-    for j in range(RATE, n):
-        p[k, 2, j] = -p[k, 2, j]
-        p[k, 3, j] = -p[k, 3, j]
+        p[i, 2] = -p[i, 2]
+        p[i, 3] = -p[i, 3]
+    for j in range(RATE, len(x)):
+        p[2, j] = -p[2, j]
+        p[3, j] = -p[3, j]
+
+
+@lean_kernel
+def symmetrise(p):
+    """Copy the upper triangle below the diagonal."""
+    for i in range(len(p)):
+        for j in range(i):
+            p[i, j] = p[j, i]

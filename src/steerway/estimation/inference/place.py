@@ -10,8 +10,9 @@ MOMENTS = 5
 
 
 @called_kernel
-def place_moments(x, p, probability, out):
+def place_moments(bank, out):
     """MOMENTS of the place, of all modes together, into `out`."""
+    x, p, probability = bank.x, bank.p, bank.probability
     for i in range(MOMENTS):
         out[i] = 0.0
     for k in range(len(probability)):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.estimation.inference.bank import LONGEST_STEP, steps_in
-from steerway.estimation.inference.fit import Rows
+from steerway.estimation.inference.row import Rows
 
 
 def usual_interval(time) -> float:

@@ -13,18 +13,12 @@ import numpy as np
 from steerway.core.angles import wrap_array
 from steerway.estimation.course.update.aids import IS_ANGLE, STATE_OF
 from steerway.estimation.inference.model import (
-    ACTS_ON,
-    CALM,
-    COMPANION,
-    FREQUENCY,
+    ON_ACCELERATION,
     ON_ANTENNA,
     ON_RATE,
     ON_TIME,
     RATE,
-    RATE_DECAY,
-    RATE_NOISE,
-    STATE,
-    VARIANCE,
+    SPEED,
     Model,
     has_two_states,
 )
@@ -35,42 +29,49 @@ turns, in the few moments after them; at all others it would let the course wand
 scenes are off by 6 % more and rates by 2 %, with 0.003 rates by 3 %. With less in a speed manoeuvre too, an emergency
 stop is smoothed worse."""
 
+_ANY_RATE = 1.0
+"""rad²/s²: second moment of a rate that is a random walk for ever. Chosen: 57 °/s."""
+
 
 class Reversal(NamedTuple):
     """A structure backwards in time, and what is known of its states without any fix. Arrays of float64."""
 
     model: Model
     sign: np.ndarray  # (n,) of every state against that forwards; the course is the opposite one
-    share: np.ndarray  # (MODES,) stationary probabilities of the modes
-    variance: np.ndarray  # (MODES, n) stationary variance of every state from RATE on
+    share: np.ndarray  # (m,) stationary probabilities of the modes
+    variance: np.ndarray  # (m, n) stationary variance of every state, infinite of a random walk
 
 
-def reversal_of(model: Model, states: int) -> Reversal:
+def reversal_of(model: Model) -> Reversal:
     """The structure backwards in time."""
-    generator, rates = model.generator, model.modes
+    generator, modes, states = model.generator, model.modes.copy(), model.states
     equations = np.vstack([generator.T, np.ones(len(generator))])
     share = np.linalg.lstsq(equations, np.append(np.zeros(len(generator)), 1.0), rcond=None)[0]
     # second moment of the held rate in every mode, times the mode's probability: noise, decay and changes of mode
-    moment = np.linalg.solve(np.diag(2.0 * rates[:, RATE_DECAY]) - generator.T, rates[:, RATE_NOISE] * share)
-    modes, rate, decay = rates.copy(), moment / share, rates[:, RATE_DECAY]
+    noise, decay = modes["rate_noise"], modes["rate_decay"]
+    lasting = np.diag(2.0 * decay) - generator.T
+    rate = np.linalg.solve(lasting, noise * share) / share if lasting.any() else np.full(1, _ANY_RATE)
     held = decay > 0.0
-    rate[CALM] = max(_LEFT_BY_TURNS * rate[CALM], 0.5 * rates[CALM, RATE_NOISE] / decay[CALM])
-    modes[held, RATE_NOISE] = 2.0 * decay[held] * rate[held]
-    sign, variance = np.ones(states), np.full((len(share), states), np.nan)
+    calm = held & (modes["manoeuvres"] == 0)
+    rate[calm] = np.maximum(_LEFT_BY_TURNS * rate[calm], 0.5 * noise[calm] / decay[calm])
+    noise[held] = 2.0 * decay[held] * rate[held]
+    modes["start"] = share
+    sign, variance = np.ones(states), np.full((len(share), states), np.inf)
+    decays = modes["speed_decay"] > 0.0
+    variance[decays, SPEED] = 0.5 * modes["speed_noise"][decays] / modes["speed_decay"][decays]
     sign[RATE], variance[:, RATE] = -1.0, rate
-    for row in model.filters:
-        first, last = int(row[STATE]), int(row[STATE]) + has_two_states(row)
-        variance[:, first : last + 1] = row[VARIANCE]
-        if row[ACTS_ON] in (ON_RATE, ON_ANTENNA, ON_TIME):
+    for process in model.processes:
+        first, last = process["state"], process["state"] + has_two_states(process)
+        variance[:, first : last + 1] = process["variance"]
+        if process["acts_on"] in (ON_RATE, ON_ANTENNA, ON_TIME, ON_ACCELERATION):
             sign[first] = -1.0
-        if row[FREQUENCY] > 0.0:
+        if process["frequency"] > 0.0:
             sign[last] = -sign[first]
     for aid, measured in zip(model.aids, STATE_OF, strict=True):
-        if measured == RATE and aid[COMPANION] > 0.0:
-            sign[int(aid[COMPANION])] = -1.0
+        if measured == RATE and aid["companion"] > 0:
+            sign[aid["companion"]] = -1.0
     reversed_ = np.ascontiguousarray(generator.T * share / share[:, None])  # else all is compiled for its layout too
-    backward = model._replace(modes=modes, generator=reversed_)
-    return Reversal(backward, sign, share, variance)
+    return Reversal(model._replace(modes=modes, generator=reversed_), sign, share, variance)
 
 
 def reversed_aids(aids):

@@ -12,6 +12,7 @@ import numpy as np
 
 from steerway.estimation.inference.bank import LONGEST_STEP
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
+from steerway.estimation.inference.model import Model
 from steerway.estimation.inference.parts import OPTIONAL, PARTS, PLAIN, Scales
 from steerway.estimation.inference.record import excerpt, predictions
 from steerway.estimation.inference.starts import scales_of, vessels
@@ -57,6 +58,11 @@ class Structure(NamedTuple):
     parts: tuple
     values: dict
 
+    @property
+    def model(self) -> Model:
+        """What the filters work with."""
+        return model_of(self.parts, self.values)
+
 
 class Inference(NamedTuple):
     """Structures with their weights, and all fits that competed to the end."""
@@ -86,7 +92,7 @@ def infer(record: Rows, aids=(), effort=1) -> Inference:
 def affordable(record: Rows, parts, most, apart) -> Rows:
     """At most so many rows; for large structures and fixes far apart fewer, so that no run of the filter costs more."""
     rows = excerpt(record, most, apart)
-    _, states, _ = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0))
+    states = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0)).states
     share = USUAL_STATES / (states * predictions(rows).mean())
     return rows if share >= 1.0 else excerpt(record, max(FEWEST, int(share * most)), apart)
 

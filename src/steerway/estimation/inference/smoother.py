@@ -7,6 +7,9 @@ linear about its own estimates: before a manoeuvre's middle the one from ahead k
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
@@ -14,22 +17,11 @@ from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.algebra import factor, inverse, invert_factor, whitened_square
 from steerway.estimation.inference.bank import advance, start
 from steerway.estimation.inference.fuse import fuse
-from steerway.estimation.inference.model import (
-    COURSE,
-    EAST,
-    FIX_VARIANCE,
-    MODES,
-    NORTH,
-    OUTLIER_RATE,
-    RATE,
-    SINCE,
-    SPEED,
-    STARTED,
-    STEP_RATE,
-)
+from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED, Model
 from steerway.estimation.inference.motion import spin_share
-from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
-from steerway.estimation.inference.weigh import FREEDOM, gaussian, outlier_density, step_variance, student, take_fix
+from steerway.estimation.inference.relative import difference, is_steady, shifted, turned, widen
+from steerway.estimation.inference.vectors import Sym2, Vec2, density, dot, plus, trace
+from steerway.estimation.inference.weigh import FREEDOM, NORMAL, outlier_density, step_variance, take_fix
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -37,58 +29,79 @@ are compared, and after it. Chosen: with 0.001 smoothed scenes are no better, an
 _NEAR = 0.45
 """rad; courses so near one another are compared as courses where one of them is known well. Chosen: linear in the
 course, the way is then too long by a tenth."""
-PAIRS = MODES * MODES
-_BEFORE, _AFTER, _FACTOR, _INVERSE, _STATES, _VECTORS = (PAIRS + k for k in (0, 5, 10, 11, 12, 17))
-ROOM, _KNOWN = PAIRS + 19, 4
-"""Matrices of workspace, and where they are: of all pairs; information of the modes before and after; one factor and
-one inverse; states of pairs; vectors. _KNOWN: the first of MODES rows of `bank.work`."""
+
+_LEAST_SPEED = 1e-6
+"""m/s, to divide by."""
+
+
+class Room(NamedTuple):
+    """Workspace in which the modes before a row meet those after it. A pair's number is m times that of its mode after
+    the row and that of its mode before it."""
+
+    x: np.ndarray  # (m², n) mean, covariance and probability of the pairs
+    p: np.ndarray  # (m², n, n)
+    weight: np.ndarray  # (m²,)
+    ahead: np.ndarray  # (m, n) states of the modes after, as those of a vessel forwards
+    before: np.ndarray  # (m, n, n) information of the modes before, and after
+    after: np.ndarray  # (m, n, n)
+    known: np.ndarray  # (m, n) information about each state without any fix
+    log_before: np.ndarray  # (m,) log determinants of the covariances, NaN of a mode that is in no pair
+    log_after: np.ndarray  # (m,) of the quotient of what is known with fixes and without
+    matrices: np.ndarray  # (2, n, n)
+    vectors: np.ndarray  # (2, n)
+
+
+def room_to_meet(model: Model) -> Room:
+    """Workspace for the modes of a model."""
+    m, n = len(model.modes), model.states
+    pairs = m * m
+    of_pairs, information = ((pairs, n), (pairs, n, n), (pairs,)), ((m, n, n), (m, n, n), (m, n), (m,), (m,))
+    shapes = *of_pairs, (m, n), *information, (2, n, n), (2, n)
+    return Room(*map(np.zeros, shapes))
 
 
 @called_kernel
-def smooth_kept(time, north, east, excess, aids, restarts, reversal, bank, motion_states, kept, room, out):
+def smooth_kept(rows, reversal, bank, kept, room, out):
     """Smoothed `fuse` of every row that a filter kept.
 
-    time, north, east, excess, aids, restarts: see `track.run_record`; aids of the opposite course. bank: empty, of the
-    backward filter. room: (ROOM, n, n), n states. out: (rows, ≥ FUSED), of which the first FUSED columns are filled.
+    rows: a record (Rows), with the aids of the opposite course. bank: empty, of the backward filter. out: (rows, ≥
+    FUSED), of which the first FUSED columns are filled.
     """
-    model, run, n = reversal.model, bank.run, bank.x.shape[1]
-    x, p = room[_STATES : _STATES + MODES].reshape((MODES * n, n))[:PAIRS], room[:PAIRS]
-    weight = room[_VECTORS].reshape(n * n)[:PAIRS]
-    run[STARTED] = 0.0
-    r = len(restarts) - 1
+    model, run, time = reversal.model, bank.run[0], rows.time
+    run.started = 0
+    r = len(rows.restarts) - 1
     for k in range(len(time) - 1, -1, -1):
-        if r >= 0 and restarts[r] == k + 1:
+        if r >= 0 and rows.restarts[r] == k + 1:
             r -= 1
-            run[STARTED] = 0.0
-        known = run[STARTED] != 0.0
+            run.started = 0
+        known = run.started == 1
         if known and time[k + 1] > time[k]:
-            advance(bank, model, time[k + 1] - time[k], motion_states)
+            advance(bank, model, time[k + 1] - time[k])
         if math.isnan(kept.probability[k, 0]):
             for i in range(out.shape[1]):
                 out[k, i] = math.nan
-        elif known and meet(kept, k, reversal, bank, x, p, weight, room):
-            fuse(x, p, weight, model.filters, bank.work[0], out[k])
+        elif known and meet(kept, k, reversal, bank, room):
+            fuse(room.x, room.p, room.weight, model, bank.rows[0], out[k])
         else:
-            fuse(kept.x[k], kept.p[k], kept.probability[k], model.filters, bank.work[0], out[k])
-        if math.isfinite(north[k]) and math.isfinite(east[k]):
-            if run[STARTED] == 0.0:
-                start(bank, model, north[k], east[k])
-                for j in range(MODES):
-                    bank.probability[j], bank.p[j, RATE, RATE] = reversal.share[j], reversal.variance[j, RATE]
+            fuse(kept.x[k], kept.p[k], kept.probability[k], model, bank.rows[0], out[k])
+        if math.isfinite(rows.north[k]) and math.isfinite(rows.east[k]):
+            if known:
+                take_fix(bank, model, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
             else:
-                take_fix(bank, model, north[k], east[k], excess[k] if len(excess) else 1.0)
-        if known and len(aids):
-            take_aids(bank, model, aids[k])
+                start(bank, model, rows.north[k], rows.east[k])
+                for j in range(len(bank.p)):
+                    bank.p[j, RATE, RATE] = reversal.variance[j, RATE]
+        if known and len(rows.aids):
+            take_aids(bank, model, rows.aids[k])
 
 
 @called_kernel
-def meet(kept, k, reversal, bank, x, p, weight, room):
+def meet(kept, k, reversal, bank, room):
     """Every mode that a filter kept of row k with every mode that the backward filter predicts for it.
 
-    Fills x (PAIRS, n), p (PAIRS, n, n) and weight (PAIRS,); a pair's number is MODES times that of the mode after the
-    row and that of the mode before it. Returns whether there is any pair.
+    Fills the pairs of the room. Returns whether there is any.
     """
-    m = bank.x.shape[0]
+    weight, m = room.weight, len(bank.x)
     highest = 0.0
     for q in range(len(weight)):
         i, j = q % m, q // m
@@ -97,85 +110,67 @@ def meet(kept, k, reversal, bank, x, p, weight, room):
     for q in range(len(weight)):
         if not weight[q] > _NEGLIGIBLE * highest:
             weight[q] = 0.0
-    forwards(reversal, bank)
-    inform(kept.p[k], step_between(kept, k, reversal, bank, weight), reversal, bank, weight, room)
-    return compare(kept.x[k], kept.p[k], reversal, bank, x, p, weight, room)
+    forwards(reversal, bank.x, room.ahead)
+    inform(kept.p[k], step_between(kept.x[k], kept.p[k], reversal, bank, room), reversal, bank, room)
+    return compare(kept.x[k], kept.p[k], bank, room)
 
 
 @called_kernel
-def inform(filtered_p, loose, reversal, bank, weight, room):
-    """Information of the modes of pairs that have a weight, and log determinants into rows of `bank.work`.
+def inform(filtered_p, loose, reversal, bank, room):
+    """Information of the modes of pairs that have a weight, and log determinants.
 
-    Of the backward filter's modes also what is known without any fix, from row _KNOWN on, and the log determinants are
-    those of the quotient of both. What is known so is never more than what the filter knows: mixing widens a mode.
-    Of the held rate only the information is taken out, and its mean stays: it is not normally distributed, and far from
-    0 a quotient of normal distributions would prefer the modes that seldom turn so fast.
+    For the backward filter's modes also what is known without any fix, and the log determinants are those of the
+    quotient of both. What is known so is never more than what the filter knows: mixing widens a mode.
+    Of the held rate of several modes only the information is taken out, and its mean stays: it is not normally
+    distributed, and far from 0 a quotient of normal distributions would prefer the modes that seldom turn so fast.
     loose: see `step_between`.
     """
     m, n = bank.x.shape
-    log_before, log_after = bank.work[0], bank.work[1]
-    scratch, covariance = room[_FACTOR], room[_INVERSE]
+    scratch, covariance = room.matrices[0], room.matrices[1]
     for i in range(m):
-        log_before[i] = log_after[i] = math.nan
+        room.log_before[i] = room.log_after[i] = math.nan
         met = met_back = False
         for j in range(m):
-            met, met_back = met or weight[j * m + i] > 0.0, met_back or weight[i * m + j] > 0.0
+            met, met_back = met or room.weight[j * m + i] > 0.0, met_back or room.weight[i * m + j] > 0.0
         if met:
-            log_before[i] = inverse(filtered_p[i], room[_BEFORE + i], scratch)
+            room.log_before[i] = inverse(filtered_p[i], room.before[i], scratch)
         if met_back:
             for u in range(n):
                 for v in range(n):
                     covariance[u, v] = reversal.sign[u] * reversal.sign[v] * bank.p[i, u, v]
             covariance[NORTH, NORTH] += loose
             covariance[EAST, EAST] += loose
-            log_after[i] = inverse(covariance, room[_AFTER + i], scratch)
-            for u in range(RATE, n):
+            log_determinant = inverse(covariance, room.after[i], scratch)
+            for u in range(SPEED if m == 1 else RATE, n):
+                room.known[i, u] = 0.0
+                if math.isinf(reversal.variance[i, u]):
+                    continue
                 share = spin_share(bank.steps[i], bank.x[i, SPEED]) if u == RATE else 1.0
                 variance = max(share * reversal.variance[i, u], covariance[u, u])
-                bank.work[_KNOWN + i, u] = 1.0 / variance
-                log_after[i] -= math.log(variance)
-            room[_AFTER + i, RATE, RATE] -= bank.work[_KNOWN + i, RATE]
+                room.known[i, u] = 1.0 / variance
+                log_determinant -= math.log(variance)
+            room.log_after[i] = log_determinant
+            if m > 1:
+                room.after[i, RATE, RATE] -= room.known[i, RATE]
 
 
 @called_kernel
-def compare(filtered_x, filtered_p, reversal, bank, x, p, weight, room):
-    """Mean, covariance and probability of all pairs (see `meet`), of which `weight` are the prior probabilities.
+def compare(filtered_x, filtered_p, bank, room):
+    """Mean, covariance and probability of all pairs (see `meet`), of which the weights are the prior probabilities.
 
     Returns whether there is any.
     """
-    m, n = bank.x.shape
-    predicted, log_before, log_after, d, white = bank.mixed_x, bank.work[0], bank.work[1], bank.work[2], bank.work[3]
-    c = room[_FACTOR]
+    weight, m = room.weight, len(bank.x)
     highest = -math.inf
     for q in range(len(weight)):
         i, j = q % m, q // m
         prior, weight[q] = weight[q], -math.inf
-        if prior == 0.0 or math.isnan(log_before[i]) or math.isnan(log_after[j]):
+        if prior == 0.0 or math.isnan(room.log_before[i]) or math.isnan(room.log_after[j]):
             continue
-        angle = difference(
-            predicted, j, filtered_x[i], are_steady(filtered_x[i], filtered_p[i], predicted[j], bank.p[j]), d
-        )
-        for u in range(n):
-            for v in range(n):
-                c[u, v] = room[_AFTER + j, u, v]
-        turned(room, _FACTOR, angle)
-        square = 0.0
-        for u in range(n):
-            x[q, u] = 0.0
-            for v in range(n):
-                x[q, u] += c[u, v] * d[v]
-                c[u, v] += room[_BEFORE + i, u, v]
-            square += d[u] * x[q, u]
-        for u in range(RATE + 1, n):
-            known = bank.work[_KNOWN + j, u]
-            c[u, u] -= known
-            x[q, u] += known * filtered_x[i, u]
-            square -= known * filtered_x[i, u] ** 2
-        log_c = factor(c, p[q])
-        if math.isnan(log_c):
-            continue
-        square -= whitened_square(p[q], x[q], white)
-        weight[q] = math.log(prior) - 0.5 * (log_before[i] + log_after[j] + log_c + square)
+        steady = are_steady(filtered_x[i], filtered_p[i], room.ahead[j], bank.p[j])
+        weight[q] = math.log(prior) + agreement(filtered_x[i], room.ahead[j], steady, room, q)
+        if math.isnan(weight[q]):
+            weight[q] = -math.inf
         highest = max(highest, weight[q])
     if highest == -math.inf:
         return False
@@ -186,18 +181,63 @@ def compare(filtered_x, filtered_p, reversal, bank, x, p, weight, room):
             weight[q] = 0.0
         total += weight[q]
     for q in range(len(weight)):
-        i, j = q % m, q // m
         weight[q] /= total
-        if weight[q] == 0.0:
-            continue
-        invert_factor(p[q], c)
-        for u in range(n):
-            d[u] = 0.0
-            for v in range(n):
-                d[u] += c[u, v] * x[q, v]
-                p[q, u, v] = c[u, v]
-        shifted(filtered_x[i], d, are_steady(filtered_x[i], filtered_p[i], predicted[j], bank.p[j]), x, p, q)
+        if weight[q] > 0.0:
+            i, j = q % m, q // m
+            steady = are_steady(filtered_x[i], filtered_p[i], room.ahead[j], bank.p[j])
+            join(filtered_x[i], steady, room, q)
     return True
+
+
+@called_kernel
+def agreement(before, after, steady, room, q):
+    """Log density with which the states (n,) of a pair agree, NaN where they cannot.
+
+    Into the room: the information of both together as a factor in p of the pair, and in x what multiplies its inverse
+    to the error at the state before.
+    """
+    n, m = len(before), len(room.before)
+    i, j = q % m, q // m
+    information, error, white, x = room.matrices[0], room.vectors[0], room.vectors[1], room.x[q]
+    angle = difference(after, before, steady, error)
+    for u in range(n):
+        for v in range(n):
+            information[u, v] = room.after[j, u, v]
+    turned(information, angle)
+    if m == 1 and steady:
+        widen(information, after[SPEED] / max(before[SPEED], _LEAST_SPEED))
+    square = 0.0
+    for u in range(n):
+        x[u] = 0.0
+        for v in range(n):
+            x[u] += information[u, v] * error[v]
+            information[u, v] += room.before[i, u, v]
+        square += error[u] * x[u]
+    for u in range(RATE + 1 if m > 1 else SPEED, n):
+        known = room.known[j, u]
+        information[u, u] -= known
+        x[u] += known * before[u]
+        square -= known * before[u] ** 2
+    log_information = factor(information, room.p[q])
+    if math.isnan(log_information):
+        return math.nan
+    square -= whitened_square(room.p[q], x, white)
+    return -0.5 * (room.log_before[i] + room.log_after[j] + log_information + square)
+
+
+@called_kernel
+def join(before, steady, room, q):
+    """State and covariance of a pair by what `agreement` left."""
+    covariance, error, x, p = room.matrices[0], room.vectors[0], room.x[q], room.p[q]
+    invert_factor(p, covariance)
+    for u in range(len(x)):
+        error[u] = 0.0
+        for v in range(len(x)):
+            error[u] += covariance[u, v] * x[v]
+            p[u, v] = covariance[u, v]
+    shifted(before, error, steady, x, p)
+    if len(room.before) == 1 and steady:
+        widen(p, x[SPEED] / max(before[SPEED], _LEAST_SPEED))
 
 
 @lean_kernel
@@ -209,42 +249,47 @@ def are_steady(x, p, other_x, other_p):
 
 
 @called_kernel
-def forwards(reversal, bank):
-    """States of the backward filter as those of a vessel forwards, into `bank.mixed_x`."""
-    m, n = bank.x.shape
+def forwards(reversal, x, out):
+    """States of the backward filter (m, n) as those of a vessel forwards."""
+    m, n = x.shape
     for j in range(m):
         for u in range(n):
-            bank.mixed_x[j, u] = reversal.sign[u] * bank.x[j, u]
-        bank.mixed_x[j, COURSE] = wrap(bank.x[j, COURSE] + math.pi)
+            out[j, u] = reversal.sign[u] * x[j, u]
+        out[j, COURSE] = wrap(x[j, COURSE] + math.pi)
 
 
 @called_kernel
-def step_between(kept, k, reversal, bank, weight):
-    """Variance (m²) by which a step of the receiver loosens the place behind row k from that before it.
+def step_between(x, p, reversal, bank, room):
+    """Variance (m²) by which a step of the receiver loosens the place behind a row from that before it, x and p.
 
     The step may be one of its error, or one that only one filter follows yet. It went as far as both places are farther
     apart than they should be; between no step and one the harmonic mean is taken.
     """
-    m, receiver = bank.x.shape[0], reversal.model.receiver
-    happens = 1.0 - math.exp(-receiver[STEP_RATE] * bank.run[SINCE])
+    m, weight, receiver = len(bank.x), room.weight, reversal.model.receiver[0]
+    happens = 1.0 - math.exp(-receiver.step_rate * bank.run[0].since)
     stays = steps = total = variance = spread = 0.0
     for q in range(len(weight)):
         if weight[q] == 0.0:
             continue
         i, j = q % m, q // m
-        a, b = bank.mixed_x[j, NORTH] - kept.x[k, i, NORTH], bank.mixed_x[j, EAST] - kept.x[k, i, EAST]
-        nn, ne = bank.p[j, 0, 0] + kept.p[k, i, 0, 0], bank.p[j, 0, 1] + kept.p[k, i, 0, 1]
-        ee = bank.p[j, 1, 1] + kept.p[k, i, 1, 1]
-        speed, course = kept.x[k, i, SPEED], kept.x[k, i, COURSE]
-        d_nn, d_ne, d_ee = step_variance(receiver, speed * math.cos(course), speed * math.sin(course))
-        stays += weight[q] * gaussian(a, b, nn, ne, ee)
-        steps += weight[q] * receiver[OUTLIER_RATE] * outlier_density(a, b, nn + ee, receiver[FIX_VARIANCE])
+        off = Vec2(room.ahead[j, NORTH] - x[i, NORTH], room.ahead[j, EAST] - x[i, EAST])
+        both = plus(place_of(bank.p[j]), place_of(p[i]))
+        speed, course = x[i, SPEED], x[i, COURSE]
+        size = step_variance(receiver, Vec2(speed * math.cos(course), speed * math.sin(course)))
+        stays += weight[q] * density(off, both, NORMAL)
+        steps += weight[q] * receiver.outlier_rate * outlier_density(off, trace(both), receiver.fix_variance)
         if happens > 0.0:
-            steps += weight[q] * happens * student(a, b, nn + d_nn, ne + d_ne, ee + d_ee, FREEDOM)
+            steps += weight[q] * happens * density(off, plus(both, size), FREEDOM)
         total += weight[q]
-        spread += weight[q] * 0.5 * (nn + ee)
-        variance += weight[q] * 0.5 * max(d_nn + d_ee, a * a + b * b - nn - ee)
+        spread += weight[q] * 0.5 * trace(both)
+        variance += weight[q] * 0.5 * max(trace(size), dot(off, off) - trace(both))
     if not stays + steps > 0.0:
         return 0.0
     spread, variance, probability = spread / total, variance / total, steps / (stays + steps)
     return probability * variance * spread / (spread + (1.0 - probability) * variance)
+
+
+@lean_kernel
+def place_of(p):
+    """Covariance of the place of a mode."""
+    return Sym2(p[0, 0], p[0, 1], p[1, 1])

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.parts import PLAIN, Scales
 from steerway.estimation.inference.record import usual_interval, white_std
+from steerway.estimation.inference.row import Rows
 from steerway.estimation.inference.spectrum import periods_of
 from steerway.estimation.inference.structures import parameters_of
 

@@ -1,25 +1,28 @@
 """Structures: tuples of the declared parts, their priors, and the model of one with its numbers."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.model import (
-    CALM,
-    EMERGENCY,
-    MODES,
-    ON_COURSE,
-    ON_RATE,
-    ON_SPEED,
-    SURGE,
-    TURN,
-    YAW,
+    AID,
+    DRIVING,
+    MODE,
+    PROCESS,
+    RECEIVER,
     Model,
     has_two_states,
 )
 from steerway.estimation.inference.parts import PARTS, Prior
 
+CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
+"""Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
+MODES = 5
+START_PROBABILITY, START_RATE_STD = (0.55, 0.2, 0.15, 0.09, 0.01), 0.2
+"""Of the modes of a vessel of which nothing is known, and rad/s. Chosen; the first rows are no part of a fit (`fit`).
+Two deviations are 23 °/s."""
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins. Chosen."""
 TURN_SHARE = 0.5
@@ -54,16 +57,17 @@ def log_share(parts) -> float:
 
 
 def _modes_of(v) -> tuple[np.ndarray, np.ndarray]:
-    """(MODES, 4) as `Model.modes`, and the rates of change between them (MODES, MODES)."""
+    """(MODES,) MODE, and the rates of change between them (MODES, MODES)."""
     decay = 1.0 / v["rate_time"]
     speed = v["speed_walk"] ** 2
     yaw, surge = v["yaw_size"] ** 2 / v["yaw_time"], v["surge_size"] ** 2 / v["surge_time"]
-    modes = np.zeros((MODES, 4))
-    modes[CALM] = speed, 0.0, decay, 0.0
-    modes[TURN] = speed, v["turn_walk"] ** 2, 0.0, 0.0
-    modes[YAW] = v["yaw_slip"] ** 2, yaw, 0.0, 0.0
-    modes[SURGE] = surge, 0.0, decay, 0.0
-    modes[EMERGENCY] = EMERGENCY_ACCELERATION**2 * EMERGENCY_TIME, EMERGENCY_YAW**2 * EMERGENCY_TIME, 0.0, 1.0
+    modes = np.zeros(MODES, MODE)
+    modes["start"], modes["start_rate"], modes["drift_speed"] = START_PROBABILITY, START_RATE_STD**2, v["drift_speed"]
+    modes["speed_noise"] = speed, speed, v["yaw_slip"] ** 2, surge, EMERGENCY_ACCELERATION**2 * EMERGENCY_TIME
+    modes["rate_noise"] = 0.0, v["turn_walk"] ** 2, yaw, 0.0, EMERGENCY_YAW**2 * EMERGENCY_TIME
+    modes["rate_decay"][[CALM, SURGE]] = decay
+    modes["sideways"][EMERGENCY] = 1.0
+    modes["manoeuvres"][[YAW, SURGE, EMERGENCY]] = 1
     g = np.zeros((MODES, MODES))
     yaw_begins, surge_begins = 1.0 / v["yaw_every"], 1.0 / v["surge_every"]
     g[CALM, YAW], g[CALM, SURGE] = yaw_begins, surge_begins
@@ -80,42 +84,67 @@ def _modes_of(v) -> tuple[np.ndarray, np.ndarray]:
     return modes, g
 
 
-def model_of(parts, values) -> tuple[Model, int, int]:
-    """Model of a structure with these numbers (dict), its number of states and of states that drive the motion."""
-    v = values
-    filters, at, driving, companions = [], 5, 5, {}
+class Shaping(NamedTuple):
+    """A shaping filter with its numbers (see PROCESS), of a companion with the name of its aid."""
+
+    acts_on: int
+    decay: float
+    frequency: float
+    variance: float
+    aid: str = ""
+
+
+def model_of(parts, values) -> Model:
+    """Model of a structure with these numbers (dict)."""
+    v, shapings = values, []
     for name, each in [(name, each) for name, part in PARTS.items() if name in parts for each in part.filters]:
         decay, frequency = 1.0 / v[each.time], 0.0
         if each.damping:
             frequency = each.harmonic * 2.0 * math.pi / v[each.time]
             decay = v[each.damping] * frequency
         std = v[each.std] / each.harmonic
-        filters.append((each.acts_on, at, decay, frequency, std * std))
-        companions[name] = at
-        at += 2 if has_two_states(filters[-1]) else 1
-        if each.acts_on in (ON_SPEED, ON_RATE, ON_COURSE):
-            driving = at
-    aids = np.full((len(TABLE), 2), math.nan)
+        shapings.append(Shaping(each.acts_on, decay, frequency, std * std, name))
+    variances = {aid.name: v[next(iter(aid.priors))] ** 2 for aid in TABLE if aid.name in parts}
+    return assembled(*_modes_of(v), shapings, _receiver_of(parts, v), variances)
+
+
+def assembled(modes, generator, shapings, receiver, variances) -> Model:
+    """Model of these modes (m,), rates of change (m, m), shaping filters, receiver (1,) and variances of aids by name.
+
+    Shaping filters that drive the motion come first.
+    """
+    processes, states, driving, companions = [], 5, 5, {}
+    for each in shapings:
+        process = np.array((each.decay, each.frequency, each.variance, each.acts_on, states), PROCESS)
+        processes.append(process)
+        companions[each.aid] = states
+        states += 2 if has_two_states(process) else 1
+        if each.acts_on in DRIVING:
+            driving = states
+    aids = np.array([(math.nan, 0)] * len(TABLE), AID)
     for which, aid in enumerate(TABLE):
-        if aid.name in parts:
-            aids[which] = v[next(iter(aid.priors))] ** 2, companions.get(aid.name, 0)
-    table = np.array(filters, dtype=np.float64).reshape(-1, 5)
-    receiver = np.array(
-        [
-            v["fix_std"] ** 2,
-            min(v["outlier_rate"], _MOST_BAD),
-            v["drift_speed"],
-            min(v["poor_rate"], _MOST_BAD),
-            v.get("time_std", 0.0) ** 2,
-            v["late_std"] ** 2,
-            1.0 / v["step_every"] if "steps" in parts else 0.0,
-            v.get("step_std", 0.0) ** 2,
-            v.get("slip_std", 0.0) ** 2,
-            1.0 + v.get("obstructed_noise", _POOR),
-            v.get("obstructed_time", 0.0),
-        ]
-    )
-    return Model(*_modes_of(v), table, receiver, aids), at, driving
+        if aid.name in variances:
+            aids[which] = variances[aid.name], companions.get(aid.name, 0)
+    return Model(modes, generator, np.array(processes, PROCESS), receiver, aids, states, driving)
+
+
+def _receiver_of(parts, v) -> np.ndarray:
+    """(1,) RECEIVER of these parts."""
+    receiver = np.zeros(1, RECEIVER)
+    for name, number in {
+        "fix_variance": v["fix_std"] ** 2,
+        "outlier_rate": min(v["outlier_rate"], _MOST_BAD),
+        "poor_rate": min(v["poor_rate"], _MOST_BAD),
+        "poor_noise": 1.0 + v.get("obstructed_noise", _POOR),
+        "poor_time": v.get("obstructed_time", 0.0),
+        "time_variance": v.get("time_std", 0.0) ** 2,
+        "late_variance": v["late_std"] ** 2,
+        "step_rate": 1.0 / v["step_every"] if "steps" in parts else 0.0,
+        "step_variance": v.get("step_std", 0.0) ** 2,
+        "slip_variance": v.get("slip_std", 0.0) ** 2,
+    }.items():
+        receiver[name] = number
+    return receiver
 
 
 SHIP = {

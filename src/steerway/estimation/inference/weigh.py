@@ -1,38 +1,28 @@
-"""What a fix does to all modes: good, poor, an outlier, or a step of the receiver.
+"""What a fix does to all modes: good, poor, a step of the receiver, or an outlier.
 
 All hypotheses are weighed in one likelihood, and nothing is left out of it.
 """
 
 import math
+from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.fix import correct, of_fix, project
-from steerway.estimation.inference.model import (
-    APART,
-    COURSE,
-    EAST,
-    FIX_VARIANCE,
-    LATE_VARIANCE,
-    LEARNT,
-    LEVEL,
-    NORTH,
-    OUTLIER_RATE,
-    POOR_NOISE,
-    POOR_RATE,
-    POOR_TIME,
-    RUN,
-    RUN_E,
-    RUN_N,
-    SINCE,
-    SLIP_VARIANCE,
-    SPEED,
-    STEP_E,
-    STEP_N,
-    STEP_RATE,
-    STEP_VARIANCE,
-    TIME_VARIANCE,
-    WAS_OUTLIER,
-    WAS_POOR,
+from steerway.estimation.inference.fix import correct, see
+from steerway.estimation.inference.model import EAST, NORTH
+from steerway.estimation.inference.vectors import (
+    Sym2,
+    Vec2,
+    density,
+    dot,
+    inverse,
+    nis,
+    outer,
+    plus,
+    sandwich,
+    scaled,
+    times,
+    trace,
+    widened,
 )
 
 LEAST_OUTLIER, DECADES = 10.0, 10.0
@@ -40,6 +30,8 @@ LEAST_OUTLIER, DECADES = 10.0, 10.0
 density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
 LEAST_PROBABILITY = 1e-6
 """Of a hypothesis that a correction counts: below, it moves nothing by a thousandth of a standard deviation."""
+NORMAL = math.inf
+"""Degrees of freedom of the normal distribution as one of Student's."""
 FREEDOM = 4.0
 STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
 """Degrees of freedom of Student's t distribution (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American
@@ -60,10 +52,54 @@ RETURNS = 0.5
 """Probability that the receiver then returns by the same step."""
 
 
+class Expected(NamedTuple):
+    """What is expected of a fix before it is seen: probabilities of the hypotheses, and the noise of a poor one."""
+
+    good: float
+    poor: float
+    step: float
+    wrong: float
+    noise: float  # variance that a poor fix has besides, in its usual noise
+    freedom: float  # degrees of freedom of what is known of that
+    learnt: float  # of these, those that earlier fixes gave
+
+
 @lean_kernel
-def outlier_density(nu_n, nu_e, spread, variance):
-    """Density (1/m²) of an outlier so far from the predicted fix, which is uncertain by `spread` (m²) itself."""
-    return 1.0 / (2.0 * math.pi * DECADES * (nu_n * nu_n + nu_e * nu_e + spread + LEAST_OUTLIER**2 * variance))
+def expect(run, receiver):
+    """What is expected of the next fix.
+
+    Where the sky is obstructed a poor fix is mostly followed by one, and those before it tell how large the noise is
+    (S. Särkkä and A. Nummenmaa, IEEE Trans. Automatic Control 54(3), 2009).
+    """
+    wrong = receiver.outlier_rate * (1.0 - run.was_outlier) + OUTLIERS_LAST * run.was_outlier
+    stays = learnt = 0.0
+    level, freedom = 1.0, NORMAL
+    if receiver.poor_time > 0.0:
+        left = math.exp(-run.since / receiver.poor_time)
+        stays, learnt = left * run.was_poor, left * run.learnt
+        freedom = FREEDOM + learnt
+        level = (FREEDOM + learnt * run.level) / freedom
+    poor = (1.0 - wrong) * (stays + (1.0 - stays) * receiver.poor_rate)
+    step = (1.0 - wrong - poor) * (1.0 - math.exp(-receiver.step_rate * run.since))
+    return Expected(1.0 - wrong - poor - step, poor, step, wrong, level, freedom, learnt)
+
+
+class Weighed(NamedTuple):
+    """A fix by four hypotheses: probability times density of each, and what poor fixes and steps have besides noise."""
+
+    good: float
+    poor: float
+    step: float
+    wrong: float
+    poor_noise: Sym2  # m²
+    step_size: Sym2  # m²
+
+
+class Share(NamedTuple):
+    """What hypotheses of probability β add to a correction, with s = S⁻¹ ν: Σ β (S⁻¹ − s sᵀ) and Σ β s."""
+
+    information: Sym2
+    s: Vec2
 
 
 @called_kernel
@@ -72,243 +108,228 @@ def take_fix(bank, model, north, east, excess):
 
     A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
     (a step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
-    correction is their mean (probabilistic data association: Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor
-    Tracking, 1995, §3.4): x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ,
-    s_h = S_h⁻¹ ν, s̄ = Σ β_h s_h; for a step see `step_position`. Where the sky is obstructed a poor fix is mostly
-    followed by one, and those before it tell how large the noise is (S. Särkkä and A. Nummenmaa, IEEE Trans. Automatic
-    Control 54(3), 2009).
+    correction is their mean, see `take_weighed`.
     excess: how many times its usual variance the white noise of this fix has.
     """
-    x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
-    m = x.shape[0]
-    filters, receiver = model.filters, model.receiver
-    variance, clock, late = excess * receiver[FIX_VARIANCE], receiver[TIME_VARIANCE], receiver[LATE_VARIANCE]
-    return_step(bank, model, north, east, excess)
-    wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
-    lasting = receiver[POOR_TIME] > 0.0
-    left = math.exp(-run[SINCE] / receiver[POOR_TIME]) if lasting else 0.0
-    stays, learnt = left * run[WAS_POOR], left * run[LEARNT]
-    freedom = FREEDOM + learnt
-    level = (FREEDOM + learnt * run[LEVEL]) / freedom
-    poor_spread = freedom / (freedom - 2.0) if lasting else 1.0
-    poor_prior = (1.0 - wrong_prior) * (stays + (1.0 - stays) * receiver[POOR_RATE])
-    step_prior = (1.0 - wrong_prior - poor_prior) * (1.0 - math.exp(-receiver[STEP_RATE] * run[SINCE]))
-    run[APART], run[SINCE] = run[SINCE], 0.0
-    good_prior = 1.0 - wrong_prior - poor_prior - step_prior
-    density = work[8]
-    mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
-    total = wrong = bad = seen = 0.0
+    run, receiver, probability, density_of = bank.run[0], model.receiver[0], bank.probability, bank.shares[0]
+    fix, variance = Vec2(north, east), excess * receiver.fix_variance
+    return_step(bank, model, fix, variance)
+    expected = expect(run, receiver)
+    run.apart, run.since = run.since, 0.0
+    mean, spread = Vec2(0.0, 0.0), Sym2(0.0, 0.0, 0.0)
+    total = wrong = poor = learned = 0.0
     least = math.inf
-    for k in range(m):
-        pc_n, pc_e = work[0], work[1]
-        c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
-        at_n, at_e = project(x, p, k, filters, c, s, pc_n, pc_e)
-        s_nn, s_ne, s_ee = of_fix(x[k, SPEED], filters, c, s, pc_n, pc_e)
-        v_n, v_e = x[k, SPEED] * c, x[k, SPEED] * s
-        if clock > 0.0:
-            s_nn, s_ne, s_ee = s_nn + clock * v_n * v_n, s_ne + clock * v_n * v_e, s_ee + clock * v_e * v_e
-        s_nn, s_ee = s_nn + variance, s_ee + variance
-        nu_n, nu_e, weight = north - at_n, east - at_e, probability[k]
-        outlier = outlier_density(nu_n, nu_e, s_nn + s_ee, variance)
-        if run[RUN] > 0.0:
-            same = gaussian(nu_n - run[RUN_N], nu_e - run[RUN_E], s_nn + variance, s_ne, s_ee + variance)
-            outlier = (1.0 - SAME_OFFSET) * outlier + SAME_OFFSET * same
-        outlier *= wrong_prior
-        usual = good_prior * gaussian(nu_n, nu_e, s_nn, s_ne, s_ee)
-        added = level * (receiver[POOR_NOISE] ** 2 - 1.0) * variance
-        p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
-        if lasting:
-            poor = poor_prior * student(nu_n, nu_e, p_nn, p_ne, p_ee, freedom)
-            seen += weight * poor * level * noise_seen(2.0 * added, nu_n, nu_e, p_nn + p_ee)
-        else:
-            poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
-        stepped = 0.0
-        d_nn, d_ne, d_ee = step_variance(receiver, v_n, v_e)
-        if step_prior > 0.0:
-            stepped = step_prior * student(nu_n, nu_e, s_nn + d_nn, s_ne + d_ne, s_ee + d_ee, FREEDOM)
-        whole = usual + poor + stepped + outlier
-        density[k] = weight * whole
-        total += weight * whole
-        wrong += weight * outlier
-        bad += weight * poor
-        mean_n += weight * nu_n
-        mean_e += weight * nu_e
-        loose, far = poor_prior * poor_spread * added, step_prior * STUDENT_VARIANCE
-        mean_nn += weight * (s_nn + loose + far * d_nn + nu_n * nu_n)
-        mean_ne += weight * (s_ne + far * d_ne + nu_n * nu_e)
-        mean_ee += weight * (s_ee + loose + far * d_ee + nu_e * nu_e)
-        least = min(least, s_nn + s_ee)
-        if s_nn + s_ee > DIFFUSE * variance and outlier < RARE * whole:
-            whole -= outlier
-        m_nn, m_ne, m_ee, mean_s_n, mean_s_e = share(usual / whole, nu_n, nu_e, s_nn, s_ne, s_ee)
-        if poor > LEAST_PROBABILITY * whole:
-            if lasting:
-                scale = (freedom + square(nu_n, nu_e, p_nn, p_ne, p_ee)) / (freedom + 2.0)
-                p_nn, p_ne, p_ee = (
-                    s_nn + scale * (p_nn - s_nn),
-                    s_ne + scale * (p_ne - s_ne),
-                    s_ee + scale * (p_ee - s_ee),
-                )
-            j_nn, j_ne, j_ee, b_n, b_e = share(poor / whole, nu_n, nu_e, p_nn, p_ne, p_ee)
-            m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
-            mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
-        if stepped > LEAST_PROBABILITY * whole:
-            # it went as far as the innovation is larger than it should be
-            scale = max(1.0, (nu_n * nu_n + nu_e * nu_e - s_nn - s_ee) / (d_nn + d_ee))
-            d_nn, d_ne, d_ee = scale * d_nn, scale * d_ne, scale * d_ee
-            stepped /= whole
-            j_nn, j_ne, j_ee, b_n, b_e = share(stepped, nu_n, nu_e, s_nn + d_nn, s_ne + d_ne, s_ee + d_ee)
-            m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
-            mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
-            step_position(
-                x, p, k, pc_n, pc_e, d_nn, d_ne, d_ee, stepped, j_nn, j_ne, j_ee, b_n, b_e, mean_s_n, mean_s_e
-            )
-        m_nn, m_ne, m_ee = m_nn + mean_s_n * mean_s_n, m_ne + mean_s_n * mean_s_e, m_ee + mean_s_e * mean_s_e
-        correct(x, p, k, pc_n, pc_e, m_nn, m_ne, m_ee, mean_s_n, mean_s_e)
-    for k in range(m):
-        probability[k] = density[k] / total
-    mean_nn, mean_ne, mean_ee = mean_nn - mean_n * mean_n, mean_ne - mean_n * mean_e, mean_ee - mean_e * mean_e
-    nis = (mean_ee * mean_n * mean_n - 2.0 * mean_ne * mean_n * mean_e + mean_nn * mean_e * mean_e) / (
-        mean_nn * mean_ee - mean_ne * mean_ne
-    )
-    run[WAS_POOR], run[LEARNT] = bad / total, learnt
-    if lasting and bad > 0.0:
-        told = 2.0 * bad / total  # a fix has two coordinates
-        run[LEARNT] = learnt + told
-        run[LEVEL] += told / run[LEARNT] * (seen / bad - run[LEVEL])
-    follow_run(bank, mean_n, mean_e, wrong / total, least)
-    return nis, math.log(total), wrong / total
+    for k in range(len(probability)):
+        x, p, weight = bank.x[k], bank.p[k], probability[k]
+        seen = see(x, p, model.processes, receiver.time_variance, fix, variance, bank.rows)
+        weighed = weigh(seen, expected, run, receiver, variance)
+        density_of[k] = weight * (weighed.good + weighed.poor + weighed.step + weighed.wrong)
+        total += density_of[k]
+        wrong += weight * weighed.wrong
+        poor += weight * weighed.poor
+        if expected.freedom < NORMAL:
+            learned += weight * weighed.poor * noise_seen(seen, expected, receiver, variance)
+        mean = Vec2(mean.n + weight * seen.off.n, mean.e + weight * seen.off.e)
+        spread = plus(spread, scaled(weight, plus(usual_spread(seen, expected, receiver, variance), outer(seen.off))))
+        least = min(least, trace(seen.s))
+        take_weighed(bank, k, seen, weighed, variance)
+    for k in range(len(probability)):
+        probability[k] = density_of[k] / total
+    learn_noise(run, expected, poor / total, learned / total)
+    follow_run(bank, mean, wrong / total, least)
+    return nis(mean, plus(spread, scaled(-1.0, outer(mean)))), math.log(total), wrong / total
 
 
 @lean_kernel
-def share(probability, nu_n, nu_e, s_nn, s_ne, s_ee):
-    """What a hypothesis β adds to the correction: β (S⁻¹ − s sᵀ), three numbers, and β s, two, with s = S⁻¹ ν."""
-    determinant = s_nn * s_ee - s_ne * s_ne
-    i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
-    s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
-    m_nn, m_ne, m_ee = i_nn - s_n * s_n, i_ne - s_n * s_e, i_ee - s_e * s_e
-    return probability * m_nn, probability * m_ne, probability * m_ee, probability * s_n, probability * s_e
+def weigh(seen, expected, run, receiver, variance):
+    """A fix by all hypotheses, in one mode."""
+    off, s = seen.off, seen.s
+    wrong = outlier_density(off, trace(s), variance)
+    if run.outliers > 0.0:
+        again = Vec2(off.n - run.outlier_north, off.e - run.outlier_east)
+        wrong = (1.0 - SAME_OFFSET) * wrong + SAME_OFFSET * density(again, widened(s, variance), NORMAL)
+    noise = poor_noise(seen, expected, receiver, variance)
+    poor, step, size = 0.0, 0.0, step_variance(receiver, seen.velocity)
+    if expected.poor > 0.0:
+        poor = expected.poor * density(off, plus(s, noise), expected.freedom)
+    if expected.step > 0.0:
+        step = expected.step * density(off, plus(s, size), FREEDOM)
+    good = expected.good * density(off, s, NORMAL)
+    return Weighed(good, poor, step, expected.wrong * wrong, noise_shown(seen, noise, expected.freedom), size)
 
 
 @lean_kernel
-def noise_seen(variance, nu_n, nu_e, spread):
-    """Mean square of a noise, in its variance, where the innovation, of variance `spread` with it, is known."""
-    part = variance / spread
-    return part * (nu_n * nu_n + nu_e * nu_e) / spread + 1.0 - part
+def take_weighed(bank, k, seen, weighed, variance):
+    """Correct mode k by the mean of all hypotheses h.
 
-
-@lean_kernel
-def step_variance(receiver, v_n, v_e):
-    """Covariance (m²) of a step of the receiver: in any direction, and along the velocity."""
-    step, slip = receiver[STEP_VARIANCE], receiver[SLIP_VARIANCE]
-    return step + slip * v_n * v_n, slip * v_n * v_e, step + slip * v_e * v_e
-
-
-@called_kernel
-def step_position(x, p, k, pc_n, pc_e, d_nn, d_ne, d_ee, probability, j_nn, j_ne, j_ee, b_n, b_e, mean_n, mean_e):
-    """Move the position of mode k by what a step of covariance D (m²) and probability β does to it, E of x.
-
-    x ← x + E D b and P ← P − (C (J + s̄ bᵀ) D Eᵀ + its transpose) + E (β D − D (J + b bᵀ) D) Eᵀ, with J and b of `share`
-    and s̄ the mean of all hypotheses; what is common to them follows by `correct`.
+    Probabilistic data association (Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4):
+    x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ in `rows`, s_h = S_h⁻¹ ν and
+    s̄ = Σ β_h s_h; for a step see `step_position`.
     """
-    x[k, NORTH] += d_nn * b_n + d_ne * b_e
-    x[k, EAST] += d_ne * b_n + d_ee * b_e
-    k_nn, k_ne, k_en, k_ee = j_nn + mean_n * b_n, j_ne + mean_n * b_e, j_ne + mean_e * b_n, j_ee + mean_e * b_e
-    k_nn, k_ne = k_nn * d_nn + k_ne * d_ne, k_nn * d_ne + k_ne * d_ee
-    k_en, k_ee = k_en * d_nn + k_ee * d_ne, k_en * d_ne + k_ee * d_ee
-    for i in range(x.shape[1]):
-        a, b = pc_n[i] * k_nn + pc_e[i] * k_en, pc_n[i] * k_ne + pc_e[i] * k_ee
-        p[k, i, NORTH] -= a
-        p[k, NORTH, i] -= a
-        p[k, i, EAST] -= b
-        p[k, EAST, i] -= b
-    j_nn, j_ne, j_ee = j_nn + b_n * b_n, j_ne + b_n * b_e, j_ee + b_e * b_e
-    a_nn, a_ne, a_en, a_ee = (
-        d_nn * j_nn + d_ne * j_ne,
-        d_nn * j_ne + d_ne * j_ee,
-        d_ne * j_nn + d_ee * j_ne,
-        d_ne * j_ne + d_ee * j_ee,
-    )
-    p[k, NORTH, NORTH] += probability * d_nn - a_nn * d_nn - a_ne * d_ne
-    p[k, EAST, EAST] += probability * d_ee - a_en * d_ne - a_ee * d_ee
-    cross = probability * d_ne - a_nn * d_ne - a_ne * d_ee
-    p[k, NORTH, EAST] += cross
-    p[k, EAST, NORTH] += cross
+    off, s, x, p, rows = seen.off, seen.s, bank.x[k], bank.p[k], bank.rows
+    whole = weighed.good + weighed.poor + weighed.step + weighed.wrong
+    if trace(s) > DIFFUSE * variance and weighed.wrong < RARE * whole:
+        whole -= weighed.wrong
+    mean = share(weighed.good / whole, off, s)
+    if weighed.poor > LEAST_PROBABILITY * whole:
+        mean = joined(mean, share(weighed.poor / whole, off, plus(s, weighed.poor_noise)))
+    if weighed.step > LEAST_PROBABILITY * whole:
+        # it went as far as the innovation is larger than it should be
+        size = weighed.step_size
+        size = scaled(max(1.0, (dot(off, off) - trace(s)) / trace(size)), size)
+        own = share(weighed.step / whole, off, plus(s, size))
+        mean = joined(mean, own)
+        step_position(x, p, size, weighed.step / whole, own, mean.s, rows)
+    correct(x, p, rows, plus(mean.information, outer(mean.s)), mean.s, len(bank.x) == 1)
+
+
+@lean_kernel
+def share(probability, off, s):
+    """What a hypothesis adds to the correction."""
+    information = inverse(s)
+    pull = times(information, off)
+    information = plus(information, scaled(-1.0, outer(pull)))
+    return Share(scaled(probability, information), Vec2(probability * pull.n, probability * pull.e))
+
+
+@lean_kernel
+def joined(a, b):
+    """What two hypotheses add together."""
+    return Share(plus(a.information, b.information), Vec2(a.s.n + b.s.n, a.s.e + b.s.e))
+
+
+@lean_kernel
+def outlier_density(off, spread, variance):
+    """Density (1/m²) of an outlier so far from the predicted fix, which is uncertain by `spread` (m²) itself."""
+    return 1.0 / (2.0 * math.pi * DECADES * (dot(off, off) + spread + LEAST_OUTLIER**2 * variance))
+
+
+@lean_kernel
+def poor_noise(seen, expected, receiver, variance):
+    """Covariance (m²) that a poor fix has besides: in any direction, and along the velocity."""
+    added = expected.noise * (receiver.poor_noise**2 - 1.0) * variance
+    return widened(scaled(receiver.late_variance, outer(seen.velocity)), added)
+
+
+@lean_kernel
+def noise_shown(seen, noise, freedom):
+    """The covariance of a poor fix as far as its innovation tells it."""
+    if math.isinf(freedom):
+        return noise
+    return scaled((freedom + nis(seen.off, plus(seen.s, noise))) / (freedom + 2.0), noise)
+
+
+@lean_kernel
+def usual_spread(seen, expected, receiver, variance):
+    """Covariance (m²) of the innovation of fixes of all kinds but outliers."""
+    loose = expected.poor * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
+    if expected.freedom < NORMAL:
+        loose *= expected.freedom / (expected.freedom - 2.0)
+    size = scaled(expected.step * STUDENT_VARIANCE, step_variance(receiver, seen.velocity))
+    return plus(widened(seen.s, loose), size)
+
+
+@lean_kernel
+def step_variance(receiver, velocity):
+    """Covariance (m²) of a step of the receiver: in any direction, and along the velocity."""
+    return widened(scaled(receiver.slip_variance, outer(velocity)), receiver.step_variance)
 
 
 @called_kernel
-def follow_run(bank, nu_n, nu_e, wrong, spread):
+def step_position(x, p, size, probability, own, mean, rows):
+    """Move the position of a mode by what a step of covariance D = `size` (m²) and probability β does to it, E of x.
+
+    x ← x + E D b and P ← P − (C (J + s̄ bᵀ) D Eᵀ + its transpose) + E (β D − D (J + b bᵀ) D) Eᵀ, with J and b of its
+    `own` share and s̄ the mean of all hypotheses; what is common to them follows by `correct`.
+    """
+    j, b = own.information, own.s
+    moved = times(size, b)
+    x[NORTH] += moved.n
+    x[EAST] += moved.e
+    nn, ne = j.nn + mean.n * b.n, j.ne + mean.n * b.e
+    en, ee = j.ne + mean.e * b.n, j.ee + mean.e * b.e
+    to_north = Vec2(nn * size.nn + ne * size.ne, en * size.nn + ee * size.ne)
+    to_east = Vec2(nn * size.ne + ne * size.ee, en * size.ne + ee * size.ee)
+    for i in range(len(x)):
+        known = Vec2(rows[0, i], rows[1, i])
+        a, c = dot(known, to_north), dot(known, to_east)
+        p[i, NORTH] -= a
+        p[NORTH, i] -= a
+        p[i, EAST] -= c
+        p[EAST, i] -= c
+    left = plus(scaled(probability, size), scaled(-1.0, sandwich(size, plus(j, outer(b)))))
+    p[NORTH, NORTH] += left.nn
+    p[EAST, EAST] += left.ee
+    p[NORTH, EAST] += left.ne
+    p[EAST, NORTH] += left.ne
+
+
+@lean_kernel
+def noise_seen(seen, expected, receiver, variance):
+    """Mean square of the noise of a poor fix, in its usual variance, where the innovation is known."""
+    noise = poor_noise(seen, expected, receiver, variance)
+    added = 2.0 * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
+    spread = trace(plus(seen.s, noise))
+    part = added / spread
+    return expected.noise * (part * dot(seen.off, seen.off) / spread + 1.0 - part)
+
+
+@lean_kernel
+def learn_noise(run, expected, poor, seen):
+    """What a fix that was poor with a probability tells of the noise of those after it."""
+    run.was_poor, run.learnt = poor, expected.learnt
+    if expected.freedom < NORMAL and poor > 0.0:
+        told = 2.0 * poor  # a fix has two coordinates
+        run.learnt = expected.learnt + told
+        run.level += told / run.learnt * (seen / poor - run.level)
+
+
+@called_kernel
+def follow_run(bank, off, wrong, spread):
     """Count outliers in a row that agree; a step of the receiver is followed in position, and the motion kept."""
-    run = bank.run
-    run[WAS_OUTLIER] = wrong
+    run = bank.run[0]
+    run.was_outlier = wrong
     if wrong < 0.5:
-        run[RUN] = 0.0
+        run.outliers = 0.0
         return
-    a, b = nu_n - run[RUN_N], nu_e - run[RUN_E]
-    if run[RUN] > 0.0 and a * a + b * b < 9.0 * spread:
-        run[RUN] += 1.0
-        run[RUN_N] += a / run[RUN]
-        run[RUN_E] += b / run[RUN]
+    further = Vec2(off.n - run.outlier_north, off.e - run.outlier_east)
+    if run.outliers > 0.0 and dot(further, further) < 9.0 * spread:
+        run.outliers += 1.0
+        run.outlier_north += further.n / run.outliers
+        run.outlier_east += further.e / run.outliers
     else:
-        run[RUN], run[RUN_N], run[RUN_E] = 1.0, nu_n, nu_e
-    if run[RUN] >= RUN_FOLLOWED:
-        shift(bank, run[RUN_N], run[RUN_E], spread / RUN_FOLLOWED)
+        run.outliers, run.outlier_north, run.outlier_east = 1.0, off.n, off.e
+    if run.outliers >= RUN_FOLLOWED:
+        shift(bank, run.outlier_north, run.outlier_east, spread / RUN_FOLLOWED)
 
 
 @called_kernel
 def shift(bank, north, east, variance):
     """Follow a step of the receiver in position, and keep the motion."""
-    run, x, p = bank.run, bank.x, bank.p
-    for k in range(x.shape[0]):
+    run, x, p = bank.run[0], bank.x, bank.p
+    for k in range(len(x)):
         x[k, NORTH] += north
         x[k, EAST] += east
         p[k, 0, 0] += variance
         p[k, 1, 1] += variance
-    run[RUN] = run[WAS_OUTLIER] = 0.0
-    run[STEP_N] += north
-    run[STEP_E] += east
+    run.outliers = run.was_outlier = 0.0
+    run.step_north += north
+    run.step_east += east
 
 
 @called_kernel
-def return_step(bank, model, north, east, excess):
+def return_step(bank, model, fix, variance):
     """Undo the step last followed where a fix is likelier so than as a good one or an outlier."""
-    x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
-    if run[STEP_N] == 0.0 and run[STEP_E] == 0.0:
+    run, processes, outlier_rate = bank.run[0], model.processes, model.receiver[0].outlier_rate
+    if run.step_north == 0.0 and run.step_east == 0.0:
         return
-    variance = excess * model.receiver[FIX_VARIANCE]
     stays = returns = 0.0
-    for k in range(x.shape[0]):
-        c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
-        at_n, at_e = project(x, p, k, model.filters, c, s, work[0], work[1])
-        s_nn, s_ne, s_ee = of_fix(x[k, SPEED], model.filters, c, s, work[0], work[1])
-        s_nn, s_ee = s_nn + variance, s_ee + variance
-        a, b = north - at_n, east - at_e
-        stays += probability[k] * gaussian(a, b, s_nn, s_ne, s_ee)
-        stays += probability[k] * model.receiver[OUTLIER_RATE] * outlier_density(a, b, s_nn + s_ee, variance)
-        s_nn, s_ee = s_nn + variance, s_ee + variance
-        returns += probability[k] * gaussian(a + run[STEP_N], b + run[STEP_E], s_nn, s_ne, s_ee)
-    if RETURNS * model.receiver[OUTLIER_RATE] * returns > stays:
-        shift(bank, -run[STEP_N], -run[STEP_E], variance)
-        run[STEP_N] = run[STEP_E] = 0.0
-
-
-@lean_kernel
-def square(a, b, s_nn, s_ne, s_ee):
-    """Innovation (a, b) squared, in its covariance: NIS."""
-    return (s_ee * a * a - 2.0 * s_ne * a * b + s_nn * b * b) / (s_nn * s_ee - s_ne * s_ne)
-
-
-@lean_kernel
-def gaussian(a, b, s_nn, s_ne, s_ee):
-    """Density (1/m²) of an innovation (a, b)."""
-    determinant = s_nn * s_ee - s_ne * s_ne
-    return math.exp(-0.5 * square(a, b, s_nn, s_ne, s_ee)) / (2.0 * math.pi * math.sqrt(determinant))
-
-
-@lean_kernel
-def student(a, b, s_nn, s_ne, s_ee, freedom):
-    """Density (1/m²) of an innovation (a, b) by Student's t distribution of so many degrees of freedom."""
-    determinant = s_nn * s_ee - s_ne * s_ne
-    tail = 1.0 + square(a, b, s_nn, s_ne, s_ee) / freedom
-    power = tail**3 if freedom == FREEDOM else tail ** (0.5 * freedom + 1.0)  # a cube takes less time
-    return 1.0 / (2.0 * math.pi * math.sqrt(determinant) * power)
+    for k in range(len(bank.x)):
+        seen = see(bank.x[k], bank.p[k], processes, 0.0, fix, variance, bank.rows)
+        back = Vec2(seen.off.n + run.step_north, seen.off.e + run.step_east)
+        stays += bank.probability[k] * density(seen.off, seen.s, NORMAL)
+        stays += bank.probability[k] * outlier_rate * outlier_density(seen.off, trace(seen.s), variance)
+        returns += bank.probability[k] * density(back, widened(seen.s, variance), NORMAL)
+    if RETURNS * outlier_rate * returns > stays:
+        shift(bank, -run.step_north, -run.step_east, variance)
+        run.step_north = run.step_east = 0.0

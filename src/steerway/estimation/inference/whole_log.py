@@ -13,6 +13,7 @@ from steerway.estimation.course.replay import (
     expect_rate,
     joined,
     measured_rows,
+    repeat_status,
     schedule,
     variance_scales,
     without_duplicates,
@@ -26,9 +27,9 @@ from steerway.estimation.inference.course import (
     SOG_STD,
     STEERAGEWAY,
     averaged,
+    run_model,
     smoothed_record,
 )
-from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
@@ -40,10 +41,10 @@ from steerway.estimation.inference.record import (
     usual_interval,
     without_copies,
 )
+from steerway.estimation.inference.row import Asked, Rows
 from steerway.estimation.inference.selection import Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
-from steerway.estimation.inference.structures import model_of, parameters_of
-from steerway.estimation.inference.track import run_record
+from steerway.estimation.inference.structures import parameters_of
 
 UNKNOWN_SPEED = 3.0
 """m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen
@@ -71,19 +72,26 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
 
 
 def motion_of(
-    fixes: Fixes, structures, aid=(), rate: float | None = None, smooth: bool = False, steerageway: float = STEERAGEWAY
+    fixes: Fixes,
+    structures,
+    aid=(),
+    rate: float | None = None,
+    smooth: bool = False,
+    steerageway: float = STEERAGEWAY,
+    recognises: bool = True,
 ) -> Motion:
     """The motion that weighed structures mean, of every vessel: a row a fix, or `rate` rows a second (Hz).
 
-    Raises InputError for an impossible rate or an unknown aid.
+    recognises: see `Track`. Raises InputError for an impossible rate or an unknown aid.
     """
     expect_rate(rate)
     expect_aids(aid)
-    return joined([_of_one(each, structures, aid, rate, smooth, steerageway) for _, each in fixes.tracks()])
+    tracks = (Track(each, aid, rate, recognises) for _, each in fixes.tracks())
+    return joined([_of_one(track, structures, smooth, steerageway) for track in tracks])
 
 
-def _of_one(fixes, structures, aid, rate, smooth, steerageway) -> Motion:
-    track = Track(fixes, aid, rate)
+def _of_one(track, structures, smooth, steerageway) -> Motion:
+    fixes = track.fixes
     wanted, record = track.wanted, track.record
     estimate, nis, wrong = _filtered(record, structures, steerageway)
     if smooth and len(record.time):
@@ -96,6 +104,7 @@ def _of_one(fixes, structures, aid, rate, smooth, steerageway) -> Motion:
         [STARTING, REJECTED, NO_COURSE, PREDICTED],
         OK,
     ).astype(np.uint8)
+    repeat_status(status, track.repeats)
     estimate[starting, SOG:POSITION_STD] = np.nan
     deviations = estimate[:, SOG_STD:].T
     mmsi = None if fixes.mmsi is None else np.full(int(wanted.sum()), fixes.mmsi[0] if len(fixes) else 0)
@@ -121,10 +130,13 @@ class Track:
 
     extrapolated, of_other_receiver: how many fixes the receiver extrapolated, and are left out as another one's, see
         `record`.
+    recognises: whether copies of fixes, extrapolated ones, those of another receiver and irregular stamps are looked
+        for in the whole record; otherwise every fix is taken as it is, as in a stream.
+    repeats: rows that have the status of the row before, of which they are duplicates.
     regular: whether the times of the fixes are regular ones in place of their stamps, see `stamps.regular_times`.
     """
 
-    def __init__(self, fixes: Fixes, aid, rate=None):
+    def __init__(self, fixes: Fixes, aid, rate=None, recognises=True):
         fixes = fixes.rows(np.isfinite(fixes.time))
         self.fixes = fixes = measured_rows(fixes, aid)
         if rate is not None:
@@ -135,18 +147,21 @@ class Track:
         first, second = np.full(len(fixes), np.nan), np.full(len(fixes), np.nan)
         first[fixed], second[fixed] = self._plane.first, self._plane.second
         stamps = fixes.time
-        measured = regular_times(stamps[fixed], self._plane.first, self._plane.second)
+        measured = regular_times(stamps[fixed], self._plane.first, self._plane.second) if recognises else None
         self.regular = measured is not None
         if measured is not None:
             fixes = replace(fixes, time=np.interp(np.arange(len(fixes)), np.flatnonzero(fixed), measured))
         self.time, origin, self.wanted = schedule(fixes, rate, None)
-        first[~_new(fixes.time, latitude, longitude, fixed)] = np.nan
-        known = np.flatnonzero(np.isfinite(first))
-        placed_at = fixes.time[known], first[known], second[known]
-        guessed, other = extrapolated(*placed_at), of_other_receiver(*placed_at)
-        first[known[guessed | other]] = np.nan
-        self.extrapolated, self.of_other_receiver = int(guessed.sum()), int(other.sum())
+        self.extrapolated = self.of_other_receiver = 0
+        if recognises:
+            first[~_new(fixes.time, latitude, longitude, fixed)] = np.nan
+            known = np.flatnonzero(np.isfinite(first))
+            placed_at = fixes.time[known], first[known], second[known]
+            guessed, other = extrapolated(*placed_at), of_other_receiver(*placed_at)
+            first[known[guessed | other]] = np.nan
+            self.extrapolated, self.of_other_receiver = int(guessed.sum()), int(other.sum())
         own = origin >= 0
+        self.repeats = own & (fixes.has_position & ~fixed)[origin] & (not recognises)
         self._fix = (np.cumsum(fixed[origin] & own) - 1).clip(0)
         table = np.where(own[:, None], aids[origin], np.nan) if len(aids) else np.empty((0, len(AIDS)))
         excess = variance_scales(fixes)
@@ -218,8 +233,8 @@ def _filtered(record: Rows, structures, steerageway):
     """Causal estimate (n, 9), NIS (n,) and probability of an outlier (n,) of every row."""
     n = len(record.time)
     estimate, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
-    models = [model_of(each.parts, each.values) for each in structures]
-    banks = [empty_bank(states) for _, states, _ in models]
+    models = [each.model for each in structures]
+    banks = [empty_bank(model) for model in models]
     weights = [each.weight for each in structures]
     for begin in range(0, n, _BLOCK):
         before = begin if begin in record.restarts else max(begin - 1, 0)
@@ -228,10 +243,9 @@ def _filtered(record: Rows, structures, steerageway):
             part.north[0] = np.nan
             part.aids[:1] = np.nan
         outs = []
-        for (model, states, driving), bank in zip(models, banks, strict=True):
+        for model, bank in zip(models, banks, strict=True):
             out = np.empty((len(part.time), FUSED + 2))
-            *columns, restarts = part
-            run_record(*columns, model, bank, driving, restarts, out, _NONE, 0, room_to_keep(0, states))
+            run_model(part, model, bank, Asked(out, _NONE, room_to_keep(0, model), 0))
             outs.append(out[own])
         rows = slice(begin, begin + _BLOCK)
         estimate[rows] = averaged(outs, weights, steerageway)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
@@ -70,6 +70,9 @@ class InferredProfile(BaseModel):
     """m/s, below which no course is stated."""
     structures: tuple[WeighedStructure, ...] = Field(min_length=1)
 
+    recognises: ClassVar[bool] = True
+    """Whether copies of fixes, extrapolated ones and those of another receiver are looked for in a record."""
+
     @model_validator(mode="after")
     def _shared_out(self) -> Self:
         total = sum(each.weight for each in self.structures)
@@ -87,6 +90,10 @@ class InferredProfile(BaseModel):
     def weighed(self) -> tuple[Structure, ...]:
         """The structures as the estimators take them."""
         return tuple(Structure(each.weight, each.parts, each.values) for each in self.structures)
+
+    def models(self, aid: tuple[str, ...] = ()) -> tuple[Structure, ...]:
+        """What filters work with: structures, each with its weight and its model."""
+        return self.weighed
 
     @property
     def agility(self) -> float:

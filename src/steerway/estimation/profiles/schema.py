@@ -1,7 +1,7 @@
 """Profiles: the vessel and its receiver as named, validated numbers in a TOML file."""
 
 from pathlib import Path
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -13,6 +13,7 @@ from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
 from steerway.estimation.course.update.aids import AidNoise
 from steerway.estimation.profiles import packing
 from steerway.estimation.profiles.presets import PRESETS
+from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
 
 _LEAST_DECAY = 1e-3
 """1/s: below it a course rate lasts longer than any forecast, and the long run is never reached."""
@@ -83,6 +84,9 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
             raise ValueError(f"yawing_period is {self.yawing_period}, expected 0 or at least {SHORTEST_PERIOD} s")
         return self
 
+    recognises: ClassVar[bool] = False
+    """Whether copies of fixes and the like are looked for in a record: with given numbers each fix counts as it is."""
+
     @classmethod
     def named(cls, name: str) -> Self:
         """A built-in profile. Raises InputError with the names there are."""
@@ -149,6 +153,10 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
     def start_rate_std(self) -> float:
         """Standard deviation of the course rate at the start, rad/s: the stationary one, within limits."""
         return packing.start_rate_std(self)
+
+    def models(self, aid: tuple[str, ...] = ()) -> tuple[WeighedModel, ...]:
+        """What filters work with: one structure, with the states that these aids need."""
+        return (WeighedModel(1.0, model_of_profile(self, aid)),)
 
     def parameters(self, aids: tuple[str, ...] = ()) -> np.ndarray:
         """(modes, k) parameters of the kernels, with the states that these aids need: see `packing`."""

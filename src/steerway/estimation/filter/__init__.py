@@ -1,0 +1,1 @@
+"""The filter, each equation once."""

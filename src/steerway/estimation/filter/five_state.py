@@ -1,0 +1,317 @@
+"""The five-state extended Kalman filter, Table 1 of S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910.
+
+States x = [x^n y^n U χ ω_χ]: position north and east, speed over ground, course over ground, course rate.
+
+    ẋ^n = U cos χ   (11)        U̇ = −α1 U + w1   (13)        χ̇ = ω_χ             (14)
+    ẏ^n = U sin χ   (12)                                      ω̇_χ = −α2 ω_χ + w2   (15)
+
+Where the paper steps by Euler's method and adds h² Q_d, `discretise` integrates the turn exactly (constant turn rate
+over a step) and takes spectral densities, so that the rate at which the filter runs changes nothing. The covariance P
+belongs to the error [δx^n δy^n δU δs δω_χ] with δs = U δχ, the velocity across the course, and stays regular at rest;
+kept and read is its upper triangle. Two things are added: below `drift_speed` a vessel is pushed about in any
+direction, and a fix counts by the probability β that it is no outlier (Table 1 has β = 1).
+
+The general filter (`inference.row`) has several modes of motion that are mixed and weighed, shaping filters as further
+states (waves, errors of the receiver and of aids), and fixes that are poor or follow a step of the receiver. This is
+its fast path for one mode without any of these, with the same numbers. A run of outliers is left to it.
+"""
+
+import math
+from typing import NamedTuple
+
+from steerway.core.angles import sinc, wrap
+from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
+from steerway.estimation.inference.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
+from steerway.estimation.inference.fuse import COURSE_STD, mean_speed
+from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
+from steerway.estimation.inference.motion import symmetrise
+from steerway.estimation.inference.relative import corrected
+from steerway.estimation.inference.row import Row, Taken, keep, row_of, take_row
+from steerway.estimation.inference.vectors import (
+    Sym2,
+    Vec2,
+    determinant,
+    inverse,
+    nis,
+    outer,
+    plus,
+    scaled,
+    times,
+    trace,
+)
+from steerway.estimation.inference.weigh import DIFFUSE, OUTLIERS_LAST, RARE, outlier_density
+
+_NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
+_WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+"""Gauss and Legendre's rule with three nodes on an interval of length 1."""
+
+
+@lean_kernel
+def decaying(rate, t):
+    """After a unit of a state that decays at a rate (1/s): what is left, its integral and the integral of that."""
+    a = rate * t
+    if abs(a) < 0.1:
+        area = 0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a * (1.0 / 720.0 - a / 5040.0))))
+        first = 1.0 - a * area
+        return 1.0 - a * first, t * first, t * t * area
+    first = -math.expm1(-a) / rate
+    return math.exp(-a), first, (t - first) / rate
+
+
+@called_kernel
+def discretise(step, turn, mode, h):
+    """(11)–(15) over a step of h seconds, into `step` (STEP) and `turn` (RESPONSE of the course rate).
+
+    Noise reaches speed and then the way l along the course, the rate and then the course and the way y across: each
+    covariance is the integral of the responses to a unit of it, by quadrature.
+    """
+    step.dt, step.sideways, step.drift_speed = h, mode.sideways, mode.drift_speed
+    step.left, step.way, _ = decaying(mode.speed_decay, h)
+    turn.left, turn.turn, area = decaying(mode.rate_decay, h)
+    turn.lean = area / h
+    step.uu = step.lu = step.ll = 0.0
+    step.yy = step.yx = step.xx = turn.with_way = turn.with_gain = turn.added = 0.0
+    for i in range(3):
+        speed, way, _ = decaying(mode.speed_decay, h * _NODES[i])
+        rate, course, across = decaying(mode.rate_decay, h * _NODES[i])
+        weight = mode.speed_noise * h * _WEIGHTS[i]
+        step.uu += weight * speed * speed
+        step.lu += weight * way * speed
+        step.ll += weight * way * way
+        weight = mode.rate_noise * h * _WEIGHTS[i]
+        step.yy += weight * across * across
+        step.yx += weight * across * course
+        step.xx += weight * course * course
+        turn.with_way += weight * across * rate
+        turn.with_gain += weight * course * rate
+        turn.added += weight * rate * rate
+    step.held_uu, step.held_lu, step.held_ll = step.uu, step.lu, step.ll
+
+
+@lean_kernel
+def predict(x, p, step, turn):
+    """State and covariance predictor of Table 1, x ← f(x) and P ← F P Fᵀ + Q.
+
+    With the chord dN, dE of the arc sailed and A = F − I, of which only N, E, U, s and ω have entries.
+    """
+    u, w = x[SPEED], x[RATE]
+    mean = x[COURSE] + turn.lean * w
+    c, s = math.cos(mean), math.sin(mean)
+    ratio, slope = sinc(0.5 * turn.turn * w)
+    a, bend = step.way * ratio, 0.5 * slope * u * step.way * turn.turn
+    lean = turn.lean * u * a
+    n_u, n_s, n_w = a * c, -a * s, bend * c - lean * s  # by U, s and ω
+    e_u, e_s, e_w = a * s, a * c, bend * s + lean * c
+    speed, left, now = step.left, turn.left, u * step.left
+    s_w = now * turn.turn
+    x[NORTH] += u * n_u
+    x[EAST] += u * e_u
+    x[SPEED] = now
+    x[COURSE] = wrap(x[COURSE] + turn.turn * w)
+    x[RATE] = left * w
+
+    uu, us, uw, ss, sw, ww = p[2, 2], p[2, 3], p[2, 4], p[3, 3], p[3, 4], p[4, 4]
+    nu, ns, nw, eu, es, ew = p[0, 2], p[0, 3], p[0, 4], p[1, 2], p[1, 3], p[1, 4]
+    n0 = p[0, 0] + n_u * nu + n_s * ns + n_w * nw
+    n1 = p[0, 1] + n_u * eu + n_s * es + n_w * ew
+    n2 = nu + n_u * uu + n_s * us + n_w * uw
+    n3 = ns + n_u * us + n_s * ss + n_w * sw
+    n4 = nw + n_u * uw + n_s * sw + n_w * ww
+    e1 = p[1, 1] + e_u * eu + e_s * es + e_w * ew
+    e2 = eu + e_u * uu + e_s * us + e_w * uw
+    e3 = es + e_u * us + e_s * ss + e_w * sw
+    e4 = ew + e_u * uw + e_s * sw + e_w * ww
+    s3, s4 = speed * ss + s_w * sw, speed * sw + s_w * ww
+
+    slowness = (now / step.drift_speed) ** 2
+    drift = max(1.0 / (1.0 + slowness * slowness), step.sideways)
+    yy = u * u * step.yy + drift * step.ll
+    ys = u * now * step.yx + drift * step.lu
+    y_w = u * turn.with_way
+    p[0, 0] = n0 + n_u * n2 + n_s * n3 + n_w * n4 + c * c * step.ll + s * s * yy
+    p[0, 1] = n1 + e_u * n2 + e_s * n3 + e_w * n4 + c * s * (step.ll - yy)
+    p[0, 2] = speed * n2 + c * step.lu
+    p[0, 3] = speed * n3 + s_w * n4 - s * ys
+    p[0, 4] = left * n4 - s * y_w
+    p[1, 1] = e1 + e_u * e2 + e_s * e3 + e_w * e4 + s * s * step.ll + c * c * yy
+    p[1, 2] = speed * e2 + s * step.lu
+    p[1, 3] = speed * e3 + s_w * e4 + c * ys
+    p[1, 4] = left * e4 + c * y_w
+    p[2, 2] = speed * speed * uu + step.uu
+    p[2, 3] = speed * (speed * us + s_w * uw)
+    p[2, 4] = speed * left * uw
+    p[3, 3] = speed * s3 + s_w * s4 + now * now * step.xx + drift * step.uu
+    p[3, 4] = left * s4 + now * turn.with_gain
+    p[4, 4] = left * left * ww + turn.added
+
+
+class Innovation(NamedTuple):
+    """A fix against its prediction."""
+
+    off: Vec2  # ν = y − C x, m
+    s: Sym2  # S = C P Cᵀ + R, m²
+    good: float  # prior probability times density of a fix that is no outlier, 1/m²
+    wrong: float  # … of an outlier
+
+
+@lean_kernel
+def innovate(x, p, fix, variance, outlier_rate):
+    """ν and S of a fix (Vec2) of white variance R = `variance` I, and how probable it is."""
+    off, s = Vec2(fix.n - x[NORTH], fix.e - x[EAST]), Sym2(p[0, 0] + variance, p[0, 1], p[1, 1] + variance)
+    good = math.exp(-0.5 * nis(off, s)) / (2.0 * math.pi * math.sqrt(determinant(s)))
+    wrong = outlier_rate * outlier_density(off, trace(s), variance)
+    return Innovation(off, s, (1.0 - outlier_rate) * good, wrong)
+
+
+@lean_kernel
+def correct(x, p, off, s, beta, error):
+    """Gain, state and covariance corrector of Table 1, K = P Cᵀ S⁻¹, x ← x + β K ν.
+
+    P ← P − β K S Kᵀ + β (1 − β) K ν νᵀ Kᵀ (probabilistic data association, Y. Bar-Shalom and X. R. Li,
+    Multitarget-Multisensor Tracking, 1995, §3.4). error: workspace (5,).
+    """
+    information = inverse(s)
+    pull = times(information, off)
+    m = plus(scaled(beta, information), scaled(-beta * (1.0 - beta), outer(pull)))
+    n0, n1, n2, n3, n4 = p[0, 0], p[0, 1], p[0, 2], p[0, 3], p[0, 4]
+    e1, e2, e3, e4 = p[1, 1], p[1, 2], p[1, 3], p[1, 4]
+    error[0], error[1] = beta * (n0 * pull.n + n1 * pull.e), beta * (n1 * pull.n + e1 * pull.e)
+    error[2], error[3] = beta * (n2 * pull.n + e2 * pull.e), beta * (n3 * pull.n + e3 * pull.e)
+    error[4] = beta * (n4 * pull.n + e4 * pull.e)
+    a, b = n0 * m.nn + n1 * m.ne, n0 * m.ne + n1 * m.ee
+    p[0, 0] -= a * n0 + b * n1
+    p[0, 1] -= a * n1 + b * e1
+    p[0, 2] -= a * n2 + b * e2
+    p[0, 3] -= a * n3 + b * e3
+    p[0, 4] -= a * n4 + b * e4
+    a, b = n1 * m.nn + e1 * m.ne, n1 * m.ne + e1 * m.ee
+    p[1, 1] -= a * n1 + b * e1
+    p[1, 2] -= a * n2 + b * e2
+    p[1, 3] -= a * n3 + b * e3
+    p[1, 4] -= a * n4 + b * e4
+    a, b = n2 * m.nn + e2 * m.ne, n2 * m.ne + e2 * m.ee
+    p[2, 2] -= a * n2 + b * e2
+    p[2, 3] -= a * n3 + b * e3
+    p[2, 4] -= a * n4 + b * e4
+    a, b = n3 * m.nn + e3 * m.ne, n3 * m.ne + e3 * m.ee
+    p[3, 3] -= a * n3 + b * e3
+    p[3, 4] -= a * n4 + b * e4
+    a, b = n4 * m.nn + e4 * m.ne, n4 * m.ne + e4 * m.ee
+    p[4, 4] -= a * n4 + b * e4
+    corrected(x, p, error, True)
+
+
+@inlined_kernel
+def advance(bank, model, h):
+    """Predict by h > 0 seconds, at most `LONGEST_STEP`."""
+    x, p, step, turn = bank.x[0], bank.p[0], bank.steps[0], bank.responses[0, RATE]
+    bank.run[0].since += h
+    if abs(h - step.dt) > SAME_STEP * h:
+        discretise(step, turn, model.modes[0], h)
+    predict(x, p, step, turn)
+    if loses_course(x, p):
+        symmetrise(p)
+        forget_direction(x, p)
+
+
+@inlined_kernel
+def take_fix(bank, model, fix, excess):
+    """Correct by a fix. Returns what the filter says of it; NaN, and nothing changed, where it is an outlier."""
+    x, p, run, receiver = bank.x[0], bank.p[0], bank.run[0], model.receiver[0]
+    variance = excess * receiver.fix_variance
+    rate = receiver.outlier_rate * (1.0 - run.was_outlier) + OUTLIERS_LAST * run.was_outlier
+    seen = innovate(x, p, fix, variance, rate)
+    total = seen.good + seen.wrong
+    if not seen.wrong < 0.5 * total:
+        return Taken(math.nan, math.nan, math.nan)
+    run.apart, run.since, run.was_outlier = run.since, 0.0, seen.wrong / total
+    first = trace(seen.s) > DIFFUSE * variance and seen.wrong < RARE * total
+    correct(x, p, seen.off, seen.s, 1.0 if first else seen.good / total, bank.rows[2])
+    return Taken(nis(seen.off, seen.s), math.log(total), seen.wrong / total)
+
+
+@inlined_kernel
+def take(bank, model, row):
+    """One row without aids, as `take_row` takes it."""
+    run, fixed = bank.run[0], math.isfinite(row.north) and math.isfinite(row.east)
+    usual = run.outliers == 0.0 and run.step_north == 0.0 and run.step_east == 0.0
+    dt = row.dt
+    if run.started and usual and dt <= LONGEST_STEP:
+        if dt > 0.0:
+            advance(bank, model, dt)
+        if not fixed:
+            return Taken(math.nan, 0.0, math.nan)
+        taken = take_fix(bank, model, Vec2(row.north, row.east), row.excess)
+        if not math.isnan(taken.wrong):
+            return taken
+        dt = 0.0
+    return leave(bank, model, Row(dt, row.north, row.east, row.excess))
+
+
+@called_kernel
+def leave(bank, model, row):
+    """Leave a row to the general filter. A call: inlined it would slow down all other rows."""
+    symmetrise(bank.p[0])
+    return take_row(bank, model, row, bank.rows[0, :0])
+
+
+@called_kernel
+def run(rows, model, bank, asked):
+    """Over a record (Rows) without aids, as `run_record` does it; of `asked` its output and what is kept."""
+    r = 0
+    for k in range(len(rows.time)):
+        if r < len(rows.restarts) and rows.restarts[r] == k:
+            r += 1
+            bank.run[0].started = 0
+        taken = take(bank, model, row_of(rows, k, bank.run[0].started == 0))
+        if len(asked.out):
+            state_row(bank, model, asked.out[k])
+            asked.out[k, -2], asked.out[k, -1] = taken.nis, taken.wrong
+        if len(asked.kept.x):
+            symmetrise(bank.p[0])
+            keep(bank, asked.kept, k)
+    symmetrise(bank.p[0])
+
+
+@lean_kernel
+def state_row(bank, model, out):
+    """What the filter says after a row, into `out` (≥ FUSED); NaN before the first fix."""
+    x, p = bank.x[0], bank.p[0]
+    if bank.run[0].started == 0:
+        for i in range(len(out)):
+            out[i] = math.nan
+        return
+    speed = mean_speed(x, p, model.modes[0])
+    out[0], out[1], out[2], out[3], out[4] = x[NORTH], x[EAST], speed, wrap(x[COURSE]), x[RATE]
+    out[5], out[6], out[7] = p[2, 2], p[3, 3] / max(speed * speed, 1e-12), p[4, 4]
+    out[8], out[9] = 0.5 * (p[0, 0] + p[1, 1]), 1.0
+
+
+@lean_kernel
+def write_estimate(bank, model, steerageway, estimate):
+    """SOG, COG and course rate after a row as they are given out, into `estimate` (9,); see `inference.course`."""
+    x, p = bank.x[0], bank.p[0]
+    if bank.run[0].started == 0:
+        for i in range(len(estimate)):
+            estimate[i] = math.nan
+        return
+    speed = mean_speed(x, p, model.modes[0])
+    estimate[0], estimate[1], estimate[2], estimate[3], estimate[4] = x[NORTH], x[EAST], speed, wrap(x[COURSE]), x[RATE]
+    estimate[5], estimate[7] = math.sqrt(p[2, 2]), math.sqrt(p[4, 4])
+    estimate[6] = math.sqrt(p[3, 3] / max(speed * speed, 1e-12))
+    estimate[8] = math.sqrt(0.5 * (p[0, 0] + p[1, 1]))
+    if not (estimate[6] < COURSE_STD and speed >= steerageway):
+        estimate[3] = estimate[4] = estimate[6] = estimate[7] = math.nan
+
+
+def is_plain(model, aids) -> bool:
+    """Whether this filter serves a model and a table of aids: one mode, five states, fixes good or outliers."""
+    receiver = model.receiver[0]
+    extras = (
+        receiver["poor_rate"],
+        receiver["step_rate"],
+        receiver["time_variance"],
+        model.modes[0]["sideways"],
+        model.modes[0]["manoeuvres"],
+    )
+    return len(model.modes) == 1 and model.states == 5 and not any(extras) and len(aids) == 0

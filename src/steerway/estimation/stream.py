@@ -1,0 +1,580 @@
+"""FiveStateFilter: a profile as a filter, fix by fix, by the arithmetic of `estimate`.
+
+Its whole state is one array, so that a snapshot is one copy. Rows between and ahead of fixes are predicted with another
+filter that is given the snapshot. A profile of one mode without extras runs by the paper's Table 1
+(`filter.five_state`), all others by the general filter (`inference.row`).
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.core.checks import elapsed
+from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.errors import InputError
+from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
+from steerway.estimation.course.motion.layout import LONGEST_GAP
+from steerway.estimation.course.replay import replay
+from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
+from steerway.estimation.course.update.reported_accuracy import variance_scale
+from steerway.estimation.filter import five_state
+from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
+from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, model_in, packed
+from steerway.estimation.inference.place import MOMENTS, mixed, place_moments, rotated
+from steerway.estimation.inference.plane import place_near, step_between
+from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG, TURNED
+from steerway.estimation.inference.row import Row, state_row, take_row
+from steerway.estimation.inference.whole_log import UNKNOWN_SPEED, motion_of
+from steerway.estimation.moments import motion_moments
+from steerway.estimation.profiles import Profile
+from steerway.estimation.profiles.inferred import InferredProfile, profile_of
+
+(
+    LATITUDE,  # of the last fix, rad
+    LONGITUDE,
+    FIRST,  # … its place in the plane, m
+    SECOND,
+    AZIMUTH,  # … direction of the first axis of the plane there, rad east of north
+    PLACED,  # 1 once there is one
+    KNOWN,  # 1 once the speed is known
+    USUAL,  # state of `variance_scale`
+    USUAL_COUNT,
+    ELAPSED,  # s since the first row
+    FADED,  # s since another set of structures was taken up
+    COARSE,  # least step between fixes, m
+    SINCE,  # s since the last fix that was no copy
+    LAST_SOG,
+) = range(14)
+"""State of the filter beside the banks."""
+_HEADER = 14
+_ONE_BANK = _HEADER + 1
+"""Where the bank of a single structure begins, behind its weight."""
+FADE = 10.0
+"""s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
+LEAST_LOG_WEIGHT = -40.0
+"""No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though. Chosen:
+e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
+NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
+"""Columns after those of `fuse`: the last two are the probability of an outlier and the density of the row."""
+_NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9
+"""rad: latitudes and longitudes that are possible, but for rounding."""
+
+
+class Alike(NamedTuple):
+    """Structures of one size, which one call steps: a bank and a model are a row of numbers each."""
+
+    banks: Floats  # (structures, `bank_size`)
+    models: Floats  # (structures, …), see `packed`
+    outs: Floats  # (structures, FUSED + 3)
+    is_plain: bool  # whether Table 1 serves it
+
+    def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
+        """One row of all, as of the kernel `step`."""
+        (step_plain if self.is_plain else step)(self.banks, self.models, dt, first, second, excess, aids, self.outs)
+
+
+class Set(NamedTuple):
+    """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
+
+    structures: tuple[Model, ...]
+    weights: tuple[float, ...]
+    fading: int
+    fading_weights: tuple[float, ...]
+    learns: bool
+
+
+def set_of(structures, learns: bool = False) -> Set:
+    """The set of weighed structures."""
+    return Set(tuple(each.model for each in structures), tuple(each.weight for each in structures), 0, (), learns)
+
+
+class FiveStateFilter:
+    """Speed over ground, course over ground and course rate from positions, fix by fix or over whole records.
+
+    S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910, with what real fixes need.
+
+    Streaming: `predict(dt)` between fixes at any rate, `update(latitude, longitude)` at each fix (or
+    `update_north_east` in a plane of one's own), then read the properties. Whole record: `filter(fixes)`,
+    `smooth(fixes)`. Two filters share nothing.
+
+    Args:
+        profile: tuning, a profile of either kind, the name of a built-in one or a .toml file.
+        aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to take beside positions, where structures of
+            the profile have a part for it.
+        learns: whether the weights follow the likelihood of the fixes, for structures of which none is known to hold.
+
+    Raises InputError for an unknown profile or aid.
+    """
+
+    def __init__(
+        self,
+        profile: Profile | InferredProfile | str = "small-usv",
+        aid: tuple[str, ...] = (),
+        learns: bool = False,
+    ):
+        expect_aids(aid)
+        self.profile, self.aid = profile_of(profile), tuple(aid)
+        self._geodetic = True
+        self._arrange(set_of(self.profile.models(self.aid), learns), None)
+
+    def _arrange(self, running: Set, header: Floats | None) -> None:
+        """Make room for a set of structures."""
+        self._set = running
+        n = len(running.structures)
+        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
+        space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
+        self._state = np.zeros(_HEADER + n + sum(space))
+        if header is not None:
+            self._state[:_HEADER] = header
+        self._weights, memory = self._state[_HEADER : _HEADER + n], self._state[_HEADER + n :]
+        self._weights[:] = running.weights
+        self._outs = np.full((n, FUSED + 3), np.nan)
+        self._banks, self._groups = [], []
+        for (sizes, models), size in zip(groups, space, strict=True):
+            banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
+            outs = self._outs[len(self._banks) : len(self._banks) + len(models)]
+            plain = all(five_state.is_plain(model, NO_AIDS) for model in models) and not self.aid and not running.learns
+            self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs, plain))
+            self._banks += [bank_in(bank, sizes.modes, sizes.states) for bank in banks]
+        only = self._groups[0]
+        self._plain = only.models[0] if n == 1 and only.is_plain else None
+        self._estimate = np.full(POSITION_STD + 1, np.nan)
+        self._is_current = False
+
+    def __getstate__(self) -> dict:
+        views = "_state", "_weights", "_outs", "_banks", "_groups", "_plain", "_estimate"
+        return {name: value for name, value in self.__dict__.items() if name not in views} | {"own": self.snapshot()}
+
+    def __setstate__(self, state: dict) -> None:
+        snapshot = state.pop("own")
+        self.__dict__.update(state)
+        self._arrange(snapshot[0], None)  # views, which copies and pickles would make arrays of their own
+        self.restore(snapshot)
+
+    def __repr__(self) -> str:
+        aided = f", aid={self.aid}" if self.aid else ""
+        return f"{type(self).__name__}({self.profile.name!r}{aided}): {self._now()}"
+
+    def _now(self) -> str:
+        if not self.started:
+            return "not started"
+        _, _, sog, cog, rate, sog_std, cog_std, *_ = self.output()
+        speed = f"SOG {sog:.2f} ± {sog_std:.2f} m/s"
+        if not self.underway:
+            return f"{speed}, course not defined"
+        course, width = math.degrees(cog) % 360.0, math.degrees(cog_std)
+        return f"{speed}, COG {course:.1f} ± {width:.1f}°, course rate {math.degrees(rate):+.2f} °/s (1σ)"
+
+    def reset(self) -> None:
+        """Return to the state before the first fix."""
+        self._arrange(self._set, None)
+
+    def snapshot(self) -> tuple[Set, Floats]:
+        """The whole state, for `restore`, of this filter or another."""
+        return self._set, self._state.copy()
+
+    def restore(self, snapshot: tuple[Set, Floats]) -> None:
+        """Return to the state of a `snapshot`."""
+        if snapshot[0] is not self._set:
+            self._arrange(snapshot[0], None)
+        self._state[:] = snapshot[1]
+        for each in self._groups:
+            read(each.banks, each.models, each.outs)
+        self._is_current = False
+
+    def change_receiver(self) -> None:
+        """Fixes come from another receiver from now on: the usual accuracy of the last one does not apply to it."""
+        self._state[USUAL] = self._state[USUAL_COUNT] = 0.0
+
+    def predict(self, dt: float) -> None:
+        """Advance by dt seconds, by none where a clock was set back. Raises InputError where dt is not finite."""
+        if not 0.0 <= dt < math.inf:
+            dt = elapsed("dt", dt)
+        if self._plain is not None:
+            self._is_current = False
+            predict_plain(self._state, self._plain, dt)
+            return
+        self._state[SINCE] += dt
+        self._advance(dt, math.nan, math.nan, 1.0, NO_AIDS)
+
+    def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
+        """Take a fix (rad). Returns its NIS, NaN for the first.
+
+        `position_std` is the accuracy its receiver reports, as in `Fixes`: see `course.update.reported_accuracy`.
+
+        Raises InputError, a ValueError, for a latitude beyond ±π/2 or a longitude beyond ±2π: degrees.
+        """
+        if abs(latitude) > _NORTH_POLE or abs(longitude) > _WHOLE_TURN:
+            raise InputError(
+                f"update takes radians: latitude is {latitude:g}, longitude {longitude:g}, expected at most "
+                f"±π/2 and ±2π (math.radians of degrees)"
+            )
+        self._geodetic = True
+        return self._take(*_walk(self._state, latitude, longitude), position_std)
+
+    def update_north_east(self, north: float, east: float, position_std: float | None = None) -> float:
+        """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
+        self._geodetic = False
+        return self._take(north, east, position_std)
+
+    def _take(self, first, second, position_std) -> float:
+        reported = math.nan if position_std is None else position_std
+        if self._plain is not None:
+            self._is_current = True
+            return take_plain(
+                self._state, self._plain, first, second, reported, self.profile.steerageway, self._estimate
+            )
+        excess = variance_scale(self._state[USUAL : USUAL_COUNT + 1], reported)
+        nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
+        return nis
+
+    def _fix(self, dt, first, second, excess, aids) -> tuple[float, float]:
+        """Advance by dt and take a fix of the plane. Returns its NIS and the probability that it is an outlier."""
+        state = self._state
+        if state[SINCE] > LONG:
+            state[KNOWN] = 0.0
+        state[SINCE] = 0.0
+        self._advance(dt, first, second, excess, aids)
+        self._settle()
+        return self._weighed(NIS), self._weighed(WRONG)
+
+    def _weighed(self, column) -> float:
+        return float(self._weights @ self._outs[:, column])
+
+    def aid_by(self, *values: float, **named: float) -> None:
+        """Take measurements of other instruments (SI, true angles in rad; NaN or nothing for unknown).
+
+        By name, or in the order of `AIDS`: sog, cog, heading, water_speed, yaw_rate. Only those of `aid` count.
+        """
+        given = dict(zip(AIDS, values, strict=False)) | named
+        measured = [given.pop(name, math.nan) for name in AIDS]
+        if given or len(values) > len(AIDS):
+            raise TypeError(f"aids are {', '.join(AIDS)}; {', '.join(given) or len(values)} given")
+        self._advance(0.0, math.nan, math.nan, 1.0, self._aids(measured))
+
+    def _aids(self, aids) -> Floats:
+        """(1 or 0, aids): those of `aid`."""
+        if not self.aid or aids is None:
+            return NO_AIDS
+        return np.array([[a if name in self.aid else math.nan for name, a in zip(AIDS, aids, strict=True)]])
+
+    def row(
+        self,
+        dt: float,
+        latitude: float = math.nan,
+        longitude: float = math.nan,
+        aids: Sequence[float] | Floats | None = None,
+        position_std: float = math.nan,
+    ) -> tuple[list[float], float, int]:
+        """One row of `filter`, streaming: advance by dt, then take the measurements of that time.
+
+        Args:
+            latitude, longitude: of a fix (rad), NaN for none.
+            aids: in the order of `AIDS`, NaN for unknown; None for none. Only those of `aid` count.
+            position_std: reported accuracy of the fix, NaN for none.
+
+        Returns what `output` returns, the NIS (NaN without a fix) and the status, an index into `records.STATUSES`.
+        """
+        state, dt = self._state, elapsed("dt", dt)
+        self._geodetic = True
+        table = self._aids(aids)
+        fixed = math.isfinite(latitude) and math.isfinite(longitude)
+        state[SINCE] += dt
+        if fixed and self.profile.recognises and self._is_copy(latitude, longitude):
+            fixed = False
+        nis = wrong = math.nan
+        if fixed:
+            excess = variance_scale(state[USUAL : USUAL_COUNT + 1], position_std)
+            nis, wrong = self._fix(dt, *_walk(state, latitude, longitude), excess, table)
+        else:
+            self._advance(dt, math.nan, math.nan, 1.0, table)
+            self._settle()
+        return self.output(), nis, self._status(fixed and not math.isnan(nis), wrong)
+
+    def _status(self, fixed, wrong) -> int:
+        if not self.started:
+            return STARTING
+        if wrong > 0.5:
+            return REJECTED
+        if not self.underway:
+            return NO_COURSE
+        return OK if fixed else PREDICTED
+
+    def _is_copy(self, latitude, longitude):
+        """Whether a fix is the one before once more, though the boat has moved on by steps that fixes resolve."""
+        state = self._state
+        if latitude != state[LATITUDE] or longitude != state[LONGITUDE] or not 0.0 < state[SINCE] <= HELD:
+            return False
+        return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
+
+    def _advance(self, dt, first, second, excess, aids):
+        self._is_current = False
+        if dt > LONGEST_GAP:
+            self._state[KNOWN] = 0.0
+            for bank in self._banks:
+                bank.run["started"] = 0
+            dt = 0.0
+        if self._set.fading:
+            self._fade(dt)
+        for each in self._groups:
+            each.step(dt, first, second, excess, aids)
+        self._state[ELAPSED] += dt  # another array where the older structures have just gone
+        if self._set.learns and math.isfinite(first):
+            self._learn()
+
+    def _learn(self):
+        logs = np.log(self._weights) + self._outs[:, LOG_DENSITY]
+        logs = np.maximum(logs - logs.max(), LEAST_LOG_WEIGHT)
+        weights = np.exp(logs)
+        self._weights[:] = weights / weights.sum()
+
+    def _fade(self, dt):
+        """Let the weight go over to the newer structures."""
+        running, state = self._set, self._state
+        state[FADED] += dt
+        share = min(state[FADED] / FADE, 1.0)
+        if share == 1.0:
+            left, kept = self._banks[running.fading :], running.structures[running.fading :]
+            newer = running.weights[running.fading :]
+            self._arrange(Set(kept, newer, 0, (), False), state[:_HEADER].copy())
+            for bank, old in zip(self._banks, left, strict=True):
+                for part, other in zip(bank, old, strict=True):
+                    part[...] = other
+            return
+        self._weights[: running.fading] = (1.0 - share) * np.array(running.fading_weights)
+        self._weights[running.fading :] = share * np.array(running.weights[running.fading :])
+
+    def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
+        """Go over to other structures without a jump; their banks know the fixes so far in the plane of this filter."""
+        older, old, weights = self._set, self._banks, self._weights.copy()
+        n = len(older.structures)
+        joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
+        self._arrange(joined, self._state[:_HEADER].copy())
+        for bank, from_ in zip(self._banks, [*old, *banks], strict=True):
+            for part, other in zip(bank, from_, strict=True):
+                part[...] = other
+        self._weights[:n], self._weights[n:] = weights, 0.0
+        self._state[FADED] = 0.0
+
+    def _read(self) -> Floats:
+        """The estimate now (9,), in the plane."""
+        if not self._is_current:
+            if self._plain is not None:
+                read_plain(self._state, self._plain, self.profile.steerageway, self._estimate)
+            else:
+                average(self._outs, self._weights, self.profile.steerageway, self._estimate)
+            self._is_current = True
+        return self._estimate
+
+    def _settle(self) -> None:
+        """Note the speed, and whether it is known from now on."""
+        estimate = self._read()
+        self._state[LAST_SOG] = estimate[SOG]
+        if estimate[SOG_STD] < UNKNOWN_SPEED:
+            self._state[KNOWN] = 1.0
+
+    @property
+    def sog(self) -> float:
+        """Speed over ground, m/s; NaN while it is not known."""
+        return self._read().item(SOG) if self.started else math.nan
+
+    @property
+    def cog(self) -> float:
+        """Course over ground, rad in [−π, π); NaN while it is not defined."""
+        return _true(self._state, self._read()) if self.started else math.nan
+
+    @property
+    def course_rate(self) -> float:
+        """Rate of the course, rad/s, + to starboard; NaN while the course is not defined."""
+        return self._read().item(RATE) if self.started else math.nan
+
+    @property
+    def underway(self) -> bool:
+        """Whether the vessel has steerageway: whether course is defined."""
+        return self.started and not math.isnan(self._read().item(COG))
+
+    @property
+    def started(self) -> bool:
+        """Whether the first fixes have determined the velocity."""
+        return self._state.item(KNOWN) == 1.0
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Latitude and longitude, rad; NaN before the first fix and after `update_north_east`."""
+        first, second, *_ = self.output()
+        return (first, second) if self._geodetic else (math.nan, math.nan)
+
+    @property
+    def position_north_east(self) -> tuple[float, float]:
+        """North and east, m, after `update_north_east`; NaN before the first fix and after `update`."""
+        first, second, *_ = self.output()
+        return (math.nan, math.nan) if self._geodetic else (first, second)
+
+    def output(self) -> list[float]:
+        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
+        state, estimate = self._state, self._read()
+        place = estimate.item(NORTH), estimate.item(EAST)
+        if self._geodetic:
+            place = _place(state, estimate)
+        if not self.started:
+            return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
+        return [*place, estimate.item(SOG), _true(state, estimate), *estimate[RATE:].tolist()]
+
+    @property
+    def state(self) -> Floats:
+        """(n,) copy: [x^n y^n U χ ω_χ …] in the plane of the fixes; (5,) of several modes or structures together."""
+        return self._moments()[0]
+
+    @property
+    def covariance(self) -> Floats:
+        """(n, n) covariance of `state`."""
+        return self._moments()[1]
+
+    def _moments(self) -> tuple[Floats, Floats]:
+        return motion_moments(self._set.structures, self._banks, self._weights)
+
+    @property
+    def position_covariance(self) -> Floats:
+        """(2, 2) covariance of the position north and east, m²."""
+        moments = np.zeros((len(self._banks), MOMENTS))
+        for bank, out in zip(self._banks, moments, strict=True):
+            place_moments(bank, out)
+        nn, ne, ee = rotated(mixed(moments, self._weights), self._state[AZIMUTH])
+        return np.array([[nn, ne], [ne, ee]])
+
+    @property
+    def gyro_bias(self) -> float:
+        """Estimated bias of the yaw gyro, rad/s; NaN where the profile or the aids have no such state."""
+        which = AIDS.index("yaw_rate")
+        places = [int(each.aids["companion"][which]) for each in self._set.structures]
+        if not all(places):
+            return math.nan
+        each = zip(self._weights, self._banks, places, strict=True)
+        return float(sum(weight * bank.probability @ bank.x[:, place] for weight, bank, place in each))
+
+    def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
+        """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""
+        return self._motion(fixes, rate, False)
+
+    def smooth(self, fixes: Fixes, rate: float | None = None) -> Motion:
+        """Fixed-interval estimate: every row uses the whole record."""
+        return self._motion(fixes, rate, True)
+
+    def _motion(self, fixes, rate, smooth) -> Motion:
+        profile = self.profile
+        if isinstance(profile, Profile) and (fixes.mmsi is not None or (smooth and profile.turn_time)):
+            # Reports of many vessels in one pass, as archives have them; and two modes are smoothed worse by two
+            # filters: courses held by 60 to 90 % (`course.smoothing` keeps histories of modes).
+            return replay(profile.parameters(self.aid), self.aid, fixes, rate, smooth)
+        models, recognises = profile.models(self.aid), profile.recognises
+        return motion_of(fixes, models, self.aid, rate, smooth, profile.steerageway, recognises)
+
+
+InferredFilter = FiveStateFilter
+"""The name that filters of inferred profiles had."""
+
+
+def _sizes(model):
+    return model.sizes
+
+
+@kernel
+def step(banks, models, dt, first, second, excess, aids, outs):
+    """One row (see `Row`) of structures of one size, as `run_record` does it; aids (1 or 0, a).
+
+    Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
+    """
+    for k in range(len(outs)):
+        model, out = model_in(models[k]), outs[k]
+        bank = bank_in(banks[k], len(model.modes), model.states)
+        row = Row(dt, first, second, excess)
+        taken = take_row(bank, model, row, aids[0] if len(aids) else models[k, :0])
+        state_row(bank, model, out)
+        out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
+
+
+@kernel
+def step_plain(banks, models, dt, first, second, excess, aids, outs):
+    """As `step`, of structures of one mode without extras, without aids and `state_row`."""
+    for k in range(len(outs)):
+        model, out = model_in(models[k]), outs[k]
+        taken = five_state.take(bank_in(banks[k], 1, 5), model, Row(dt, first, second, excess))
+        out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
+
+
+@lean_kernel
+def predict_plain(state, numbers, dt):
+    """Advance one structure of one mode without extras."""
+    bank = bank_in(state[_ONE_BANK:], 1, 5)
+    if dt > LONGEST_GAP:
+        state[KNOWN], bank.run[0].started = 0.0, 0
+        return
+    state[SINCE] += dt
+    state[ELAPSED] += dt
+    five_state.take(bank, model_in(numbers), Row(dt, math.nan, math.nan, 1.0))
+
+
+@lean_kernel
+def take_plain(state, numbers, first, second, reported, steerageway, estimate):
+    """Take a fix by one structure of one mode without extras, and fill the estimate (9,). Returns its NIS."""
+    bank, model = bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers)
+    excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
+    if state[SINCE] > LONG:
+        state[KNOWN] = 0.0
+    state[SINCE] = 0.0
+    taken = five_state.take(bank, model, Row(0.0, first, second, excess))
+    five_state.write_estimate(bank, model, steerageway, estimate)
+    state[LAST_SOG] = estimate[SOG]
+    if estimate[SOG_STD] < UNKNOWN_SPEED:
+        state[KNOWN] = 1.0
+    return taken.nis
+
+
+@lean_kernel
+def read_plain(state, numbers, steerageway, estimate):
+    """Fill the estimate (9,) of one structure of one mode without extras."""
+    five_state.write_estimate(bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers), steerageway, estimate)
+
+
+@kernel
+def read(banks, models, outs):
+    """Fill `state_row` of structures of one size."""
+    for k in range(len(outs)):
+        model = model_in(models[k])
+        bank = bank_in(banks[k], len(model.modes), model.states)
+        state_row(bank, model, outs[k, :FUSED])
+
+
+@kernel
+def _walk(state, latitude, longitude):
+    """Go on to a fix in the plane; its place there (m)."""
+    if state[PLACED] == 0.0:
+        state[PLACED] = 1.0
+    else:
+        north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
+        c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
+        state[FIRST] += c * north + s * east
+        state[SECOND] += c * east - s * north
+        state[AZIMUTH] += convergence
+        for way, other in ((abs(north), abs(east)), (abs(east), abs(north))):
+            if way > TURNED * other and (way < state[COARSE] or state[COARSE] == 0.0):
+                state[COARSE] = way
+    state[LATITUDE], state[LONGITUDE] = latitude, longitude
+    return state[FIRST], state[SECOND]
+
+
+@kernel
+def _place(state, estimate):
+    """Latitude and longitude (rad) of an estimate."""
+    ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
+    return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
+
+
+def _true(state, estimate) -> float:
+    """Course from true north."""
+    cog = estimate.item(COG) + state.item(AZIMUTH)
+    return cog if -math.pi <= cog < math.pi else (cog + math.pi) % (2.0 * math.pi) - math.pi

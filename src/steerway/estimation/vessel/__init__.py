@@ -1,0 +1,1 @@
+"""What a vessel and its receiver are, as the filters take it."""

@@ -1,0 +1,138 @@
+"""A profile of single numbers as the model of one structure.
+
+Its vessel has one mode, in which speed and course rate are driven by white noise, or with `turn_time` three: a course
+long held, one just taken up, and a turn. Acceleration that persists and yaw in waves are shaping filters.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.estimation.course.update.aids import TABLE
+from steerway.estimation.inference.model import (
+    MODE,
+    ON_ACCELERATION,
+    ON_AID,
+    ON_COURSE,
+    ON_FIX,
+    RECEIVER,
+    Model,
+)
+from steerway.estimation.inference.structures import Shaping, assembled
+
+OUTLIER_RATE = 1e-3
+"""Share of fixes that are off by any distance. Chosen: the median of its prior for a log of unknown origin."""
+_LARGEST_START_RATE = math.radians(20.0)
+"""rad/s of course rate at the start: a small craft in a hard turn; a stationary value may be infinite. Chosen."""
+_YOUNG = 0.8
+"""Mean time for which a course just taken up counts as such, in mean turns. Chosen: about one turn, in which what is
+left of it dies away; `steerway study estimator-limits` judges it."""
+LONG_HELD, YOUNG, TURN = range(3)
+"""Modes of a profile with turns. The filter of a course just taken up is uncertain of it; as one mode with that of a
+course long held it would keep widening that."""
+
+
+class WeighedModel(NamedTuple):
+    """A model and how much it counts."""
+
+    weight: float
+    model: Model
+
+
+def model_of_profile(profile, aid: tuple[str, ...] = ()) -> Model:
+    """The model of a profile (`Profile`), with the states that these aids need."""
+    shapings = [*_motion(profile), *_errors(profile), *_companions(profile, aid)]
+    variances = {each.name: getattr(profile, each.noise) ** 2 for each in TABLE if each.name in aid}
+    return assembled(*_modes(profile), shapings, _receiver(profile), variances)
+
+
+def _modes(profile) -> tuple[np.ndarray, np.ndarray]:
+    """(1 or 3,) MODE, and the rates of change between them."""
+    if profile.turning is None:
+        return _mode(profile, 1.0), np.zeros((1, 1))
+    ends, begins = 1.0 / profile.turn_time, 1.0 / profile.straight_time
+    turn_share, ages = begins / (begins + ends), ends / _YOUNG
+    generator = np.zeros((3, 3))
+    generator[LONG_HELD, TURN] = generator[YOUNG, TURN] = begins
+    generator[YOUNG, LONG_HELD], generator[TURN, YOUNG] = ages, ends
+    np.fill_diagonal(generator, -generator.sum(axis=1))
+    held, young = _mode(profile, 1.0 - turn_share), _mode(profile, 0.0)
+    return np.concatenate([held, young, _mode(profile.turning, turn_share)]), generator
+
+
+def _mode(profile, start) -> np.ndarray:
+    """(1,) MODE of a profile of one mode."""
+    mode, noise, decay = np.zeros(1, MODE), profile.course_rate_noise, profile.course_rate_decay
+    if profile.yawing_period > 0.0:
+        noise, decay = _under_waves(profile)
+    mode["speed_noise"], mode["speed_decay"] = profile.speed_noise, profile.speed_decay
+    mode["rate_noise"], mode["rate_decay"] = noise, decay
+    mode["start"], mode["start_rate"] = start, start_rate_std(noise, decay) ** 2
+    mode["drift_speed"] = profile.steerageway  # with a tenth of it SOG of a boat that stops and goes is 10 % worse
+    return mode
+
+
+def start_rate_std(noise, decay) -> float:
+    """Standard deviation of the course rate at the start, rad/s: the stationary one, within limits."""
+    return min(math.sqrt(0.5 * noise / decay), _LARGEST_START_RATE) if decay > 0.0 else _LARGEST_START_RATE
+
+
+def _under_waves(profile) -> tuple[float, float]:
+    """Noise and decay of the rate of the mean course, of a vessel that waves make yaw; see `_yaw`."""
+    decay, follows = profile.course_rate_decay, 1.0 / profile.yawing_time
+    stiffness = (2.0 * math.pi / profile.yawing_period) ** 2
+    share = follows * (decay + follows) / (stiffness + decay * follows)
+    return profile.course_rate_noise * share**2, decay + follows
+
+
+def _motion(profile) -> list[Shaping]:
+    """What drives the motion beside the noise of the modes."""
+    found = []
+    if profile.acceleration_std > 0.0:
+        variance = profile.acceleration_std**2
+        found.append(Shaping(ON_ACCELERATION, 1.0 / profile.acceleration_time, 0.0, variance))
+    if profile.yawing_period > 0.0:
+        found.append(_yaw(profile))
+    return found
+
+
+def _yaw(profile) -> Shaping:
+    """Yaw about a mean course that follows it, ω̇ = −α2 ω − κ d + w2 and ḋ = ω − β d, as one complex process.
+
+    The second-order shaping filter of waves (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
+    2nd ed., §10.2). Its poles and the stationary variance of the deviation d are those of the two equations; over more
+    than a period d is white noise, which the mean course follows (`_under_waves`).
+    """
+    decay, follows = profile.course_rate_decay, 1.0 / profile.yawing_time
+    stiffness = (2.0 * math.pi / profile.yawing_period) ** 2
+    per_deviation = stiffness + (decay + follows) * follows
+    variance = profile.course_rate_noise / (2.0 * (stiffness * follows + decay * per_deviation))
+    damping = 0.5 * (decay + follows)
+    frequency = math.sqrt(max(stiffness + decay * follows - damping**2, 0.0))
+    return Shaping(ON_COURSE, damping, frequency, variance)
+
+
+def _errors(profile) -> list[Shaping]:
+    """Slow errors of the receiver."""
+    slow = (profile.error_std, profile.error_time), (profile.drift_std, profile.drift_time)
+    return [Shaping(ON_FIX, 1.0 / time, 0.0, std**2) for std, time in slow if std > 0.0]
+
+
+def _companions(profile, aid) -> list[Shaping]:
+    """Slow errors of the aids in use."""
+    found = []
+    for each in TABLE:
+        if each.companion and each.name in aid:
+            std, time = (getattr(profile, key) for key in each.companion)
+            if std > 0.0:
+                found.append(Shaping(ON_AID, 1.0 / time, 0.0, std**2, each.name))
+    return found
+
+
+def _receiver(profile) -> np.ndarray:
+    """(1,) RECEIVER: no poor fixes, and no steps."""
+    receiver = np.zeros(1, RECEIVER)
+    receiver["fix_variance"], receiver["time_variance"] = profile.position_std**2, profile.time_std**2
+    receiver["outlier_rate"], receiver["poor_noise"] = OUTLIER_RATE, 1.0
+    return receiver

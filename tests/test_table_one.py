@@ -1,0 +1,177 @@
+"""The five-state filter, Table 1 of P0: against dense matrices, and against the general filter that it is a part of."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from steerway import Profile
+from steerway.core import wrap
+from steerway.estimation.testing import (
+    FUSED,
+    LONGEST_GAP,
+    Asked,
+    Rows,
+    five_state,
+    model_empty_bank,
+    model_of_profile,
+    room_to_keep,
+    run_record,
+)
+from tests.five_state_by_matrices import ExactTurn, responses, update
+from tests.reference_outputs import sorties
+
+PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
+STEPS = (0.02, 0.2, 1.0)
+NORTH, EAST, SPEED, COURSE, RATE = range(5)
+NO_AIDS, NONE = np.empty((0, 5)), np.empty(0)
+GENERAL = {"run": run_record, "fast": five_state.run}
+
+
+def model_without_drift(profile, outlier_rate=1e-15):
+    """Model of a vessel that motion below steerageway and outliers do not change, as Table 1 knows neither."""
+    model = model_of_profile(profile)
+    model.modes["drift_speed"], model.receiver["outlier_rate"] = 1e-6, outlier_rate
+    return model
+
+
+def dense(profile, dt):
+    return ExactTurn(dt, profile.speed_noise, profile.course_rate_noise, profile.speed_decay, profile.course_rate_decay)
+
+
+def some_state(seed):
+    """A moving vessel and a covariance with every correlation, of the course (not of the velocity across)."""
+    rng = np.random.default_rng(seed)
+    x = np.array([3.0, -2.0, rng.uniform(0.5, 8.0), rng.uniform(-3.1, 3.1), rng.uniform(-0.3, 0.3)])
+    root = rng.standard_normal((5, 5)) * rng.uniform(0.03, 0.3, 5)[:, None]
+    return x, root @ root.T
+
+
+def across(x, p):
+    """P of the velocity across, from P of the course; and back with 1/U."""
+    scale = np.diag([1.0, 1.0, 1.0, x[SPEED], 1.0])
+    return scale @ p @ scale
+
+
+def of_course(x, p):
+    return across([0.0, 0.0, 1.0 / x[SPEED]], np.triu(p) + np.triu(p, 1).T)
+
+
+def started(model, x, p):
+    bank = model_empty_bank(model)
+    bank.x[0], bank.p[0] = x, across(x, p)
+    bank.probability[0], bank.run["started"] = 1.0, 1
+    return bank
+
+
+def record(time, north, east):
+    return Rows(np.asarray(time, float), north, east, NONE, NO_AIDS, np.empty(0, np.int64))
+
+
+def run(rows, model, bank, by="fast"):
+    """(n, FUSED + 2) of a record by either filter."""
+    out = np.empty((len(rows.time), FUSED + 2))
+    GENERAL[by](rows, model, bank, Asked(out, NONE, room_to_keep(0, model), 0))
+    return out
+
+
+@pytest.mark.parametrize("decays", [(0.0, 0.3), (0.01, 0.0), (0.2, 2.0)])
+def test_a_prediction_is_dense_f_p_f_plus_q(decays):
+    profile = PROFILE.model_copy(update={"speed_decay": decays[0], "course_rate_decay": decays[1]})
+    model, nothing = model_without_drift(profile), np.full(2, np.nan)
+    for seed, dt in itertools.product(range(5), STEPS):
+        x, p = some_state(seed)
+        moved, f, q = dense(profile, dt).step(x)
+        bank = started(model, x, p)
+        run(record([0.0, dt], nothing, nothing), model, bank)
+        moved[COURSE] = wrap(moved[COURSE])
+        np.testing.assert_allclose(bank.x[0], moved, rtol=1e-12, atol=1e-12)
+        expected = f @ p @ f.T + q
+        np.testing.assert_allclose(of_course(moved, bank.p[0]), expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+def winding(n=1500, dt=0.2, seed=1):
+    """Fixes (n,) north and east of a boat that winds its way, and their times."""
+    rng = np.random.default_rng(seed)
+    time = dt * np.arange(n)
+    course = np.cumsum(0.25 * np.sin(time / 15.0)) * dt
+    speed = 2.5 + np.sin(time / 40.0)
+    noise = np.clip(0.2 * rng.standard_normal((2, n)), -0.5, 0.5)
+    return time, np.cumsum(speed * np.cos(course)) * dt + noise[0], np.cumsum(speed * np.sin(course)) * dt + noise[1]
+
+
+@pytest.mark.parametrize("speed_decay", [0.0, 0.02])
+def test_the_filter_is_the_dense_filter(speed_decay):
+    """From a vessel under way, three hundred fixes by kernels and by matrices."""
+    profile = PROFILE.model_copy(update={"speed_decay": speed_decay})
+    time, north, east = winding(300)
+    x, p = np.array([north[0], east[0], 2.5, 0.0, 0.0]), np.diag([0.04, 0.04, 0.01, 0.01, 0.001])
+    model, by_matrices = model_without_drift(profile), dense(profile, 0.2)
+    bank = started(model, x, p)
+    run(record(time[1:] - 0.2, north[1:], east[1:]), model, bank)
+    for k in range(1, 300):
+        if k > 1:
+            x, f, q = by_matrices.step(x)
+            p = f @ p @ f.T + q
+        x, p = update(x, p, np.array([north[k], east[k]]), profile.position_std**2)
+    x[COURSE] = wrap(x[COURSE])
+    np.testing.assert_allclose(bank.x[0], x, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(of_course(x, bank.p[0]), p, rtol=1e-9, atol=1e-9)
+
+
+def test_the_general_filter_with_errors_of_the_receiver_is_the_dense_filter():
+    """Two errors north and east, each first-order: nine states, of which a fix measures the sum of three pairs."""
+    errors = {"error_std": 0.4, "error_time": 8.0, "drift_std": 0.8, "drift_time": 60.0}
+    profile = PROFILE.model_copy(update=errors)
+    time, north, east = winding(300)
+    model, by_matrices = model_without_drift(profile), dense(profile, 0.2)
+    bank, variance = model_empty_bank(model), np.repeat([0.4**2, 0.8**2], 2)
+    x = np.r_[north[0], east[0], 2.5, 0.0, 0.0, np.zeros(4)]
+    p = np.diag(np.r_[0.5, 0.5, 0.01, 0.01, 0.001, variance])
+    bank.x[0], bank.p[0], bank.probability[0], bank.run["started"] = x, p, 1.0, 1
+    bank.p[0, COURSE, COURSE] *= x[SPEED] ** 2
+    run(record(time[1:] - 0.2, north[1:], east[1:]), model, bank, "run")
+    h, r = np.hstack([np.eye(2), np.zeros((2, 3)), np.eye(2), np.eye(2)]), profile.position_std**2 * np.eye(2)
+    left = np.exp(-0.2 / np.repeat([8.0, 60.0], 2))
+    for k in range(1, 300):
+        if k > 1:
+            f, q = np.diag(np.r_[np.ones(5), left]), np.diag(np.r_[np.zeros(5), variance * (1.0 - left**2)])
+            x[:5], f[:5, :5], q[:5, :5] = by_matrices.step(x[:5])
+            x[5:] *= left
+            p = f @ p @ f.T + q
+        gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
+        x, p = x + gain @ ([north[k], east[k]] - h @ x), p - gain @ h @ p
+    x[COURSE] = wrap(x[COURSE])
+    scale = np.r_[1.0, 1.0, 1.0, x[SPEED], np.ones(5)]
+    np.testing.assert_allclose(bank.x[0], x, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(bank.p[0], p * np.outer(scale, scale), rtol=1e-9, atol=1e-9)
+
+
+def in_plane(fixes):
+    """Times and metres north and east of a sortie."""
+    north = sorties.EARTH_RADIUS * (fixes.latitude - fixes.latitude[0])
+    east = sorties.EARTH_RADIUS * math.cos(fixes.latitude[0]) * (fixes.longitude - fixes.longitude[0])
+    rows = record(fixes.time - fixes.time[0], north, east)
+    return rows._replace(restarts=np.flatnonzero(np.diff(rows.time) > LONGEST_GAP) + 1)
+
+
+TROUBLE = (sorties.weaving_fixes, sorties.outliers, sorties.burst, sorties.standstill, sorties.fast_start, sorties.gaps)
+
+
+@pytest.mark.parametrize("sortie", TROUBLE)
+@pytest.mark.parametrize("kind", ["white", "no-rate-decay", "speed-decay"])
+def test_it_is_the_general_filter_with_one_mode(kind, sortie):
+    """Rows, state and covariance, through outliers, gaps, rest and starts: rows that it takes and that it leaves."""
+    model, rows = model_of_profile(Profile(**sorties.KINDS[kind])), in_plane(sortie())
+    fast, general = model_empty_bank(model), model_empty_bank(model)
+    limit = {"rtol": 1e-12, "atol": 1e-12}
+    np.testing.assert_allclose(run(rows, model, fast), run(rows, model, general, "run"), **limit)
+    np.testing.assert_allclose(fast.x, general.x, **limit)
+    np.testing.assert_allclose(fast.p, general.p, **limit)
+
+
+def test_responses_to_a_unit_are_those_in_closed_form():
+    for rate, t in itertools.product((0.0, 1e-6, 1e-3, 0.0999, 0.1001, 0.3, 3.0), (0.02, 1.0, 3.0)):
+        found, expected = five_state.decaying(rate, t), responses(rate, t) if rate else (1.0, t, 0.5 * t * t)
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
