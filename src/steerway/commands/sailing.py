@@ -120,7 +120,8 @@ def _refuse_with_live(**options) -> None:
 
 
 def _campaign(scenario, n, dask, out, resume, sentence):
-    from steerway.simulation.run import numbers_of_seed, over_seeds
+    from steerway.simulation.campaign import over_seeds
+    from steerway.simulation.run import numbers_of_seed
     from steerway.simulation.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
     from steerway.simulation.unfinished import Unfinished
 
