@@ -204,6 +204,48 @@ def test_silent_connections_do_not_keep_others_out():
     assert {"id": 1, "ok": True} in hastened.run(run())
 
 
+def test_strangers_that_come_again_and_again_do_not_keep_others_out():
+    async def run():
+        async with listening(Steered()) as port:
+            strangers = [await asyncio.open_connection("127.0.0.1", port) for _ in range(40)]
+            answers = await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
+            for _, writer in strangers:
+                writer.close()
+            return answers
+
+    assert {"id": 1, "ok": True} in hastened.run(run())
+
+
+def test_deep_json_and_a_client_that_does_not_read_end_their_connection_only(caplog):
+    deep = b'{"token": ' + b"[" * 4000 + b"\n"
+    request = json.dumps({"id": "x" * 3000, "do": "stop"}).encode() + b"\n"
+
+    async def run():
+        async with listening(Steered()) as port:
+            assert await talk(port, deep) == []
+            assert not any("id" in each for each in await talk(port, {"token": TOKEN}, deep))
+            _, writer = await asyncio.open_connection("127.0.0.1", port, limit=1024)
+            writer.transport.pause_reading()
+            writer.write(json.dumps({"token": TOKEN}).encode() + b"\n")
+            with pytest.raises(ConnectionError):
+                for _ in range(20_000):
+                    writer.write(request)
+                    await writer.drain()
+            return await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
+
+    assert {"id": 1, "ok": True} in hastened.run(run())
+    assert not [each for each in caplog.records if each.exc_info]
+
+
+def test_a_secret_that_other_users_can_read_is_named(tmp_path, monkeypatch, caplog):
+    for mode, warned in ((0o644, True), (0o640, True), (0o600, False)):
+        caplog.clear()
+        (tmp_path / "token").write_text(TOKEN)
+        (tmp_path / "token").chmod(mode)
+        control_address("127.0.0.1:10120", str(tmp_path / "token"))
+        assert (f"other users can read it (mode {mode:o})" in caplog.text) == warned
+
+
 def test_only_this_computer_and_with_a_token(tmp_path, monkeypatch):
     monkeypatch.delenv("STEERWAY_CONTROL_TOKEN", raising=False)
     (tmp_path / "token").write_text(TOKEN)

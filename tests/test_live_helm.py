@@ -262,6 +262,24 @@ def test_a_foreign_name_for_this_computer_does_not(alone):
         assert knocked(alone, {"host": host, "origin": f"http://{host}"}) == ["websocket.close"]
 
 
+@pytest.mark.parametrize("host", ["boat.example", "127.0.0.1:8080"])
+def test_behind_a_tls_proxy_browsers_see_another_origin(host):
+    """Some proxies pass on the host that browsers name, others their own name for this computer."""
+    gate = Gate(_inside, address("127.0.0.1:8080", TOKEN, "https://boat.example"))
+    here = {"origin": "https://boat.example"}
+    reply = asked(gate, "POST", "/login", host, headers=here, data={"token": TOKEN})
+    assert reply.status_code == 303 and "; secure" in reply.headers["set-cookie"].lower()
+    kept = {"cookie": reply.headers["set-cookie"].partition(";")[0]}
+    assert asked(gate, host=host, headers=kept).text == "inside"
+    assert knocked(gate, {"host": host} | kept | here) == ["websocket.accept"]
+    assert knocked(gate, {"host": host, "origin": "https://evil.example"} | kept) == ["websocket.close"]
+    assert asked(gate, host="evil.example", headers=kept).status_code == 403
+    with pytest.raises(InputError, match=r"'https://boat\.example' can be reached from other computers"):
+        address("127.0.0.1:8080", None, "https://boat.example")
+    with pytest.raises(InputError, match=r"helm-origin is 'boat\.example', expected the address for browsers"):
+        address("127.0.0.1:8080", TOKEN, "boat.example")
+
+
 def test_nothing_is_framed_or_loaded_from_elsewhere(alone):
     headers = asked(alone).headers
     assert headers["x-frame-options"] == "DENY" and "default-src 'self'" in headers["content-security-policy"]

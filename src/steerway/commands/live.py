@@ -90,6 +90,10 @@ def live(
         str | None,
         typer.Option("--helm-token-file", metavar="FILE", help="Token for other computers; or STEERWAY_HELM_TOKEN."),
     ] = None,
+    helm_origin: Annotated[
+        str | None,
+        typer.Option("--helm-origin", metavar="https://HOST", help="Address of the helm page behind a TLS proxy."),
+    ] = None,
     mavlink_signing: Annotated[
         str | None,
         typer.Option("--mavlink-signing", metavar="FILE", help="Sign MAVLink with the passphrase in a file."),
@@ -146,6 +150,7 @@ def live(
         "accuracy": False if no_accuracy else None,
         "helm": helm,
         "helm_token_file": helm_token_file,
+        "helm_origin": helm_origin,
         "mavlink_signing": mavlink_signing,
         "control": control,
         "control_token_file": control_token_file,

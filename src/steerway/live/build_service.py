@@ -41,7 +41,7 @@ def launch(settings: Settings) -> None:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     signing = settings.mavlink_signing
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
-    page = None if settings.helm is None else address(settings.helm, token_of(settings.helm_token_file))
+    page = None if settings.helm is None else _page(settings)
     control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
     replayed, rate = not math.isnan(speed), settings.rate
     aids = tuple(name.replace("-", "_") for name in settings.aid)
@@ -80,6 +80,12 @@ def launch(settings: Settings) -> None:
     else:
         _made_ready(kinds, settings.estimator)
         until_stopped(service.run(inputs, links))
+
+
+def _page(settings):
+    if settings.helm is None:
+        return None
+    return address(settings.helm, token_of(settings.helm_token_file), settings.helm_origin)
 
 
 def _tuning(settings, aids, replayed):

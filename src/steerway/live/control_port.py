@@ -21,7 +21,7 @@ DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
 _LONGEST = 4096  # bytes of a request
 _FIRST = 5.0  # s for the token
-_MOST = 16  # connections
+_MOST = 16  # connections with the token, and as many without
 _LOOK = 0.1  # s between two looks at the state
 _PERIOD = 1.0  # s in which it is sent at least once
 
@@ -51,6 +51,7 @@ class ControlPort:
 
     def __init__(self, controls: Controls, address: Address):
         self.controls, self.address = controls, address
+        self._strangers: dict[asyncio.StreamWriter, None] = {}  # those without a token yet, the oldest first
         self._clients: set[asyncio.StreamWriter] = set()
 
     async def run(self) -> None:
@@ -63,36 +64,44 @@ class ControlPort:
             async with server:
                 await server.serve_forever()
         finally:
-            for client in self._clients:
+            for client in (*self._strangers, *self._clients):
                 client.transport.abort()
 
     async def _client(self, reader, writer):
-        if len(self._clients) >= _MOST:
-            writer.close()
-            return
-        self._clients.add(writer)
+        if len(self._strangers) >= _MOST:
+            next(iter(self._strangers)).transport.abort()
+        self._strangers[writer] = None
         try:
             with contextlib.suppress(OSError, ValueError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
-                await self._talk(reader, writer)
+                if await self._is_permitted(reader, writer):
+                    await self._talk(reader, writer)
         finally:
+            self._strangers.pop(writer, None)
             self._clients.discard(writer)
             writer.close()
 
-    async def _talk(self, reader, writer):
+    async def _is_permitted(self, reader, writer):
         try:
             async with asyncio.timeout(_FIRST):
-                first = json.loads(await reader.readline() or b"{}")
+                first = _parsed(await reader.readline() or b"{}")
         except TimeoutError:
-            return
+            return False
         token = first.get("token") if isinstance(first, dict) else None
         if not (isinstance(token, str) and hmac.compare_digest(token.encode(), self.address.token.encode())):
             _send(writer, {"error": "the token is not this one"})
             await asyncio.sleep(1.0)
-            return
+            return False
+        return len(self._clients) < _MOST
+
+    async def _talk(self, reader, writer):
+        self._strangers.pop(writer, None)
+        self._clients.add(writer)
         states = asyncio.create_task(self._send_states(writer))
         try:
             while line := await reader.readline():
-                _send(writer, self._answer(json.loads(line)))
+                _send(writer, self._answer(_parsed(line)))
+                if writer.transport.get_write_buffer_size() > BACKLOG:
+                    writer.transport.abort()  # it does not read its answers
         finally:
             states.cancel()
 
@@ -115,6 +124,13 @@ class ControlPort:
                 if writer.transport.get_write_buffer_size() < BACKLOG:
                     _send(writer, {"state": state})
             await asyncio.sleep(_LOOK)
+
+
+def _parsed(line):
+    try:
+        return json.loads(line)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
 
 
 def _send(writer, message):

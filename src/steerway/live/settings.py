@@ -68,6 +68,7 @@ class Settings(Table):
     accuracy: Flag = True
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
+    helm_origin: str | None = None
     mavlink_signing: str | None = None
     control: str | None = None
     control_token_file: str | None = None

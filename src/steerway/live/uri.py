@@ -3,7 +3,10 @@
 A scheme that is no link itself names the one that carries it: `mavlink:udpin:host:port`.
 """
 
+import logging
+import os
 import re
+import stat
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,6 +14,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from steerway.core.errors import InputError
 
+LOG = logging.getLogger("steerway.live")
 _LONGEST_SECRET = 4096  # characters
 _TOKEN = re.compile(r"([?&]token=)[^&]*")
 
@@ -96,9 +100,15 @@ def host_and_port(text: str) -> tuple[str, int | None]:
 
 
 def secret_in(path: str | Path, what: str) -> str:
-    """The secret in a file, without the space around it; raises InputError, which does not repeat it, with `what`."""
+    """The secret in a file, without the space around it; a warning where other users of the computer can read the file.
+
+    Raises InputError with `what`, which does not repeat it.
+    """
     try:
         with open(path, encoding="utf-8") as file:
+            mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
+            if os.name == "posix" and mode & 0o077:
+                LOG.warning("%s %s: other users can read it (mode %03o), expected mode 600", what, path, mode)
             return file.read(_LONGEST_SECRET).strip()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{what} {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None

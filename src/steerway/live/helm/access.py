@@ -112,7 +112,9 @@ class Gate:
                 await _login_page("Too quick. Wait a second and try again.", 429)(scope, receive, send)
             elif self._sessions.is_token(await _token_in(request)):
                 reply = RedirectResponse("/", 303)
-                reply.set_cookie(COOKIE, self._sessions.cookie(), _VALID, httponly=True, samesite="strict")
+                secure = (self._address.origin or "").startswith("https:")
+                cookie = self._sessions.cookie()
+                reply.set_cookie(COOKIE, cookie, _VALID, secure=secure, httponly=True, samesite="strict")
                 await reply(scope, receive, send)
             else:
                 await asyncio.sleep(_PAUSE)
@@ -131,17 +133,20 @@ class Gate:
 def is_foreign(scope, headers: Headers, address: Address) -> bool:
     """Whether a request comes from another web page, or is addressed to a foreign name.
 
-    A request that acts (POST, WebSocket) must have this page as its origin; one that reads must not have another.
+    A request that acts (POST, WebSocket) must have this page as its origin; one that reads must not have another. A
+    proxy passes on the host that browsers name, or its own name for this computer.
     """
     host = headers.get("host", "")
     match = _HOST.fullmatch(host)
     if match is None or len(headers.getlist("host")) > 1:
         return True
-    if address.is_loopback and not is_loopback(match["name"].strip("[]")):
+    named = address.origin is not None and host == address.origin.partition("://")[2]
+    if address.is_loopback and not named and not is_loopback(match["name"].strip("[]")):
         return True
     origins = headers.getlist("origin")
     acts = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
-    return any(origin != f"{_HTTP_OF[scope['scheme']]}://{host}" for origin in origins) or (acts and len(origins) != 1)
+    own = (f"{_HTTP_OF[scope['scheme']]}://{host}", address.origin)
+    return any(origin not in own for origin in origins) or (acts and len(origins) != 1)
 
 
 def _cookie(headers):

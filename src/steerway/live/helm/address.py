@@ -12,16 +12,18 @@ DEFAULT = "127.0.0.1:8080"
 TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"
 _PORT = 8080
 _HOST = re.compile(r"[A-Za-z0-9._:-]+")
+_ORIGIN = re.compile(r"https?://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?")  # as browsers send it
 _SHORTEST = 8  # characters of a token: one guess a second does not find it in a lifetime
 _LONGEST = 256
 
 
 class Address(NamedTuple):
-    """Where to serve, and the token for access; None: no token."""
+    """Where to serve, the token for access (None: no token), and the origin that browsers see behind a proxy."""
 
     host: str
     port: int
     token: str | None = None
+    origin: str | None = None
 
     @property
     def is_loopback(self) -> bool:
@@ -35,11 +37,11 @@ class Address(NamedTuple):
         return f"http://{host}:{self.port}"
 
 
-def address(text: str, token: str | None = None) -> Address:
-    """The address of a text `host:port`; port 8080 by default.
+def address(text: str, token: str | None = None, origin: str | None = None) -> Address:
+    """The address of a text `host:port`; port 8080 by default. origin: `https://host` at which a proxy serves the page.
 
-    Raises InputError for anything else, for a token that is too short, and for an address beyond this computer without
-    a token.
+    Raises InputError for anything else, for a token that is too short, and for an address or an origin that other
+    computers reach without a token.
     """
     try:
         host, port = host_and_port(text)
@@ -48,11 +50,13 @@ def address(text: str, token: str | None = None) -> Address:
         host, port = "", 0
     if not _HOST.fullmatch(host) or host.isdigit() or not port:
         raise InputError(f"helm is {text!r}, expected host:port such as {DEFAULT}")
-    found = Address(host, port, checked(token))
-    if not found.is_loopback and found.token is None:
+    if origin is not None and not _ORIGIN.fullmatch(origin):
+        raise InputError(f"helm-origin is {origin!r}, expected the address for browsers such as https://boat.example")
+    found = Address(host, port, checked(token), origin)
+    if (origin is not None or not found.is_loopback) and found.token is None:
         raise InputError(
-            f"helm {text!r} can be reached from other computers, expected a token for it in the environment variable "
-            f"{TOKEN_VARIABLE} or in a file that --helm-token-file names"
+            f"helm {origin or text!r} can be reached from other computers, expected a token for it in the environment "
+            f"variable {TOKEN_VARIABLE} or in a file that --helm-token-file names"
         )
     return found
 

@@ -83,6 +83,7 @@ class HelmPage:
             "host": self.address.host,
             "port": self.address.port,
             "token": self.address.token,
+            "origin": self.address.origin,
             "route": self._plane.route,
             "fence": self._plane.fence,
             "has_autopilot": self.service.supervisor is not None,

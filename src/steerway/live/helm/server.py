@@ -29,7 +29,7 @@ def main() -> None:
         with contextlib.suppress(BrokenPipeError):
             orders.write(json.dumps(message).encode() + b"\n")
 
-    address = Address(settings["host"], settings["port"], settings["token"])
+    address = Address(settings["host"], settings["port"], settings["token"], settings["origin"])
     try:
         listener = _listener(address)
     except OSError as error:

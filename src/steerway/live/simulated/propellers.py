@@ -49,7 +49,7 @@ class PropellerReceiver:
         try:
             command = json.loads(line)
             newest = float(command["port"]), float(command["starboard"])
-        except (ValueError, TypeError, KeyError):
+        except (ValueError, TypeError, KeyError, RecursionError):
             return
         if all(map(math.isfinite, newest)):
             self._newest, self._received = newest, time.monotonic()
