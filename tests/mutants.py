@@ -37,11 +37,11 @@ SMOOTHER = ("test_two_filter_smoother",)
 COVERED = {
     "core/angles.py": ("test_angles",),
     "core/earth.py": ("test_earth",),
+    "core/kalman.py": COURSE,
     "core/kinematics.py": ("test_kinematics",),
     "estimation/course/motion/five_state.py": COURSE,
     "estimation/filter/five_state.py": ("test_table_one",),
     "estimation/course/motion/low_speed.py": COURSE,
-    "estimation/course/update/position.py": COURSE,
     "estimation/course/steerageway.py": COURSE,
     "archive/association.py": ARCHIVE,
     "archive/encounters.py": ARCHIVE,

@@ -75,9 +75,9 @@ def estimate(
     """
     import numpy as np
 
-    from steerway.estimation.course.latency import lateness, on_time
     from steerway.estimation.course.replay import expect_rate, variance_scales
     from steerway.estimation.inference.description import structures_of
+    from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.report.summary import summarise
 
@@ -267,7 +267,7 @@ def compare(
     import numpy as np
 
     from steerway.estimation import estimate as run
-    from steerway.estimation.course.comparison import compare as agreement
+    from steerway.estimation.log.compare import compare as agreement
 
     fixes = read_logs(logs, source, start, stop, max_size)
     if not np.isfinite([fixes.sog, fixes.cog]).any():

@@ -6,9 +6,8 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.core.estimate import NO_MEASUREMENTS
+    from steerway.core.kalman import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
-    from steerway.estimation.course.comparison import compare
-    from steerway.estimation.course.latency import lateness, on_time
     from steerway.estimation.course.motion import low_speed
     from steerway.estimation.course.motion.five_state import predict as five_state_predict
     from steerway.estimation.course.motion.five_state import set_step as five_state_set_step
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
     )
     from steerway.estimation.course.steerageway import start as steerageway_start
     from steerway.estimation.course.update.aids import AIDS, NO_AIDS
-    from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.course.update.reported_accuracy import variance_scales_of
     from steerway.estimation.filter import five_state
     from steerway.estimation.inference import forecast as inference_forecast
@@ -73,6 +71,8 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.structures import MODES, model_of, parameters_of
     from steerway.estimation.inference.weigh import take_fix
     from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
+    from steerway.estimation.log.compare import compare
+    from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.profiles import BUILT_IN
     from steerway.estimation.profiles.inferred import WeighedStructure

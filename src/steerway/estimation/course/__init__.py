@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.core.kalman import correct, innovation, normalised_square
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator
-    from steerway.estimation.course.comparison import Agreement, compare
     from steerway.estimation.course.motion.five_state import chord
     from steerway.estimation.course.motion.five_state import predict as predict_five_state
     from steerway.estimation.course.motion.layout import (
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from steerway.estimation.course.motion.models import set_step, transition
     from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
     from steerway.estimation.course.update.invariant import rotate_correction
-    from steerway.estimation.course.update.position import correct, innovation, normalised_square
+    from steerway.estimation.log.compare import Agreement, compare
 
 __all__ = [
     "LEAVING",

@@ -8,6 +8,7 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.core.kalman import place_by_fix
 from steerway.estimation.course.motion.layout import (
     COURSE,
     EAST,
@@ -31,7 +32,6 @@ from steerway.estimation.course.motion.layout import (
     VELOCITY_EAST,
     VELOCITY_NORTH,
 )
-from steerway.estimation.course.update.position import place_by_fix
 
 COURSE_GAINED = 4.0
 """Standard deviations of a velocity above zero at which course is defined: it is then known to a quarter of a radian,

@@ -9,6 +9,7 @@ import numpy as np
 
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displaced, displacement
+from steerway.core.kalman import correct, correct_scalar, innovation, normalised_square, scalar_innovation
 from steerway.core.statistics import AID_GATE
 from steerway.estimation.course.imm import (
     combine,
@@ -59,9 +60,7 @@ from steerway.estimation.course.update.aids import (
     SOG,
     aid_low_speed,
     any_known,
-    correct_scalar,
     measured,
-    scalar_innovation,
 )
 from steerway.estimation.course.update.invariant import rotate_correction
 from steerway.estimation.course.update.outliers import (
@@ -70,7 +69,6 @@ from steerway.estimation.course.update.outliers import (
     fix_is_accepted,
     fix_nll,
 )
-from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
 _SLOTS, _SLOTS_PER_SECOND = 128, 7.0
 """Steps kept by their length; intervals of whole seconds, as AIS has them, meet in no slot up to two minutes:

@@ -23,8 +23,8 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kalman import take_scalar
 from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.course.update.aids import take_scalar
 from steerway.estimation.heading.composite import (
     A1,
     A2,

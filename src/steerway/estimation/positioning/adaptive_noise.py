@@ -13,7 +13,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.estimation.course.update.position import correct, innovation
+from steerway.core.kalman import correct, innovation
 from steerway.estimation.positioning.low_speed import WAVE, WITH_WAVES
 
 _ITERATIONS = 5

@@ -18,9 +18,8 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kalman import correct, correct_scalar, innovation, normalised_square, place_by_fix
 from steerway.core.statistics import FIX_GATE
-from steerway.estimation.course.update.aids import correct_scalar
-from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
 from steerway.estimation.positioning.low_speed import (
     BODY,
     HEADING,

@@ -18,9 +18,9 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.earth import STANDARD_GRAVITY
 from steerway.core.errors import InputError
+from steerway.core.kalman import correct_scalar, take_scalar
 from steerway.core.statistics import AID_GATE, DIFFUSE_SPEED_STD
 from steerway.estimation.course.motion.five_state import decay
-from steerway.estimation.course.update.aids import correct_scalar, take_scalar
 
 SPEED, BIAS, LEAK, CURRENT, SCALE = range(5)
 STATES = 5

@@ -6,6 +6,7 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
+from steerway.core.kalman import correct, correct_scalar, normalised_square, scalar_innovation
 from steerway.core.statistics import AID_GATE
 from steerway.estimation.course.motion.layout import COURSE, DT, ERROR_PAIRS, ERROR_STATE, GATE, STARTS_IN, STEP_ROWS
 from steerway.estimation.course.motion.models import predict as predict_mode
@@ -28,9 +29,8 @@ from steerway.estimation.course.smoothing.linearised import (
     was_reset,
 )
 from steerway.estimation.course.steerageway import reset_manoeuvre
-from steerway.estimation.course.update.aids import correct_scalar, measured, scalar_innovation
+from steerway.estimation.course.update.aids import measured
 from steerway.estimation.course.update.outliers import fix_nll
-from steerway.estimation.course.update.position import correct, normalised_square
 
 
 @called_kernel

@@ -10,6 +10,7 @@ import math
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.earth import displacement
+from steerway.core.kalman import innovation
 from steerway.estimation.course.motion.layout import (
     COURSE,
     EAST,
@@ -25,7 +26,6 @@ from steerway.estimation.course.motion.layout import (
 )
 from steerway.estimation.course.motion.models import linearise as linearise_motion
 from steerway.estimation.course.update.aids import AIDS
-from steerway.estimation.course.update.position import innovation
 
 FIX, POSITION_RESET = len(AIDS), len(AIDS) + 1
 """Columns of what is accepted in a row, after those of the aids: its fix; that the position was reset to it."""

@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from steerway.core.angles import wrap
 from steerway.core.compiled import lean_kernel
 from steerway.core.errors import InputError
+from steerway.core.kalman import correct_scalar
 from steerway.core.settings import positive_number
 from steerway.core.statistics import AID_GATE
 from steerway.estimation.course.motion.layout import (
@@ -182,50 +183,6 @@ def measured(which, value, x, parameters):
     if _ACROSS_COURSE[which]:
         variance /= max(x[SPEED] ** 2, _LEAST_SPEED_SQUARED)
     return i, companion, SIGN_OF[which], innovation, variance
-
-
-@lean_kernel
-def scalar_innovation(p, work, i, companion, sign, variance):
-    """Variance of the innovation of a measurement of x[i] + sign · x[companion] (companion 0: none).
-
-    Leaves in work[0] (n,) the covariance of the state with what is measured.
-    """
-    pc = work[0]
-    for j in range(len(pc)):
-        pc[j] = p[min(i, j), max(i, j)]
-        if companion:
-            pc[j] += sign * p[min(companion, j), max(companion, j)]
-    return pc[i] + variance + sign * pc[companion] if companion else pc[i] + variance
-
-
-@lean_kernel
-def correct_scalar(x, p, work, i, companion, sign, innovation, variance, gate=AID_GATE):
-    """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
-
-    Joseph's form for a scalar. Returns the NIS: above the gate the measurement was not used.
-    """
-    pc, k = work[0], work[1]
-    s = scalar_innovation(p, work, i, companion, sign, variance)
-    return take_scalar(x, p, pc, k, s, innovation, gate)
-
-
-@lean_kernel
-def take_scalar(x, p, pc, k, s, innovation, gate=AID_GATE):
-    """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
-
-    Reads and writes the upper triangle of P. Returns the NIS: above the gate the measurement was not used.
-    """
-    n = len(x)
-    nis = innovation * innovation / s
-    if nis > gate:
-        return nis
-    for j in range(n):
-        k[j] = pc[j] / s
-        x[j] += k[j] * innovation
-    for a in range(n):
-        for b in range(a, n):
-            p[a, b] += k[a] * k[b] * s - k[a] * pc[b] - pc[a] * k[b]
-    return nis
 
 
 @lean_kernel

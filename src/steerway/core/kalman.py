@@ -1,12 +1,13 @@
-"""Position update of a filter whose first two states are north and east: innovation, correction, reset.
+"""Kalman's update by a scalar and by a position, for every filter of this package but those with several modes.
 
-Every filter of this package that takes positions uses these kernels. Beside white noise a fix may carry errors that
-are pairs of states (north, east), one pair behind the other from state g on: of the receiver, or of waves. Of a
-covariance only the upper triangle is kept and read.
+The first two states are north and east where a position is taken. Beside white noise a fix may carry errors that are
+pairs of states (north, east), one pair behind the other from state g on: of the receiver, or of waves. Of a covariance
+only the upper triangle is kept and read.
 """
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import lean_kernel
+from steerway.core.statistics import AID_GATE
 
 
 @lean_kernel
@@ -79,7 +80,7 @@ def correct(
 
 
 @lean_kernel
-def place_by_fix(p, north_variance, east_variance, g, pairs=1):
+def place_by_fix(p: Floats, north_variance: float, east_variance: float, g: int, pairs: int = 1) -> None:
     """Covariance of a position that is set to a fix less the error states (from g on, unless g is 0).
 
     Its error is that of the fix less that of the error states, so that its covariance with every other state is minus
@@ -102,3 +103,59 @@ def place_by_fix(p, north_variance, east_variance, g, pairs=1):
                 p[0, 0] += p[min(i, j), max(i, j)]
                 p[0, 1] += p[min(i, j + 1), max(i, j + 1)]
                 p[1, 1] += p[min(i, j) + 1, max(i, j) + 1]
+
+
+@lean_kernel
+def scalar_innovation(p: Floats, work: Floats, i: int, companion: int, sign: float, variance: float) -> float:
+    """Variance of the innovation of a measurement of x[i] + sign · x[companion] (companion 0: none).
+
+    Leaves in work[0] (n,) the covariance of the state with what is measured.
+    """
+    pc = work[0]
+    for j in range(len(pc)):
+        pc[j] = p[min(i, j), max(i, j)]
+        if companion:
+            pc[j] += sign * p[min(companion, j), max(companion, j)]
+    return pc[i] + variance + sign * pc[companion] if companion else pc[i] + variance
+
+
+@lean_kernel
+def correct_scalar(
+    x: Floats,
+    p: Floats,
+    work: Floats,
+    i: int,
+    companion: int,
+    sign: float,
+    innovation: float,
+    variance: float,
+    gate: float = AID_GATE,
+) -> float:
+    """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
+
+    Joseph's form for a scalar. Returns the NIS: above the gate the measurement was not used.
+    """
+    pc, k = work[0], work[1]
+    s = scalar_innovation(p, work, i, companion, sign, variance)
+    return take_scalar(x, p, pc, k, s, innovation, gate)
+
+
+@lean_kernel
+def take_scalar(
+    x: Floats, p: Floats, pc: Floats, k: Floats, s: float, innovation: float, gate: float = AID_GATE
+) -> float:
+    """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
+
+    Reads and writes the upper triangle of P. Returns the NIS: above the gate the measurement was not used.
+    """
+    n = len(x)
+    nis = innovation * innovation / s
+    if nis > gate:
+        return nis
+    for j in range(n):
+        k[j] = pc[j] / s
+        x[j] += k[j] * innovation
+    for a in range(n):
+        for b in range(a, n):
+            p[a, b] += k[a] * k[b] * s - k[a] * pc[b] - pc[a] * k[b]
+    return nis

@@ -14,7 +14,7 @@ import numpy as np
 from steerway.core.checks import not_negative
 from steerway.core.earth import radii
 from steerway.core.records import INSTRUMENT_COLUMNS, OK, Fixes, Motion
-from steerway.estimation.course.comparison import LEAST_SPEED, LONGEST_LAG, compare
+from steerway.estimation.log.compare import LEAST_SPEED, LONGEST_LAG, compare
 
 _LONGEST_SAMPLE = 20_000
 """Rows compared, an hour and more at 5 Hz: the lag of one receiver does not change."""
