@@ -109,3 +109,28 @@ def test_of_processes_that_begin_together_one_compiles(tmp_path):
     environment = os.environ | {"STEERWAY_CACHE": str(tmp_path)}
     beside = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     assert sorted(each.communicate()[0] for each in beside) == ["0\n", "0\n", "1\n"]
+
+
+CHECKED = """
+import numpy as np
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
+@lean_kernel
+def of(values, k): return values[k]
+@called_kernel
+def doubled(values, k): return 2.0 * of(values, k)
+@kernel
+def through(values, k): return doubled(values, k)
+print(through(np.ones(3), 2), doubled(np.ones(3), 2), of(np.ones(3), 2))
+for each in (through, doubled, of):
+    try:
+        each(np.ones(3), 3)
+    except IndexError as error:
+        print(error)
+"""
+
+
+def test_indices_are_checked_in_kernels_that_are_parts_of_others(tmp_path):
+    (tmp_path / "checked.py").write_text(CHECKED)
+    code = f"import sys; sys.path.append({str(tmp_path)!r}); import checked"
+    told = python(code, STEERWAY_CACHE=str(tmp_path), NUMBA_BOUNDSCHECK="1")
+    assert told == "2.0 2.0 1.0\n" + 3 * "index is out of bounds\n"

@@ -1,7 +1,9 @@
 """The one way this package compiles: `@kernel` is njit with a file cache that knows what a kernel depends on."""
 
 import contextlib
-from collections.abc import Callable
+import functools
+import gc
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -9,6 +11,8 @@ import numba
 import numba.core.config
 from numba.core import event
 from numba.core.caching import UserProvidedCacheLocator
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import register_jitable
 
@@ -42,6 +46,14 @@ class _Announcement(event.Listener):
 
 
 event.register("numba:compile", _Announcement())
+
+_COLLECTED_AFTER = 100_000
+"""Objects after which the garbage collector looks for cycles while kernels are compiled. numba makes millions that
+stay; with Python's 700 a twentieth of the time goes into looking at them. Chosen: no more memory is used."""
+_ROOM = 33_000
+"""Words of a frame behind which CPython has as many left (it doubles 16 kB until a frame and 8 kB fit). It maps and
+unmaps memory at every call that leaves the room left behind a frame; as deeply as numba calls, in a loop by chance,
+that takes up to a third of the time of compilation."""
 
 
 def kernel(function: F) -> F:
@@ -85,6 +97,17 @@ def _compiled(function: F, **options: Any) -> F:
     options |= {"error_model": "numpy", "no_cfunc_wrapper": True}  # which only C would call: a tenth of the time
     variant = f"-numba{numba.__version__}" + ("-bounds" if config.BOUNDSCHECK else "")
     directory = module_directory(function.__module__, variant)
+    dispatcher: Any = _dispatcher(function, directory, options)
+    if hasattr(dispatcher, "overloads") and "_nrt" in options and "inline" not in options:
+        options |= {"pipeline_class": _PartCompiler, "no_cpython_wrapper": True}
+        part: Any = numba.njit(**options)(function)
+        part.add_overload = functools.partial(_add_part, part)
+        dispatcher.get_call_template, dispatcher.get_overload = part.get_call_template, part.get_overload
+    return dispatcher
+
+
+def _dispatcher(function: Any, directory: Path | None, options: dict[str, Any]) -> Any:
+    """numba's dispatcher of a function, which keeps what it compiles in this directory."""
     if directory is None:
         return numba.njit(**options)(function)
     users_settings = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
@@ -103,11 +126,53 @@ def _keep(dispatcher: Any, lock: Path) -> None:
     compile_or_load, save = dispatcher.compile, dispatcher._cache.save_overload
 
     def compiled(signature: Any) -> Any:
-        with global_compiler_lock, one_process(lock):
+        with global_compiler_lock, one_process(lock), _rare_collections():
             return compile_or_load(signature)
+
+    compiled.__code__ = compiled.__code__.replace(co_stacksize=_ROOM)
 
     def kept(*overload: Any) -> None:
         with contextlib.suppress(OSError):
             save(*overload)
 
     dispatcher.compile, dispatcher._cache.save_overload = compiled, kept
+
+
+@contextlib.contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Let the garbage collector run more seldom within this."""
+    youngest, *older = gc.get_threshold()
+    gc.set_threshold(youngest and max(youngest, _COLLECTED_AFTER), *older)
+    try:
+        yield
+    finally:
+        gc.set_threshold(youngest, *older)
+
+
+class _PartLibrary(JITCodeLibrary):
+    """The code of a lean or called kernel for those that call it: as it is, without that of what it calls itself.
+
+    numba would optimise it with all below it, make machine code of it and a wrapper for Python, and do all that again
+    within each caller. The kernel that Python calls links every part below it once, and is optimised as a whole.
+    """
+
+    def finalize(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+
+class _PartCompiler(Compiler):
+    """Compiles a kernel as a part of others."""
+
+    def __init__(self, typing: Any, target: Any, _: Any, args: Any, returns: Any, flags: Any, local: Any):
+        flags.no_compile = True
+        library = _PartLibrary(target.codegen(), "part")  # type: ignore[no-untyped-call]
+        super().__init__(typing, target, library, args, returns, flags, local)  # type: ignore[no-untyped-call]
+
+
+def _add_part(dispatcher: Any, compiled: Any) -> None:
+    """Make a compiled part known to its callers: by a key in place of an address, with all that it links itself."""
+    key, library = object(), compiled.library
+    linked = dict.fromkeys([library, *library._linking_libraries])
+    compiled.target_context.insert_user_function(key, compiled.fndesc, list(linked))
+    dispatcher.overloads[tuple(compiled.signature.args)] = compiled._replace(entry_point=key)
