@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 import steerway
 from steerway.core import REJECTED, wrap_array
@@ -124,6 +125,66 @@ def gaussian(nu, s):
 
 def student(nu, s):
     return (1.0 + nu @ np.linalg.solve(s, nu) / 4.0) ** -3 / (2.0 * math.pi * math.sqrt(np.linalg.det(s)))
+
+
+def fed(parts, tail, **given):
+    """A model of these parts, and its bank after 20 fixes on a line and the offsets (m) of `tail` from it, east."""
+    names, medians, _ = parameters_of(parts)
+    model = model_of(parts, dict(zip(names, np.exp(medians), strict=True)) | given)
+    bank = empty_bank(model)
+    start(bank, model, 0.0, 0.0)
+    for k, off in enumerate([0.0] * 20 + tail, start=1):
+        advance(bank, model, 1.0)
+        take_fix(bank, model, 2.0 * k, off, 1.0)
+    advance(bank, model, 1.0)
+    return model, bank
+
+
+STATES = {
+    "usual": (("base", "wander"), []),
+    "after an outlier": (("base", "wander"), [20.0]),
+    "in a run of outliers": (("base", "wander"), [20.0, 20.3, 19.8]),
+    "after a followed step": (("base", "wander"), [20.0] * 4),
+    "long after it": (("base", "wander"), [20.0] * 12),
+    "after a return": (("base", "wander"), [20.0] * 8 + [0.0]),
+    "with steps": (("base", "wander", "steps"), [1.0]),
+    "in an obstruction": (("base", "wander", "obstructions"), [2.0, -1.5, 2.5]),
+}
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_the_density_of_the_next_fix_integrates_to_one(state):
+    """By quasi-random importance sampling; that of outliers as far as its own integral is 1."""
+    model, bank = fed(*STATES[state], fix_std=0.3)
+    weights, x = bank.probability.copy(), bank.x[:, :2].copy()
+    predicted = weights @ x
+    s = (
+        np.einsum("k,kij->ij", weights, bank.p[:, :2, :2])
+        + (x - predicted).T * weights @ (x - predicted)
+        + 0.09 * np.eye(2)
+    )
+    run = bank.run[0]
+    centres = np.array(
+        [[0.0, 0.0], [-run["step_north"], -run["step_east"]], [run["outlier_north"], run["outlier_east"]]]
+    )
+    shares, reach = (0.4, 0.15, 0.15, 0.15, 0.15), math.sqrt(np.trace(s) + 9.0)
+    u = qmc.Sobol(3, rng=np.random.default_rng(7)).random(1 << 14)
+    kind, angle = np.searchsorted(np.cumsum(shares)[:-1], u[:, 0]), 2.0 * math.pi * u[:, 1]
+    around = np.c_[np.cos(angle), np.sin(angle)]
+    near, wide = 1.5 * s, 9.0 * s + np.eye(2)
+    normal = np.sqrt(-2.0 * np.log1p(-u[:, 2]))[:, None] * around @ np.linalg.cholesky(near).T
+    heavy = np.sqrt(4.0 * ((1.0 - u[:, 2]) ** -0.5 - 1.0))[:, None] * around @ np.linalg.cholesky(wide).T
+    far = (reach * np.sqrt(np.expm1(20.0 * u[:, 2])))[:, None] * around
+    off = np.where(kind[:, None] < 3, normal + centres[np.minimum(kind, 2)], np.where(kind[:, None] == 3, heavy, far))
+    before, ratios = [np.copy(each) for each in bank], np.empty(len(off))
+    for i, each in enumerate(off):
+        density = math.exp(take_fix(bank, model, *(predicted + each), 1.0)[1])
+        proposed = [gaussian(each - centre, near) for centre in centres]
+        proposed += [student(each, wide), 1.0 / (20.0 * math.pi * (each @ each + reach**2))]
+        ratios[i] = density / np.dot(shares, proposed)
+        for now, then in zip(bank, before, strict=True):
+            now[...] = then
+    assert abs(ratios.mean() - 1.0) < 0.01
 
 
 def extrapolating(fixes, period):

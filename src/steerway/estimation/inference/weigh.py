@@ -49,7 +49,7 @@ RUN_FOLLOWED = 4
 4 s at 1 Hz."""
 
 RETURNS = 0.5
-"""Probability that the receiver then returns by the same step."""
+"""Probability, in that of an outlier, that the receiver then returns by the same step with the next fix. Chosen."""
 
 
 class Expected(NamedTuple):
@@ -113,7 +113,7 @@ def take_fix(bank, model, north, east, excess):
     """
     run, receiver, probability, density_of = bank.run[0], model.receiver[0], bank.probability, bank.shares[0]
     fix, variance = Vec2(north, east), excess * receiver.fix_variance
-    return_step(bank, model, fix, variance)
+    prior, other = return_step(bank, model, fix, variance)
     expected = expect(run, receiver)
     run.apart, run.since = run.since, 0.0
     mean, spread = Vec2(0.0, 0.0), Sym2(0.0, 0.0, 0.0)
@@ -137,7 +137,7 @@ def take_fix(bank, model, north, east, excess):
         probability[k] = density_of[k] / total
     learn_noise(run, expected, poor / total, learned / total)
     follow_run(bank, mean, wrong / total, least)
-    return nis(mean, plus(spread, scaled(-1.0, outer(mean)))), math.log(total), wrong / total
+    return nis(mean, plus(spread, scaled(-1.0, outer(mean)))), math.log(prior * total + other), wrong / total
 
 
 @lean_kernel
@@ -319,17 +319,24 @@ def shift(bank, north, east, variance):
 
 @called_kernel
 def return_step(bank, model, fix, variance):
-    """Undo the step last followed where a fix is likelier so than as a good one or an outlier."""
+    """Undo the step last followed where the fix is likelier so than as a good one or an outlier.
+
+    Returns the prior probability of what is taken, return or none, and prior times density (1/m²) of the other.
+    """
     run, processes, outlier_rate = bank.run[0], model.processes, model.receiver[0].outlier_rate
     if run.step_north == 0.0 and run.step_east == 0.0:
-        return
+        return 1.0, 0.0
     stays = returns = 0.0
     for k in range(len(bank.x)):
         seen = see(bank.x[k], bank.p[k], processes, 0.0, fix, variance, bank.rows)
         back = Vec2(seen.off.n + run.step_north, seen.off.e + run.step_east)
-        stays += bank.probability[k] * density(seen.off, seen.s, NORMAL)
-        stays += bank.probability[k] * outlier_rate * outlier_density(seen.off, trace(seen.s), variance)
+        usual = (1.0 - outlier_rate) * density(seen.off, seen.s, NORMAL)
+        stays += bank.probability[k] * (usual + outlier_rate * outlier_density(seen.off, trace(seen.s), variance))
         returns += bank.probability[k] * density(back, widened(seen.s, variance), NORMAL)
-    if RETURNS * outlier_rate * returns > stays:
+    prior = RETURNS * outlier_rate
+    stays, returns = (1.0 - prior) * stays, prior * returns
+    if returns > stays:
         shift(bank, -run.step_north, -run.step_east, variance)
         run.step_north = run.step_east = 0.0
+        return prior, stays
+    return 1.0 - prior, returns
