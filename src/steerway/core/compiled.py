@@ -97,7 +97,7 @@ def _compiled(function: F, **options: Any) -> F:
     options |= {"error_model": "numpy", "no_cfunc_wrapper": True}  # which only C would call: a tenth of the time
     variant = f"-numba{numba.__version__}" + ("-bounds" if config.BOUNDSCHECK else "")
     directory = module_directory(function.__module__, variant)
-    dispatcher: Any = _dispatcher(function, directory, options)
+    dispatcher: Any = _dispatcher(function, directory, options | {"pipeline_class": _KernelCompiler})
     if hasattr(dispatcher, "overloads") and "_nrt" in options and "inline" not in options:
         options |= {"pipeline_class": _PartCompiler, "no_cpython_wrapper": True}
         part: Any = numba.njit(**options)(function)
@@ -149,6 +149,35 @@ def _rare_collections() -> Iterator[None]:
         gc.set_threshold(youngest, *older)
 
 
+def _callers_first(libraries: list[Any]) -> list[Any]:
+    """Each library once, after all whose code calls it: LLVM leaves out what nothing calls when it is linked."""
+    return list(dict.fromkeys(reversed(libraries)))[::-1]
+
+
+class _KernelLibrary(JITCodeLibrary):
+    """The code of a kernel that Python calls, with that of all its parts."""
+
+    def finalize(self) -> None:
+        self._linking_libraries = _callers_first(self._linking_libraries)
+        super().finalize()  # type: ignore[no-untyped-call]
+
+    def _finalize_final_module(self) -> None:
+        """Raises where a part is missing, whose call would end the process."""
+        called = [each.name for each in self._final_module.functions if each.is_declaration]
+        if missing := [name for name in called if name.startswith("_ZN")]:
+            raise RuntimeError(f"a kernel is compiled without its parts {missing}")
+        super()._finalize_final_module()  # type: ignore[no-untyped-call]
+
+
+class _KernelCompiler(Compiler):
+    """Compiles a kernel that Python calls."""
+
+    def __init__(self, typing: Any, target: Any, _: Any, args: Any, returns: Any, flags: Any, local: Any):
+        library = _KernelLibrary(target.codegen(), "kernel")  # type: ignore[no-untyped-call]
+        library.enable_object_caching()  # type: ignore[no-untyped-call]
+        super().__init__(typing, target, library, args, returns, flags, local)  # type: ignore[no-untyped-call]
+
+
 class _PartLibrary(JITCodeLibrary):
     """The code of a lean or called kernel for those that call it: as it is, without that of what it calls itself.
 
@@ -173,6 +202,6 @@ class _PartCompiler(Compiler):
 def _add_part(dispatcher: Any, compiled: Any) -> None:
     """Make a compiled part known to its callers: by a key in place of an address, with all that it links itself."""
     key, library = object(), compiled.library
-    linked = dict.fromkeys([library, *library._linking_libraries])
-    compiled.target_context.insert_user_function(key, compiled.fndesc, list(linked))
+    linked = _callers_first([library, *library._linking_libraries])
+    compiled.target_context.insert_user_function(key, compiled.fndesc, linked)
     dispatcher.overloads[tuple(compiled.signature.args)] = compiled._replace(entry_point=key)
