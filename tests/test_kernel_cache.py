@@ -134,3 +134,29 @@ def test_indices_are_checked_in_kernels_that_are_parts_of_others(tmp_path):
     code = f"import sys; sys.path.append({str(tmp_path)!r}); import checked"
     told = python(code, STEERWAY_CACHE=str(tmp_path), NUMBA_BOUNDSCHECK="1")
     assert told == "2.0 2.0 1.0\n" + 3 * "index is out of bounds\n"
+
+
+PRUNED = """
+import numpy as np
+from steerway.core.compiled import called_kernel, kernel
+@called_kernel
+def third(x): return x[0] + 1.0
+@called_kernel
+def pruned(x): return 2.0 * third(x)
+@called_kernel
+def taken(x): return 3.0 * third(x)
+@kernel
+def through(x, n):
+    if 0 * n > 1:
+        return pruned(x)
+    return taken(x)
+print(through(np.ones(2), 3))
+"""
+
+
+def test_a_part_is_there_where_the_first_call_of_it_is_pruned(tmp_path):
+    (tmp_path / "pruned.py").write_text(PRUNED)
+    assert (
+        python(f"import sys; sys.path.append({str(tmp_path)!r}); import pruned", STEERWAY_CACHE=str(tmp_path))
+        == "6.0\n"
+    )
