@@ -73,7 +73,15 @@ def page():
     """The port of a page with a token."""
     pytest.importorskip("nicegui", reason="nicegui is not installed")
     port = free_port()
-    settings = {"host": "127.0.0.1", "port": port, "token": TOKEN, "route": [], "fence": [], "has_autopilot": True}
+    settings = {
+        "host": "127.0.0.1",
+        "port": port,
+        "token": TOKEN,
+        "origin": None,
+        "route": [],
+        "fence": [],
+        "has_autopilot": True,
+    }
 
     async def begun():
         process = await asyncio.create_subprocess_exec(
