@@ -55,7 +55,7 @@ def test_a_position_taken_anew_keeps_the_motion():
     estimator = FiveStateFilter(SMALL)
     motion = estimator.filter(scene.fixes(0.1, 1, lambda t: (10.0 * (t >= 30.0), 0.0 * t)))
     rejected = np.flatnonzero(motion.status == REJECTED)
-    assert list(rejected[rejected >= 150]) == [150, 151, 152, 153], "four fixes that agree, then no more"
+    assert 10 <= np.sum((rejected >= 150) & (rejected < 170)) <= 12, "two seconds of unbroken rejections, then no more"
     assert np.nanmax(angle_error(motion.cog, scene.cog)[100:]) < math.radians(8.0)
 
 

@@ -62,8 +62,8 @@ class HeadingMpc(SampledHeading):
         output_weight, change_weight: Q per rad² (or per the squared unit of a plant that is not circular) and R per
             squared unit of the input; by default 1 per degree² and 40 per squared limit of the change, P4's numbers.
 
-    Raises InputError for horizons or weights that cannot be used, and
-    RuntimeError when the solver fails.
+    Raises InputError for horizons or weights that cannot be used, and ArithmeticError when the solver fails: for
+    states or a wanted heading too large for floating point.
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class HeadingMpc(SampledHeading):
             unlimited = np.abs(np.linalg.solve(self.hessian, gradient)).max()
             best, verdict = self._solved(gradient, upper, lower, _ROUNDED * unlimited)
         if verdict < 1:
-            raise RuntimeError(f"DAQP gave up with code {verdict}")
+            raise ArithmeticError(f"DAQP gave up with code {verdict}")
         return float(best[0])
 
     def _solved(self, gradient, upper, lower, tolerance):

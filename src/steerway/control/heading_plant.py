@@ -221,6 +221,10 @@ class SampledHeading(ABC):
     """
 
     def __init__(self, plant: LinearPlant, limits: InputLimits, observer: BiasObserver) -> None:
+        if len(observer.state) != len(plant.b) + 1:
+            raise InputError(
+                f"observer has {len(observer.state)} states, expected the {len(plant.b)} of the plant and the bias"
+            )
         self._plant, self._limits, self.observer = plant, limits, observer
         self.reset()
 

@@ -40,7 +40,7 @@ def start(bank, model, north, east):
     for k in range(len(bank.x)):
         start_mode(bank.x[k], bank.p[k], model, model.modes[k], north, east)
         bank.probability[k] = model.modes[k].start
-    run.since = run.apart = run.outliers = run.outlier_north = run.outlier_east = run.was_outlier = 0.0
+    run.since = run.apart = run.outliers = run.lasted = run.outlier_north = run.outlier_east = run.was_outlier = 0.0
     run.step_north = run.step_east = run.was_poor = run.learnt = run.level = 0.0
     run.started = 1
 

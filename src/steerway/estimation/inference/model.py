@@ -43,12 +43,12 @@ PROCESS = _record("decay frequency variance", "acts_on state")
 """A shaping filter: λ (1/s), ν (rad/s; 0: real), stationary variance, what it acts on, its first state."""
 RECEIVER = _record(
     "fix_variance outlier_rate poor_rate poor_noise poor_time time_variance late_variance"
-    " step_rate step_variance slip_variance"
+    " step_rate step_variance slip_variance followed_after"
 )
 """Variance of a fix (white, m²); share of outliers; share of poor fixes, how many times the usual noise one has, and
 how long (s) fixes stay poor, 0 where each is so by itself; variance of the moment of a fix and that of a poor one
 besides (s²); steps of the error a second, the variance of a step in any direction (m²) and, besides, along the
-velocity (s²)."""
+velocity (s²); how long (s) outliers that agree are refused at least."""
 AID = _record("variance", "companion")
 """Variance (of COG: of the velocity across, m²/s²) of an aid of `course.update.aids.TABLE`, NaN of one not used, and
 the state of its companion (error of the receiver's velocity, crab angle, the water's own speed along the course, the
@@ -95,12 +95,13 @@ RESPONSE = _record("way gain turn lean left spun with_way with_gain added")
 of it: real and imaginary part. Covariance of its new noise with the way along (or, for each m/s, across) the course and
 with the speed (or the course); variance of the new noise."""
 RUN = _record(
-    "since apart outliers outlier_north outlier_east was_outlier step_north step_east was_poor learnt level", "started"
+    "since apart outliers lasted outlier_north outlier_east was_outlier step_north step_east was_poor learnt level",
+    "started",
 )
 """What a filter remembers of the receiver. Seconds since the last fix, and from that before it to it; how many outliers
-in a row agree, and their offset (m); probability that the last fix was one; the step of the receiver last followed (m);
-probability that the last fix was poor; degrees of freedom of what the fixes of an obstruction say of its noise, and how
-many times the usual variance of poor fixes that is; 1 once begun."""
+in a row agree, for how long (s), and their offset (m); probability that the last fix was one; the step of the
+receiver last followed (m); probability that the last fix was poor; degrees of freedom of what the fixes of an
+obstruction say of its noise, and how many times the usual variance of poor fixes that is; 1 once begun."""
 
 
 class Bank(NamedTuple):

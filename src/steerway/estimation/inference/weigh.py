@@ -45,8 +45,8 @@ OUTLIERS_LAST = 0.5
 SAME_OFFSET = 0.5
 """Probability that it is then off by the same."""
 RUN_FOLLOWED = 4
-"""So many outliers in a row that agree are a step of the receiver, and their position is followed. Chosen:
-4 s at 1 Hz."""
+"""So many outliers in a row that agree are a step of the receiver, once they last as long as its `followed_after`, and
+their position is followed. Chosen: 4 s at 1 Hz."""
 
 RETURNS = 0.5
 """Probability, in that of an outlier, that the receiver then returns by the same step with the next fix. Chosen."""
@@ -136,7 +136,7 @@ def take_fix(bank, model, north, east, excess):
     for k in range(len(probability)):
         probability[k] = density_of[k] / total
     learn_noise(run, expected, poor / total, learned / total)
-    follow_run(bank, mean, wrong / total, least)
+    follow_run(bank, mean, wrong / total, least, receiver.followed_after)
     return nis(mean, plus(spread, scaled(-1.0, outer(mean)))), math.log(prior * total + other), wrong / total
 
 
@@ -285,7 +285,7 @@ def learn_noise(run, expected, poor, seen):
 
 
 @called_kernel
-def follow_run(bank, off, wrong, spread):
+def follow_run(bank, off, wrong, spread, after):
     """Count outliers in a row that agree; a step of the receiver is followed in position, and the motion kept."""
     run = bank.run[0]
     run.was_outlier = wrong
@@ -295,11 +295,12 @@ def follow_run(bank, off, wrong, spread):
     further = Vec2(off.n - run.outlier_north, off.e - run.outlier_east)
     if run.outliers > 0.0 and dot(further, further) < 9.0 * spread:
         run.outliers += 1.0
+        run.lasted += run.apart
         run.outlier_north += further.n / run.outliers
         run.outlier_east += further.e / run.outliers
     else:
-        run.outliers, run.outlier_north, run.outlier_east = 1.0, off.n, off.e
-    if run.outliers >= RUN_FOLLOWED:
+        run.outliers, run.lasted, run.outlier_north, run.outlier_east = 1.0, 0.0, off.n, off.e
+    if run.outliers >= RUN_FOLLOWED and run.lasted >= after:
         shift(bank, run.outlier_north, run.outlier_east, spread / RUN_FOLLOWED)
 
 

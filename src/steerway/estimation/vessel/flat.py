@@ -23,6 +23,8 @@ from steerway.estimation.inference.structures import Shaping, assembled
 
 OUTLIER_RATE = 1e-3
 """Share of fixes that are off by any distance. Chosen: the median of its prior for a log of unknown origin."""
+FOLLOWED_AFTER = 2.0
+"""s for which fixes elsewhere that agree are refused. Chosen: a jump of a second is no step of the receiver."""
 _LARGEST_START_RATE = math.radians(20.0)
 """rad/s of course rate at the start: a small craft in a hard turn; a stationary value may be infinite. Chosen."""
 _YOUNG = 0.8
@@ -135,4 +137,5 @@ def _receiver(profile) -> np.ndarray:
     receiver = np.zeros(1, RECEIVER)
     receiver["fix_variance"], receiver["time_variance"] = profile.position_std**2, profile.time_std**2
     receiver["outlier_rate"], receiver["poor_noise"] = OUTLIER_RATE, 1.0
+    receiver["followed_after"] = FOLLOWED_AFTER
     return receiver
