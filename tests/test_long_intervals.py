@@ -50,3 +50,12 @@ def test_at_low_speed_one_step_is_many():
     assert np.isnan(at_once.cog).all()
     for name in ("latitude", "longitude", "sog", "sog_std", "position_std"):
         np.testing.assert_allclose(getattr(at_once, name), getattr(in_steps, name), rtol=1e-9, err_msg=name)
+
+
+def test_reports_minutes_apart_are_smoothed():
+    time = 180.0 * np.arange(8)
+    noise = np.random.default_rng(3).normal(0.0, 5.0, (2, 8))
+    track = Fixes(time, *displaced_all(0.9, 0.2, 5.0 * time + noise[0], noise[1]), mmsi=np.full(8, 257000001))
+    causal, smoothed = (getattr(FiveStateFilter("ais"), name)(track) for name in ("filter", "smooth"))
+    assert np.abs(smoothed.sog[2:] - 5.0).max() < 0.2  # it starts by the first two
+    assert (smoothed.sog_std[2:] <= causal.sog_std[2:] + 1e-9).all()
