@@ -77,7 +77,7 @@ def build_pilot(
 
 
 def response_of(boat: Boat) -> Response:
-    """What the steering filter knows of a boat."""
+    """The numbers of a boat that the steering filter uses."""
     _, time, *damping = boat.yaw_response
     speeds, slowly = (boat.cruise, boat.top_speed), min(boat.speed_time, _LONGEST_SPEED_TIME)
     made = Response(time, boat.turn_rate, *speeds, *damping, speed_time=slowly, pivot=boat.pivot)

@@ -1,8 +1,8 @@
 """Kalman's update by a scalar and by a position, for every filter of this package but those with several modes.
 
-The first two states are north and east where a position is taken. Beside white noise a fix may carry errors that are
-pairs of states (north, east), one pair behind the other from state g on: of the receiver, or of waves. Of a covariance
-only the upper triangle is kept and read.
+Filters that take positions have north and east as their first two states. A fix may have errors besides white noise,
+of the receiver or by waves: pairs of states (north, east) from state g on. The kernels read and write the upper
+triangle of a covariance.
 """
 
 from steerway.core.arrays import Floats

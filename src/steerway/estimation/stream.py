@@ -14,7 +14,6 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.checks import elapsed
-from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.errors import InputError
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
 from steerway.estimation.course.motion.layout import LONGEST_GAP
@@ -23,58 +22,46 @@ from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
 from steerway.estimation.course.update.reported_accuracy import variance_scale
 from steerway.estimation.filter import five_state
 from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
-from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, model_in, packed
+from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.inference.place import MOMENTS, mixed, place_moments, rotated
-from steerway.estimation.inference.plane import place_near, step_between
-from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG, TURNED
-from steerway.estimation.inference.row import Row, state_row, take_row
+from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED, motion_of
 from steerway.estimation.moments import motion_moments
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile, profile_of
-
-(
-    LATITUDE,  # of the last fix, rad
-    LONGITUDE,
-    FIRST,  # … its place in the plane, m
-    SECOND,
-    AZIMUTH,  # … direction of the first axis of the plane there, rad east of north
-    PLACED,  # 1 once there is one
-    KNOWN,  # 1 once the speed is known
-    USUAL,  # state of `variance_scale`
-    USUAL_COUNT,
-    ELAPSED,  # s since the first row
-    FADED,  # s since another set of structures was taken up
-    COARSE,  # least step between fixes, m
-    SINCE,  # s since the last fix that was no copy
+from steerway.estimation.stream_row import (
+    AZIMUTH,
+    COARSE,
+    ELAPSED,
+    FADED,
+    HEADER,
+    KNOWN,
     LAST_SOG,
-) = range(14)
-"""State of the filter beside the banks."""
-_HEADER = 14
-_ONE_BANK = _HEADER + 1
-"""Where the bank of a single structure begins, behind its weight."""
+    LATITUDE,
+    LOG_DENSITY,
+    LONGITUDE,
+    NIS,
+    SINCE,
+    USUAL,
+    USUAL_COUNT,
+    WRONG,
+    Alike,
+    place_of,
+    predict_plain,
+    read,
+    read_plain,
+    take_plain,
+    true_course,
+    walk,
+)
+
 FADE = 10.0
 """s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
 LEAST_LOG_WEIGHT = -40.0
 """No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though. Chosen:
 e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
-NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
-"""Columns after those of `fuse`: the last two are the probability of an outlier and the density of the row."""
 _NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9
 """rad: latitudes and longitudes that are possible, but for rounding."""
-
-
-class Alike(NamedTuple):
-    """Structures of one size, which one call steps: a bank and a model are a row of numbers each."""
-
-    banks: Floats  # (structures, `bank_size`)
-    models: Floats  # (structures, …), see `packed`
-    outs: Floats  # (structures, FUSED + 3)
-    is_plain: bool  # whether Table 1 serves it
-
-    def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
-        """One row of all, as of the kernel `step`."""
-        (step_plain if self.is_plain else step)(self.banks, self.models, dt, first, second, excess, aids, self.outs)
 
 
 class Set(NamedTuple):
@@ -127,10 +114,10 @@ class FiveStateFilter:
         n = len(running.structures)
         groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
         space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
-        self._state = np.zeros(_HEADER + n + sum(space))
+        self._state = np.zeros(HEADER + n + sum(space))
         if header is not None:
-            self._state[:_HEADER] = header
-        self._weights, memory = self._state[_HEADER : _HEADER + n], self._state[_HEADER + n :]
+            self._state[:HEADER] = header
+        self._weights, memory = self._state[HEADER : HEADER + n], self._state[HEADER + n :]
         self._weights[:] = running.weights
         self._outs = np.full((n, FUSED + 3), np.nan)
         self._banks, self._groups = [], []
@@ -214,7 +201,7 @@ class FiveStateFilter:
                 f"±π/2 and ±2π (math.radians of degrees)"
             )
         self._geodetic = True
-        return self._take(*_walk(self._state, latitude, longitude), position_std)
+        return self._take(*walk(self._state, latitude, longitude), position_std)
 
     def update_north_east(self, north: float, east: float, position_std: float | None = None) -> float:
         """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
@@ -289,7 +276,7 @@ class FiveStateFilter:
         nis = wrong = math.nan
         if fixed:
             excess = variance_scale(state[USUAL : USUAL_COUNT + 1], position_std)
-            nis, wrong = self._fix(dt, *_walk(state, latitude, longitude), excess, table)
+            nis, wrong = self._fix(dt, *walk(state, latitude, longitude), excess, table)
         else:
             self._advance(dt, math.nan, math.nan, 1.0, table)
             self._settle()
@@ -340,7 +327,7 @@ class FiveStateFilter:
         if share == 1.0:
             left, kept = self._banks[running.fading :], running.structures[running.fading :]
             newer = running.weights[running.fading :]
-            self._arrange(Set(kept, newer, 0, (), False), state[:_HEADER].copy())
+            self._arrange(Set(kept, newer, 0, (), False), state[:HEADER].copy())
             for bank, old in zip(self._banks, left, strict=True):
                 for part, other in zip(bank, old, strict=True):
                     part[...] = other
@@ -353,7 +340,7 @@ class FiveStateFilter:
         older, old, weights = self._set, self._banks, self._weights.copy()
         n = len(older.structures)
         joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
-        self._arrange(joined, self._state[:_HEADER].copy())
+        self._arrange(joined, self._state[:HEADER].copy())
         for bank, from_ in zip(self._banks, [*old, *banks], strict=True):
             for part, other in zip(bank, from_, strict=True):
                 part[...] = other
@@ -385,7 +372,7 @@ class FiveStateFilter:
     @property
     def cog(self) -> float:
         """Course over ground, rad in [−π, π); NaN while it is not defined."""
-        return _true(self._state, self._read()) if self.started else math.nan
+        return true_course(self._state, self._read()) if self.started else math.nan
 
     @property
     def course_rate(self) -> float:
@@ -419,10 +406,10 @@ class FiveStateFilter:
         state, estimate = self._state, self._read()
         place = estimate.item(NORTH), estimate.item(EAST)
         if self._geodetic:
-            place = _place(state, estimate)
+            place = place_of(state, estimate)
         if not self.started:
             return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
-        return [*place, estimate.item(SOG), _true(state, estimate), *estimate[RATE:].tolist()]
+        return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
 
     @property
     def state(self) -> Floats:
@@ -480,101 +467,3 @@ InferredFilter = FiveStateFilter
 
 def _sizes(model):
     return model.sizes
-
-
-@kernel
-def step(banks, models, dt, first, second, excess, aids, outs):
-    """One row (see `Row`) of structures of one size, as `run_record` does it; aids (1 or 0, a).
-
-    Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
-    """
-    for k in range(len(outs)):
-        model, out = model_in(models[k]), outs[k]
-        bank = bank_in(banks[k], len(model.modes), model.states)
-        row = Row(dt, first, second, excess)
-        taken = take_row(bank, model, row, aids[0] if len(aids) else models[k, :0])
-        state_row(bank, model, out)
-        out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
-
-
-@kernel
-def step_plain(banks, models, dt, first, second, excess, aids, outs):
-    """As `step`, of structures of one mode without extras, without aids and `state_row`."""
-    for k in range(len(outs)):
-        model, out = model_in(models[k]), outs[k]
-        taken = five_state.take(bank_in(banks[k], 1, 5), model, Row(dt, first, second, excess))
-        out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
-
-
-@lean_kernel
-def predict_plain(state, numbers, dt):
-    """Advance one structure of one mode without extras."""
-    bank = bank_in(state[_ONE_BANK:], 1, 5)
-    if dt > LONGEST_GAP:
-        state[KNOWN], bank.run[0].started = 0.0, 0
-        return
-    state[SINCE] += dt
-    state[ELAPSED] += dt
-    five_state.take(bank, model_in(numbers), Row(dt, math.nan, math.nan, 1.0))
-
-
-@lean_kernel
-def take_plain(state, numbers, first, second, reported, steerageway, estimate):
-    """Take a fix by one structure of one mode without extras, and fill the estimate (9,). Returns its NIS."""
-    bank, model = bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers)
-    excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
-    if state[SINCE] > LONG:
-        state[KNOWN] = 0.0
-    state[SINCE] = 0.0
-    taken = five_state.take(bank, model, Row(0.0, first, second, excess))
-    five_state.write_estimate(bank, model, steerageway, estimate)
-    state[LAST_SOG] = estimate[SOG]
-    if estimate[SOG_STD] < UNKNOWN_SPEED:
-        state[KNOWN] = 1.0
-    return taken.nis
-
-
-@lean_kernel
-def read_plain(state, numbers, steerageway, estimate):
-    """Fill the estimate (9,) of one structure of one mode without extras."""
-    five_state.write_estimate(bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers), steerageway, estimate)
-
-
-@kernel
-def read(banks, models, outs):
-    """Fill `state_row` of structures of one size."""
-    for k in range(len(outs)):
-        model = model_in(models[k])
-        bank = bank_in(banks[k], len(model.modes), model.states)
-        state_row(bank, model, outs[k, :FUSED])
-
-
-@kernel
-def _walk(state, latitude, longitude):
-    """Go on to a fix in the plane; its place there (m)."""
-    if state[PLACED] == 0.0:
-        state[PLACED] = 1.0
-    else:
-        north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
-        c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
-        state[FIRST] += c * north + s * east
-        state[SECOND] += c * east - s * north
-        state[AZIMUTH] += convergence
-        for way, other in ((abs(north), abs(east)), (abs(east), abs(north))):
-            if way > TURNED * other and (way < state[COARSE] or state[COARSE] == 0.0):
-                state[COARSE] = way
-    state[LATITUDE], state[LONGITUDE] = latitude, longitude
-    return state[FIRST], state[SECOND]
-
-
-@kernel
-def _place(state, estimate):
-    """Latitude and longitude (rad) of an estimate."""
-    ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
-    return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
-
-
-def _true(state, estimate) -> float:
-    """Course from true north."""
-    cog = estimate.item(COG) + state.item(AZIMUTH)
-    return cog if -math.pi <= cog < math.pi else (cog + math.pi) % (2.0 * math.pi) - math.pi

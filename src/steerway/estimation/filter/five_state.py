@@ -275,7 +275,7 @@ def run(rows, model, bank, asked):
 
 @lean_kernel
 def state_row(bank, model, out):
-    """What the filter says after a row, into `out` (≥ FUSED); NaN before the first fix."""
+    """Write the estimate after a row into `out` (≥ FUSED), as `row.state_row` does; NaN before the first fix."""
     x, p = bank.x[0], bank.p[0]
     if bank.run[0].started == 0:
         for i in range(len(out)):

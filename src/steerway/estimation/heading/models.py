@@ -72,7 +72,7 @@ class CompassModel(NamedTuple):
 
     @property
     def gain(self) -> float:
-        """What the compass reads for a standing heading of 1."""
+        """Final reading of the compass for a constant heading of 1."""
         return self.k * self.b / (1.0 - self.a1 - self.shift * self.a2)
 
     @property

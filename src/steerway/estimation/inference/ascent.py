@@ -24,8 +24,8 @@ _SHORTEST, _LONGEST = 0.1, 1.0
 """Prior deviations of the step of one number by itself. Chosen: at the median the shortest changes the log prior by
 0.005."""
 _BLOCK = 64
-"""Rows of which products of scores are summed at a time: of larger matrices BLAS begins threads, and where another
-process has their cores, each product waits for them a thousand times as long as it takes."""
+"""Rows of scores in one product. BLAS starts threads for larger matrices; when other processes use the cores, a product
+then takes up to a thousand times as long (324 ms in place of .4)."""
 _PROMISING = 0.03
 """Gain of such a step by the slope alone below which it is not tried: a tenth of `_TOLERANCE`. Chosen."""
 

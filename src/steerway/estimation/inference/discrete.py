@@ -42,7 +42,7 @@ def apart(a, b):
 
 @lean_kernel
 def respond(response, acts_on, change, mean, dt):
-    """What a unit of a state that drives the motion changes, and its mean change over dt."""
+    """Set the effect of one unit of a driving state on the motion, and its mean over dt."""
     if acts_on == ON_SPEED or acts_on == ON_ACCELERATION:
         response.gain, response.way = change, dt * mean
     else:
@@ -103,7 +103,7 @@ def set_steps(bank, model, dt):
 
 @called_kernel
 def set_processes(step, responses, processes, dt):
-    """What all modes have in common: a step (STEP) and responses (n,) with the processes in them."""
+    """Set what every mode shares: a step (STEP) and responses (n,), with the processes in them."""
     step.dt = dt
     step.ll = step.lu = step.uu = step.yy = step.yx = step.xx = 0.0
     for j in range(len(responses)):
@@ -161,7 +161,7 @@ def set_noise(step, rate, mode, unit):
 
 @lean_kernel
 def hold_speed(step, decay, density):
-    """What is left of a speed that decays, the way of it, and its noise."""
+    """Set the remaining part of a decaying speed, the distance it covers, and its noise."""
     dt = step.dt
     if decay == 0.0:
         step.left, step.way = 1.0, dt

@@ -23,7 +23,8 @@ from steerway.estimation.inference.row import Asked, Rows, run_record
 from steerway.estimation.inference.selection import Structure, infer
 from steerway.estimation.inference.structures import VESSELS, parameters_of
 from steerway.estimation.profiles.inferred import InferredProfile
-from steerway.estimation.stream import ELAPSED, FiveStateFilter, Set, set_of
+from steerway.estimation.stream import FiveStateFilter, Set, set_of
+from steerway.estimation.stream_row import ELAPSED
 
 LOG = logging.getLogger("steerway.live")
 _NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)

@@ -23,7 +23,8 @@ from steerway.core.compiled import jitable
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 """The states that every structure has."""
 ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_TIME, ON_ACCELERATION = range(8)
-"""What a process acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
+"""Quantities that a process can act on. A process on fixes has two states, north and east; a complex one has a real
+and an imaginary state."""
 DRIVING = (ON_SPEED, ON_RATE, ON_COURSE, ON_ACCELERATION)
 """Those that drive the motion."""
 

@@ -153,7 +153,7 @@ def turn_pair(p, a, c, s):
 
 @called_kernel
 def take_noise(p, step, responses, arc):
-    """What the processes take up in a step (upper triangle).
+    """Add the noise of the processes over a step (upper triangle).
 
     At rest a vessel is pushed about in any direction: of the noise of the held speed a share that falls with the
     fourth power of speed acts across the course as well. Where all of it does (an emergency), the noise of the course

@@ -14,7 +14,7 @@ from steerway.estimation.inference.weigh import take_fix
 
 
 class Row(NamedTuple):
-    """What a filter is given at a time."""
+    """The measurements of one time, as a filter takes them."""
 
     dt: float  # s since the row before, ≥ 0
     north: float  # m, NaN of a row without a fix

@@ -168,11 +168,6 @@ def packed(profile, states: dict[str, int]) -> list[float]:
     return [number for aid in TABLE for number in (getattr(profile, aid.noise) ** 2, states.get(aid.name, 0))]
 
 
-def companion_of(parameters, name: str) -> int:
-    """Index of the companion state of an aid in a row of parameters (k,), 0 for none."""
-    return int(parameters[len(parameters) - 2 * _COUNT + 2 * AIDS.index(name) + 1])
-
-
 @lean_kernel
 def measured(which, value, x, parameters):
     """What an aid measures: (state, its companion or 0, the companion's sign, innovation, variance)."""

@@ -1,0 +1,150 @@
+"""One row of a streamed filter: its whole state in one array, and the kernels that step and read it."""
+
+import math
+from typing import NamedTuple
+
+from steerway.core.arrays import Floats
+from steerway.core.compiled import kernel, lean_kernel
+from steerway.estimation.course.motion.layout import LONGEST_GAP
+from steerway.estimation.course.update.reported_accuracy import variance_scale
+from steerway.estimation.filter import five_state
+from steerway.estimation.inference.course import COG, EAST, NORTH, SOG, SOG_STD
+from steerway.estimation.inference.model import FUSED, bank_in, model_in
+from steerway.estimation.inference.plane import place_near, step_between
+from steerway.estimation.inference.record import LONG, TURNED
+from steerway.estimation.inference.row import Row, state_row, take_row
+from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
+
+(
+    LATITUDE,  # of the last fix, rad
+    LONGITUDE,
+    FIRST,  # … its place in the plane, m
+    SECOND,
+    AZIMUTH,  # … direction of the first axis of the plane there, rad east of north
+    PLACED,  # 1 once there is one
+    KNOWN,  # 1 once the speed is known
+    USUAL,  # state of `variance_scale`
+    USUAL_COUNT,
+    ELAPSED,  # s since the first row
+    FADED,  # s since another set of structures was taken up
+    COARSE,  # least step between fixes, m
+    SINCE,  # s since the last fix that was no copy
+    LAST_SOG,
+) = range(14)
+"""State of the filter beside the banks."""
+HEADER = LAST_SOG + 1
+_ONE_BANK = HEADER + 1
+"""Where the bank of a single structure begins, behind its weight."""
+NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
+"""Columns after those of `fuse`: the last two are the probability of an outlier and the density of the row."""
+
+
+class Alike(NamedTuple):
+    """Structures of one size, which one call steps: a bank and a model are a row of numbers each."""
+
+    banks: Floats  # (structures, `bank_size`)
+    models: Floats  # (structures, …), see `packed`
+    outs: Floats  # (structures, FUSED + 3)
+    is_plain: bool  # whether Table 1 serves it
+
+    def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
+        """One row of all, as of the kernel `step`."""
+        (step_plain if self.is_plain else step)(self.banks, self.models, dt, first, second, excess, aids, self.outs)
+
+
+@kernel
+def step(banks, models, dt, first, second, excess, aids, outs):
+    """One row (see `Row`) of structures of one size, as `run_record` does it; aids (1 or 0, a).
+
+    Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
+    """
+    for k in range(len(outs)):
+        model, out = model_in(models[k]), outs[k]
+        bank = bank_in(banks[k], len(model.modes), model.states)
+        row = Row(dt, first, second, excess)
+        taken = take_row(bank, model, row, aids[0] if len(aids) else models[k, :0])
+        state_row(bank, model, out)
+        out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
+
+
+@kernel
+def step_plain(banks, models, dt, first, second, excess, aids, outs):
+    """As `step`, of structures of one mode without extras, without aids and `state_row`."""
+    for k in range(len(outs)):
+        model, out = model_in(models[k]), outs[k]
+        taken = five_state.take(bank_in(banks[k], 1, 5), model, Row(dt, first, second, excess))
+        out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
+
+
+@lean_kernel
+def predict_plain(state, numbers, dt):
+    """Advance one structure of one mode without extras."""
+    bank = bank_in(state[_ONE_BANK:], 1, 5)
+    if dt > LONGEST_GAP:
+        state[KNOWN], bank.run[0].started = 0.0, 0
+        return
+    state[SINCE] += dt
+    state[ELAPSED] += dt
+    five_state.take(bank, model_in(numbers), Row(dt, math.nan, math.nan, 1.0))
+
+
+@lean_kernel
+def take_plain(state, numbers, first, second, reported, steerageway, estimate):
+    """Take a fix by one structure of one mode without extras, and fill the estimate (9,). Returns its NIS."""
+    bank, model = bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers)
+    excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
+    if state[SINCE] > LONG:
+        state[KNOWN] = 0.0
+    state[SINCE] = 0.0
+    taken = five_state.take(bank, model, Row(0.0, first, second, excess))
+    five_state.write_estimate(bank, model, steerageway, estimate)
+    state[LAST_SOG] = estimate[SOG]
+    if estimate[SOG_STD] < UNKNOWN_SPEED:
+        state[KNOWN] = 1.0
+    return taken.nis
+
+
+@lean_kernel
+def read_plain(state, numbers, steerageway, estimate):
+    """Fill the estimate (9,) of one structure of one mode without extras."""
+    five_state.write_estimate(bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers), steerageway, estimate)
+
+
+@kernel
+def read(banks, models, outs):
+    """Fill `state_row` of structures of one size."""
+    for k in range(len(outs)):
+        model = model_in(models[k])
+        bank = bank_in(banks[k], len(model.modes), model.states)
+        state_row(bank, model, outs[k, :FUSED])
+
+
+@kernel
+def walk(state, latitude, longitude):
+    """Go on to a fix in the plane; its place there (m)."""
+    if state[PLACED] == 0.0:
+        state[PLACED] = 1.0
+    else:
+        north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
+        c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
+        state[FIRST] += c * north + s * east
+        state[SECOND] += c * east - s * north
+        state[AZIMUTH] += convergence
+        for way, other in ((abs(north), abs(east)), (abs(east), abs(north))):
+            if way > TURNED * other and (way < state[COARSE] or state[COARSE] == 0.0):
+                state[COARSE] = way
+    state[LATITUDE], state[LONGITUDE] = latitude, longitude
+    return state[FIRST], state[SECOND]
+
+
+@kernel
+def place_of(state, estimate):
+    """Latitude and longitude (rad) of an estimate."""
+    ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
+    return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
+
+
+def true_course(state, estimate) -> float:
+    """Course from true north."""
+    cog = estimate.item(COG) + state.item(AZIMUTH)
+    return cog if -math.pi <= cog < math.pi else (cog + math.pi) % (2.0 * math.pi) - math.pi
