@@ -45,7 +45,7 @@ def module_directory(module: str, variant: str) -> Path | None:
     directory = versions / (source_digest(module) + variant)
     try:
         if not directory.exists():
-            directory.mkdir(parents=True)
+            directory.mkdir(parents=True, exist_ok=True)
             newest_first = sorted(versions.iterdir(), key=lambda each: each.stat().st_mtime, reverse=True)
             for stale in newest_first[_KEPT:]:
                 shutil.rmtree(stale, ignore_errors=True)
