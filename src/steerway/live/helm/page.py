@@ -43,6 +43,10 @@ def serve_with(app, board: Board) -> None:
     )
 
 
+def _say_late():
+    ui.notify("This page was late: nothing was ordered. Press again.", type="warning", position="top")
+
+
 def _text(name):
     return files("steerway.live.helm").joinpath(name).read_text(encoding="utf-8")
 
@@ -144,11 +148,13 @@ class Page:
             self._text("overboard").classes("notice").props("role=alert")
 
     def _key(self, text, name, what, value=None):
-        """A button whose request is obeyed from a page that shows the present only."""
+        """A button whose request is obeyed only from a page that shows the present; a man overboard is always marked."""
 
         def ask(event):
-            if self._is_fresh(event.args):
+            if what == "mob" or self._is_fresh(event.args):
                 self._board.order(what, self._client.ip or "", value)
+            else:
+                _say_late()
 
         return _button(text, "quiet", name).on("click", ask, js_handler="() => emit(helmSeq)")
 
@@ -220,6 +226,8 @@ class Page:
         """Only for a page that shows the present: a delayed click does not start anything."""
         if self._is_fresh(event.args):
             self._board.order("start", self._client.ip or "")
+        else:
+            _say_late()
 
     def _stop(self):
         self._board.order("stop", self._client.ip or "")
