@@ -189,6 +189,31 @@ def test_a_log_without_any_date_says_so():
     assert any("1970-01-01" in note for note in recording.notes)
 
 
+@pytest.mark.parametrize("hours", [2.0, -3.5, 5.75, 13.0])
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_sentence_without_date_in_local_time_is_made_utc(hours, first):
+    times = START + 43_190.0 + np.arange(20.0)  # across midnight
+    sentences = [
+        each
+        for k, time in enumerate(times)
+        for each in (
+            rmc(time, 54.0 + 2e-5 * k, 10.0),
+            gga(time, 54.0 + 2e-5 * k, 10.0),
+            gll(time + 3600.0 * hours + 0.02, 54.0 + 2e-5 * k, 10.0),
+        )
+    ]
+    recording = nmea0183.read(b"".join(sentences[first:]))
+    own = [times[0], times[0] + 0.02][: 1 + first]  # before the first date a sentence keeps its own time
+    assert recording.sources["GP"].time.tolist() == [*own, *times[1:]]
+    assert any("20 sentences without a date in local time" in note for note in recording.notes)
+
+
+def test_a_gap_of_whole_hours_is_no_other_time_zone():
+    later = [gga(START + 7200.0 + k, 54.1, 10.0) for k in range(3)]
+    times = nmea0183.read(rmc(START, 54.0, 10.0) + b"".join(later)).sources["GP"].time
+    assert times.tolist() == [START, *(START + 7200.0 + k for k in range(3))]
+
+
 def test_an_epoch_from_before_the_first_date_still_takes_its_velocity():
     vtg = sealed("GPVTG,90.0,T,,M,2.0,N,,K,A")
     sources = nmea0183.read(gga(START, 54.0, 10.0) + rmc(START + 1, 54.0, 10.0, talker="II") + vtg).sources

@@ -21,11 +21,14 @@ TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, BOTTOM, SHAFT, MAGNETIC, QUA
     COLUMNS
 )
 
-# The state of the assembler between calls. NOW and CAME: when these and the last epoch came over a link, s.
-MEMORY = 11
+# The state of the assembler between calls. NOW and CAME: when these and the last epoch came over a link, s. DATED: the
+# time of the last sentence with a date. LATITUDE, LONGITUDE: the position then. AHEAD: s by which LOCAL sentences without
+# a date were ahead of UTC.
+MEMORY = 16
 CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION, NOW, CAME = (
-    range(MEMORY)
+    range(MEMORY - 5)
 )
+DATED, LATITUDE, LONGITUDE, AHEAD, LOCAL = range(MEMORY - 5, MEMORY)
 
 REPEATED, UNTIMED = 0, 1
 LOST = ("repeated within an epoch, without a time of its own", "before any time was known")
@@ -36,6 +39,9 @@ LATEST = 3
 OPEN = 4  # rows of a talker that still take in sentences: the newest ones
 
 _SAME_TIME = 1e-3
+_QUARTER = 900.0  # s; time zones are whole quarters of an hour from UTC
+_ONE_EPOCH = 2.0  # s within which a device sends a sentence with a date and those without
+_ONE_PLACE = 5e-5  # rad (300 m) by which their positions differ at most
 _BURST = 0.5  # s within which one device sends the sentences of one epoch
 _FRESH = 5.0  # s for which an epoch is the current one
 NEAR = 30.0 * DAY
@@ -55,7 +61,7 @@ _wrap = part_of_kernels(without_compiling(wrap))
 def new_memory() -> np.ndarray:
     """The initial state of the assembler."""
     memory = np.full(MEMORY, np.nan)
-    memory[[IS_UNDATED, SHIFT, ROLLOVERS, OWN_VARIATION, RMC_VARIATION]] = 0.0
+    memory[[IS_UNDATED, SHIFT, ROLLOVERS, OWN_VARIATION, RMC_VARIATION, AHEAD, LOCAL]] = 0.0
     return memory
 
 
@@ -82,13 +88,38 @@ def _nearest_day(time_of_day, reference):
 
 
 @part_of_kernels
+def _ahead(latitude, longitude, time, utc, memory):
+    """By how many s a time without a date is local time: whole quarters of an hour from `utc`, at the same place."""
+    if math.isnan(time) or math.isnan(utc):
+        return 0.0
+    ahead = _QUARTER * round((time - utc) / _QUARTER)
+    if ahead == 0.0 or not abs(time - utc - ahead) < _ONE_EPOCH:
+        return 0.0
+    if math.isnan(latitude) and ahead != memory[AHEAD]:
+        return 0.0
+    if abs(latitude - memory[LATITUDE]) > _ONE_PLACE or abs(_wrap(longitude - memory[LONGITUDE])) > _ONE_PLACE:
+        return 0.0
+    memory[AHEAD] = ahead
+    memory[LOCAL] += 1.0
+    return ahead
+
+
+@part_of_kernels
+def _is_same_place(value, memory):
+    tolerance = 1.01 * value[field.QUANTUM]
+    north, east = value[field.LAT] - memory[LATITUDE], value[field.LON] - memory[LONGITUDE]
+    return abs(north) <= tolerance and abs(_wrap(east)) <= tolerance
+
+
+@part_of_kernels
 def _timed(value, memory):
-    """Unix time of a sentence that has a time of day; sets the clock."""
+    """Unix time of a sentence that has a time of day; sets the clock. One with a date decides between UTC and local."""
     received, clock, time_of_day = value[field.RECEIVED], memory[CLOCK], value[field.TOD]
     undated, dated = memory[IS_UNDATED] == 1.0, math.isfinite(value[field.DAY])
     by_clock = _nearest_day(time_of_day, clock) if math.isfinite(clock) else time_of_day
     if dated:
         time = _dated_time(value, memory, clock if math.isnan(received) and not undated else received)
+        memory[DATED] = time
     elif math.isfinite(received):
         time = _nearest_day(time_of_day, received)
     else:
@@ -98,6 +129,13 @@ def _timed(value, memory):
     if undated and (dated or math.isfinite(received)):
         memory[SHIFT] = time - by_clock
         memory[IS_UNDATED] = 0.0
+    if not dated:
+        ahead = _ahead(value[field.LAT], value[field.LON], time, memory[DATED], memory)
+        time -= ahead
+        if ahead != 0.0 and abs(time - memory[DATED]) < _BURST and _is_same_place(value, memory):
+            time = memory[DATED]
+    if math.isfinite(value[field.LAT]) and abs(time - memory[DATED]) < _ONE_EPOCH:
+        memory[LATITUDE], memory[LONGITUDE] = value[field.LAT], value[field.LON]
     memory[CLOCK] = time
     return time
 
@@ -217,10 +255,12 @@ def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
 
 @part_of_kernels
 def _date_all(rows, memory, latest):
-    """At the first date: shift the times counted from 1970 until now."""
+    """At the first date: shift the times counted from 1970 until now, and make UTC of those in local time."""
     for k in range(len(rows)):
-        rows[k, TIME] += memory[SHIFT] * rows[k, UNDATED]
-        rows[k, UNDATED] = 0.0
+        if rows[k, UNDATED] == 1.0:
+            rows[k, TIME] += memory[SHIFT]
+            rows[k, TIME] -= _ahead(rows[k, LAT], rows[k, LON], rows[k, TIME], memory[DATED], memory)
+            rows[k, UNDATED] = 0.0
     memory[EPOCH] += memory[SHIFT]
     for talker in range(TALKERS):
         latest[talker, 0] += memory[SHIFT]

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from steerway.formats.nmea0183.epochs import DAY, NEAR, ROLLOVER, ROLLOVERS, TIME, UNDATED
+from steerway.formats.nmea0183.epochs import AHEAD, DAY, LOCAL, NEAR, ROLLOVER, ROLLOVERS, TIME, UNDATED
 
 _HALF_DAY = 0.5 * DAY
 _STRAY = 16  # rows that one damaged date can affect before the next date
@@ -20,6 +20,12 @@ def mended_times(rows: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, list
     time = rows[:, TIME].copy()
     if rows[:, UNDATED].any():
         notes.append("no date anywhere in the log: days are counted from 1970-01-01")
+    if memory[LOCAL]:
+        hours, minutes = divmod(int(abs(memory[AHEAD])) // 60, 60)
+        zone = f"{'-' if memory[AHEAD] < 0.0 else '+'}{hours:02d}:{minutes:02d}"
+        notes.append(
+            f"{int(memory[LOCAL])} sentences without a date in local time ({zone}): made UTC by those with a date"
+        )
     moved = int(memory[ROLLOVERS])
     if len(time) > 1:
         behind = np.round((time.max() - time) / ROLLOVER)
