@@ -22,8 +22,8 @@ TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, BOTTOM, SHAFT, MAGNETIC, QUA
 )
 
 # The state of the assembler between calls. NOW and CAME: when these and the last epoch came over a link, s. DATED: the
-# time of the last sentence with a date. LATITUDE, LONGITUDE: the position then. AHEAD: s by which LOCAL sentences without
-# a date were ahead of UTC.
+# time of the last sentence with a date. LATITUDE, LONGITUDE: the position then. AHEAD: s by which
+# LOCAL sentences without a date were ahead of UTC.
 MEMORY = 16
 CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION, NOW, CAME = (
     range(MEMORY - 5)
