@@ -148,7 +148,7 @@ class Page:
             self._text("overboard").classes("notice").props("role=alert")
 
     def _key(self, text, name, what, value=None):
-        """A button whose request is obeyed only from a page that shows the present; a man overboard is always marked."""
+        """A button that is obeyed only from a page that shows the present; a man overboard is always marked."""
 
         def ask(event):
             if what == "mob" or self._is_fresh(event.args):
