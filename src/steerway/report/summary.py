@@ -83,25 +83,25 @@ def summarise(
 
 
 def sentences(summary: dict) -> list[tuple[str, str]]:
-    """The summary as (what, value) pairs."""
+    """The summary as (what, value) pairs: the result first, then the log, then the model."""
     s = summary
     status = ", ".join(f"{s[f'rows_{name}']} {name}" for name in STATUSES if s[f"rows_{name}"])
     vessels = [] if s["vessels"] == 1 else [("vessels", str(s["vessels"]))]
     return [
-        ("source", s["source"] or "the only source"),
-        *vessels,
-        ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
-        ("fixes", f"{s['fixes']}, {_gaps(s)}"),
-        *_receiver(s),
-        ("rows", f"{s['rows']}: {status}"),
-        ("profile", s["profile"]),
-        *((f"  weight {each['weight']:.2f}", _structure(each)) for each in s["structures"] if each["weight"]),
-        ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
         ("typical 1σ", _deviations(s)),
+        ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("episodes", in_words(s["episodes"])),
+        ("rows", f"{s['rows']}: {status}"),
+        ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
+        ("source", s["source"] or "the only source"),
+        *vessels,
+        ("fixes", f"{s['fixes']}, {_gaps(s)}"),
+        *_receiver(s),
         *([("NIS", f"{s['nis_mean']:.2f} (2 expected)")] if math.isfinite(s["nis_mean"]) else []),
+        ("profile", s["profile"]),
+        *((f"  weight {each['weight']:.2f}", _structure(each)) for each in s["structures"] if each["weight"]),
     ]
 
 

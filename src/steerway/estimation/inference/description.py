@@ -55,19 +55,23 @@ class Tuned:
 
     def sentences(self) -> list[tuple[str, str]]:
         """The fit as (what, value) pairs of text."""
-        ours, default = self.held_back_log_likelihood, self.default_held_back_log_likelihood
-        verdict = (
-            "the default's, which more effort does not improve"
-            if self.is_default
-            else f"better by {ours - default:.1f}"
-        )
+        gain = self.held_back_log_likelihood - self.default_held_back_log_likelihood
+        if self.is_default:
+            result = "no improvement on what estimate finds by itself: you do not need this profile"
+        else:
+            result = f"predicts {self.held_back} fixes that were held back better than the default does"
         return [
+            ("result", result),
+            *([] if self.is_default else [("log likelihood", f"{gain:.1f} above the default's on these fixes")]),
+            ("NIS", f"{self.nis_mean:.2f} (2 expected), {self.nis_within_pct:.1f} % of fixes in the predicted 95 %"),
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             *((f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(self.profile)),
-            *([("at a bound", ", ".join(self.at_bounds))] if self.at_bounds else []),
-            *([("not determined", ", ".join(self.cannot_tell))] if self.cannot_tell else []),
-            ("NIS", f"{self.nis_mean:.2f} (2 expected), {self.nis_within_pct:.1f} % of fixes in the predicted 95 %"),
-            (f"log likelihood of {self.held_back} fixes held back", f"{ours:.1f}, default {default:.1f}: {verdict}"),
+            *([("at a limit of the search", ", ".join(self.at_bounds))] if self.at_bounds else []),
+            *(
+                [("as expected before", f"{', '.join(self.cannot_tell)}: the log does not determine these")]
+                if self.cannot_tell
+                else []
+            ),
         ]
 
 
