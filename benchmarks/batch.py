@@ -8,7 +8,7 @@ from benchmarks.support.record import winding
 from steerway.estimation.course.motion.layout import empty_bank
 from steerway.estimation.course.output import OUTPUTS
 from steerway.estimation.course.replay import TrackOutput, run_track
-from steerway.estimation.course.update.aids import NO_AIDS
+from steerway.estimation.vessel.aids import NO_AIDS
 
 _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
 

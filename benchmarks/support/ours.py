@@ -6,7 +6,7 @@ from benchmarks.support.record import PROFILE, STEP, Record
 from steerway import FiveStateFilter
 from steerway.estimation.course.motion.layout import empty_bank
 from steerway.estimation.course.replay import TrackOutput, run_track
-from steerway.estimation.course.update.aids import NO_AIDS
+from steerway.estimation.vessel.aids import NO_AIDS
 
 MODEL = PROFILE.parameters()
 _NO_SCALES = np.empty(0)

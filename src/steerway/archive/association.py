@@ -19,18 +19,12 @@ import numpy as np
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.records import REJECTED
-from steerway.estimation.course.motion.layout import (
-    EMPTY,
-    LATITUDE,
-    LONGEST_GAP,
-    LONGITUDE,
-    PHASE,
-    UNDER_WAY,
-)
+from steerway.estimation.course.motion.layout import EMPTY, LATITUDE, LONGITUDE, PHASE, UNDER_WAY
 from steerway.estimation.course.output import copy_block, status_of, write_output
 from steerway.estimation.course.tracking import advance, recentre, settle, take_aids, take_position, weigh_fix
 from steerway.estimation.course.update.aids import any_known
 from steerway.estimation.course.update.outliers import fix_is_accepted
+from steerway.estimation.log.rows import LONGEST_GAP
 
 SLOTS = 4
 """Tracks under one MMSI at a time."""

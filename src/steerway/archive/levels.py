@@ -12,7 +12,7 @@ import numpy as np
 
 from steerway.archive.association import LEVELS, MANOEUVRING, STEADY
 from steerway.estimation.course.motion.layout import VELOCITY_CHANGE
-from steerway.estimation.profiles import BUILT_IN, Profile
+from steerway.estimation.vessel.profile import BUILT_IN, Profile
 
 PROFILES = ("ais", "ais-class-a", "ais-class-b")
 """Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""

@@ -21,8 +21,8 @@ from steerway.core.errors import InputError
 from steerway.core.files import made_directory
 from steerway.core.locks import only_writer
 from steerway.core.workers import run_chains
-from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.profile import Profile
 
 UNIT_ROWS = 400_000
 """Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
@@ -134,7 +134,7 @@ def kernels_digest() -> str:
     """Of the source that the results of an archive depend on."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for folder in ("archive", "estimation/course", "estimation/profiles", "core"):
+    for folder in ("archive", "estimation/course", "estimation/vessel", "core"):
         for path in sorted((package / folder).rglob("*.py")):
             source = path.read_bytes()
             if b"kernel" in source or folder == "archive":

@@ -27,7 +27,7 @@ from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED
 from steerway.estimation.course.motion.layout import STEP_ROWS, empty_bank
 from steerway.estimation.course.output import OUTPUTS
-from steerway.estimation.course.update.aids import AIDS, NO_AIDS
+from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 
 LOOKAHEAD = 3600.0
 """s of the next day that smoothing looks at: an estimate depends on fixes of the next minutes."""

@@ -64,7 +64,7 @@ def run(
     from steerway.archive.running import DiskFull
     from steerway.archive.running import run as run_archive
     from steerway.commands import interruption
-    from steerway.estimation.profiles.inferred import profile_of
+    from steerway.estimation.vessel.inferred import profile_of
 
     interruption.note = "what is done is kept, the same command goes on"
     try:

@@ -75,9 +75,9 @@ def estimate(
     """
     import numpy as np
 
-    from steerway.estimation.course.replay import expect_rate, variance_scales
     from steerway.estimation.inference.description import structures_of
     from steerway.estimation.log.latency import lateness, on_time
+    from steerway.estimation.log.rows import expect_rate, variance_scales
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.report.summary import summarise
 

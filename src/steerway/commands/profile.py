@@ -22,7 +22,7 @@ def list_profiles(as_json: AsJson = False) -> None:
 
         steerway profile list
     """
-    from steerway.estimation.profiles import BUILT_IN
+    from steerway.estimation.vessel.profile import BUILT_IN
 
     if as_json:
         print_json([each.model_dump() for each in BUILT_IN.values()])
@@ -49,7 +49,7 @@ def show_profile(
 
         steerway profile show small-usv > mine.toml
     """
-    from steerway.estimation.profiles.inferred import profile_of
+    from steerway.estimation.vessel.inferred import profile_of
 
     profile = profile_of(name)
     if as_json:

@@ -90,7 +90,7 @@ def _model(kind):
     if kind == "scenario":
         from steerway.simulation.scenario import Scenario as model
     elif kind == "profile":
-        from steerway.estimation.profiles import Profile as model
+        from steerway.estimation.vessel.profile import Profile as model
     elif kind == "settings":
         from steerway.live.settings import Settings as model
     else:

@@ -9,9 +9,9 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.tune import log_likelihood, tune
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict
-    from steerway.estimation.profiles import Profile
-    from steerway.estimation.profiles.inferred import InferredProfile, load_profile
     from steerway.estimation.stream import FiveStateFilter, InferredFilter
+    from steerway.estimation.vessel.inferred import InferredProfile, load_profile
+    from steerway.estimation.vessel.profile import Profile
 
 __all__ = [
     "FiveStateFilter",

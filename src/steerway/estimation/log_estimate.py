@@ -7,9 +7,9 @@ from steerway.core.records import Fixes, Motion
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_of, velocity_parts
 from steerway.estimation.inference.selection import Inference
 from steerway.estimation.inference.whole_log import infer_log
-from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.estimation.stream import FiveStateFilter
+from steerway.estimation.vessel.inferred import InferredProfile, profile_of
+from steerway.estimation.vessel.profile import Profile
 
 AnyProfile = Profile | InferredProfile | str | Path | None
 _ONE_TIME = 1e-3  # s: what a file with one time for all its points rounds to

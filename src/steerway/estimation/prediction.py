@@ -11,14 +11,15 @@ from steerway.core.earth import displaced
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Record
 from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, NORTH, PHASE
+from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGITUDE, NORTH, PHASE
 from steerway.estimation.course.replay import kept_rows
 from steerway.estimation.inference.forecast import forecasts
 from steerway.estimation.inference.place import rotated
 from steerway.estimation.inference.whole_log import Track
+from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
-from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.profile import Profile
 
 if TYPE_CHECKING:
     import polars as pl

@@ -16,19 +16,16 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import elapsed
 from steerway.core.errors import InputError
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
-from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.course.replay import replay
-from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
-from steerway.estimation.course.update.reported_accuracy import variance_scale
 from steerway.estimation.filter import five_state
 from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
 from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.inference.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED, motion_of
+from steerway.estimation.log.accuracy import variance_scale
+from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.moments import motion_moments
-from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.estimation.stream_row import (
     AZIMUTH,
     COARSE,
@@ -54,6 +51,9 @@ from steerway.estimation.stream_row import (
     true_course,
     walk,
 )
+from steerway.estimation.vessel.aids import AIDS, NO_AIDS, expect_aids
+from steerway.estimation.vessel.inferred import InferredProfile, profile_of
+from steerway.estimation.vessel.profile import Profile
 
 FADE = 10.0
 """s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
@@ -191,7 +191,7 @@ class FiveStateFilter:
     def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
         """Take a fix (rad). Returns its NIS, NaN for the first.
 
-        `position_std` is the accuracy its receiver reports, as in `Fixes`: see `course.update.reported_accuracy`.
+        `position_std` is the accuracy its receiver reports, as in `Fixes`: see `log.accuracy`.
 
         Raises InputError, a ValueError, for a latitude beyond ±π/2 or a longitude beyond ±2π: degrees.
         """

@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
-from steerway.estimation.course.motion.layout import LONGEST_GAP
-from steerway.estimation.course.update.reported_accuracy import variance_scale
 from steerway.estimation.filter import five_state
 from steerway.estimation.inference.course import COG, EAST, NORTH, SOG, SOG_STD
 from steerway.estimation.inference.model import FUSED, bank_in, model_in
@@ -14,6 +12,8 @@ from steerway.estimation.inference.plane import place_near, step_between
 from steerway.estimation.inference.record import LONG, TURNED
 from steerway.estimation.inference.row import Row, state_row, take_row
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
+from steerway.estimation.log.accuracy import variance_scale
+from steerway.estimation.log.rows import LONGEST_GAP
 
 (
     LATITUDE,  # of the last fix, rad

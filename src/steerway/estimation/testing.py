@@ -16,7 +16,6 @@ if TYPE_CHECKING:
         ACCELERATION_STATE,
         EXTRAS,
         FIRST,
-        LONGEST_GAP,
         LOST_COURSE_VARIANCE,
         LOW_SPEED,
         PHASE,
@@ -47,8 +46,6 @@ if TYPE_CHECKING:
         velocity_to_course,
     )
     from steerway.estimation.course.steerageway import start as steerageway_start
-    from steerway.estimation.course.update.aids import AIDS, NO_AIDS
-    from steerway.estimation.course.update.reported_accuracy import variance_scales_of
     from steerway.estimation.filter import five_state
     from steerway.estimation.inference import forecast as inference_forecast
     from steerway.estimation.inference import tune, whole_log
@@ -71,12 +68,15 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.structures import MODES, model_of, parameters_of
     from steerway.estimation.inference.weigh import take_fix
     from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
+    from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
     from steerway.estimation.log.latency import lateness, on_time
+    from steerway.estimation.log.rows import LONGEST_GAP
     from steerway.estimation.log_estimate import LogEstimator
-    from steerway.estimation.profiles import BUILT_IN
-    from steerway.estimation.profiles.inferred import WeighedStructure
+    from steerway.estimation.vessel.aids import AIDS, NO_AIDS
     from steerway.estimation.vessel.flat import model_of_profile
+    from steerway.estimation.vessel.inferred import WeighedStructure
+    from steerway.estimation.vessel.profile import BUILT_IN
     from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 __getattr__, __dir__ = on_demand(__name__)

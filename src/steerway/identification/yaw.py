@@ -21,16 +21,9 @@ from steerway.core.checks import array_of
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.records import REJECTED, Fixes, Motion
-from steerway.estimation.course.motion.layout import (
-    GATE,
-    PHASE,
-    POSITION_VARIANCE,
-    REJECTED_FOR,
-    UNDER_WAY,
-    empty_bank,
-)
+from steerway.estimation.course.motion.layout import GATE, PHASE, POSITION_VARIANCE, REJECTED_FOR, UNDER_WAY, empty_bank
 from steerway.estimation.log_estimate import estimate
-from steerway.estimation.profiles import Profile
+from steerway.estimation.vessel.profile import Profile
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from steerway.core.errors import InputError
 from steerway.estimation.inference.learning import LearningFilter
-from steerway.estimation.profiles.inferred import InferredProfile, profile_of
+from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.live import addresses
 from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute

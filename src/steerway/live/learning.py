@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Mapping
 
 from steerway.estimation.inference.learning import LearningFilter
-from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile
 
 BEGINS, TAKES = "begins", "takes"
 """An inference begins with the rows so far; what it found is taken up."""

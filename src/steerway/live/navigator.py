@@ -10,12 +10,13 @@ from typing import NamedTuple
 
 from steerway.core.checks import not_negative, positive
 from steerway.core.records import REJECTED
-from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.inference.auto_aids import AUTO, velocity_parts
 from steerway.estimation.inference.learning import LearningFilter
-from steerway.estimation.profiles import AIDS, Profile
-from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter
+from steerway.estimation.vessel.aids import AIDS
+from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.profile import Profile
 from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
 

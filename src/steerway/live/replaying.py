@@ -9,7 +9,7 @@ import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import Motion
-from steerway.estimation.profiles.inferred import parse_profile
+from steerway.estimation.vessel.inferred import parse_profile
 from steerway.formats.mcap import INPUT, MAGIC, messages, require_mcap
 from steerway.live.learning import ReplayedLearning
 from steerway.live.navigator import Navigator

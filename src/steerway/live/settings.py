@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field, ValidationError
 
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml, refusal
-from steerway.estimation.course.update.aids import AIDS
+from steerway.estimation.vessel.aids import AIDS
 from steerway.live.helm.address import DEFAULT
 from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 

@@ -13,11 +13,11 @@ from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
 from steerway.estimation.aboard import AtFaceValue, ComposedEstimator, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
-from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.estimation.steering import SteeringEstimator, SteeringFilter
 from steerway.estimation.stream import FiveStateFilter
+from steerway.estimation.vessel.inferred import InferredProfile, profile_of
+from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import SHAPERS
 from steerway.guidance.route_table import route_of

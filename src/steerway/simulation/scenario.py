@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, create_model
 
 from steerway.core.settings import NotNegative, Number, Positive, Table, in_radians
-from steerway.estimation.course.update.aids import AIDS
+from steerway.estimation.vessel.aids import AIDS
 from steerway.guidance.laws import GuidanceTable
 from steerway.guidance.reference import ReferenceTable
 from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable

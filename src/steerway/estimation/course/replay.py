@@ -6,16 +6,25 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
-from steerway.estimation.course.motion.layout import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_bank
+from steerway.estimation.course.motion.layout import LONGEST_STEP, STEP_SLACK, empty_bank
 from steerway.estimation.course.output import OUTPUTS
 from steerway.estimation.course.smoothing.hypotheses import HYPOTHESES
 from steerway.estimation.course.smoothing.multiple_hypothesis import smooth_modes
 from steerway.estimation.course.smoothing.rauch_tung_striebel import FIRST_ROW, must_divide, smooth
 from steerway.estimation.course.tracking import track
-from steerway.estimation.course.update.aids import AIDS, NO_AIDS
-from steerway.estimation.course.update.reported_accuracy import variance_scales_of
+from steerway.estimation.log.rows import (
+    LONGEST_GAP,
+    distinct_rows,
+    expect_rate,
+    joined,
+    measured_rows,
+    merged,
+    repeat_status,
+    schedule,
+    variance_scales,
+    without_duplicates,
+)
 
 _SMALLEST_SHARE = 20_000
 """Rows below which a second thread costs more than it saves: some 3 ms of filtering."""
@@ -31,69 +40,6 @@ def replay(parameters, aid, fixes: Fixes, rate: float | None = None, smoothed: b
         return run_rows(parameters, aid, fixes).motion(fixes.time, fixes.mmsi, fixes.has_position)
     tracks = [_scheduled(parameters, aid, each, rate, smoothed) for _, each in fixes.tracks()]
     return joined(tracks)
-
-
-def expect_rate(rate: float | None) -> None:
-    """Raises InputError for an output rate that is neither None nor possible."""
-    if rate is not None and not 1e-6 <= rate <= 1000.0:
-        raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 1000")
-
-
-def measured_rows(fixes: Fixes, aid) -> Fixes:
-    """Rows that hold a measurement for this filter, in order."""
-    measured = fixes.has_position
-    for name in aid:
-        measured |= np.isfinite(getattr(fixes, name))
-    return fixes.rows(measured).in_order()
-
-
-def without_duplicates(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Latitude, longitude and aids of every row, NaN where the row before, of the same time and vessel, is equal.
-
-    A value reported twice for one time is one measurement; two values, or two times, are two.
-    """
-    latitude, longitude, aids = fixes.latitude, fixes.longitude, _aiding_table(fixes, aid)
-    again = 1 + np.flatnonzero(fixes.time[1:] == fixes.time[:-1])
-    if fixes.mmsi is not None:
-        again = again[fixes.mmsi[again] == fixes.mmsi[again - 1]]
-    if len(again):
-        same = (latitude[again] == latitude[again - 1]) & (longitude[again] == longitude[again - 1])
-        latitude, longitude = latitude.copy(), longitude.copy()
-        latitude[again[same]] = longitude[again[same]] = np.nan
-    if len(again) and aid:
-        aids[again] = np.where(aids[again] == aids[again - 1], np.nan, aids[again])
-    return latitude, longitude, aids
-
-
-def repeat_status(status, repeats) -> None:
-    """A duplicate has the status of the row before."""
-    for k in np.flatnonzero(repeats):
-        status[k] = status[k - 1]
-
-
-def distinct_rows(fixes: Fixes, aid) -> Fixes:
-    """The rows that hold something beside what the row before, of the same time and vessel, holds."""
-    latitude, _, aids = without_duplicates(fixes, aid)
-    new = np.isfinite(latitude)
-    if aid:
-        new |= np.isfinite(aids).any(axis=1)
-    return fixes if new.all() else fixes.rows(new)
-
-
-def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
-    if not aid:
-        return NO_AIDS
-    unknown = np.full(len(fixes), np.nan)
-    return np.column_stack([getattr(fixes, name) if name in aid else unknown for name in AIDS])
-
-
-def variance_scales(fixes: Fixes) -> np.ndarray:
-    """(n,) of every row (see `update.reported_accuracy`), each vessel by itself; empty without reported accuracy."""
-    if not np.isfinite(fixes.position_std).any():
-        return np.empty(0)
-    tracks = (each for _, each in fixes.tracks())
-    reported = [np.where(each.has_position, each.position_std, np.nan) for each in tracks]
-    return np.concatenate([variance_scales_of(np.zeros(2), each) for each in reported])
 
 
 class TrackOutput:
@@ -172,14 +118,16 @@ def _scheduled(parameters, aid, fixes: Fixes, rate, smoothed) -> Motion:
     """One vessel with output times of its own or smoothed: rows without a fix are added where they are needed."""
     several = len(parameters) > 1
     longest = parameters[0, LONGEST_STEP]
-    rows = schedule(fixes, rate, longest if smoothed and several else None)
+    rows = schedule(fixes, rate)
+    if smoothed and several:
+        rows = merged(*rows, _fillers(rows[0], longest), False)
     record, output, kept = _run_schedule(parameters, aid, fixes, rows, smoothed)
     if smoothed and several:
         smooth_modes(record, parameters, kept, output.estimate, HYPOTHESES)
     elif smoothed:
         divide = must_divide(record[0], parameters[0], kept)
         if divide.any():
-            rows = _merged(*rows, _fillers(record[0], longest, divide[:-1]), False)
+            rows = merged(*rows, _fillers(record[0], longest, divide[:-1]), False)
             record, output, kept = _run_schedule(parameters, aid, fixes, rows, smoothed)
         smooth(record[0], True, parameters, FIRST_ROW, kept, output.estimate)
     time, origin, wanted = rows
@@ -213,51 +161,9 @@ def room_to_keep(bank, rows) -> np.ndarray:
     return np.empty((rows, states + 2, states))
 
 
-def schedule(fixes: Fixes, rate, longest):
-    """Times to visit, the row of `fixes` each comes from (−1: none), and which of them go out.
-
-    Beside those of the fixes and of the rate there are as many as steps of at most `longest` take, unless it is None.
-    """
-    time = fixes.time
-    origin = np.arange(len(time))
-    wanted = fixes.has_position
-    if rate is not None and len(time):
-        grid = np.arange(math.ceil(time[0] * rate), math.floor(time[-1] * rate) + 1) / rate
-        before = np.searchsorted(time, grid, side="right") - 1
-        after = np.minimum(before + 1, len(time) - 1)
-        in_long_gap = time[after] - time[np.maximum(before, 0)] > LONGEST_GAP
-        meets_before = np.abs(grid - time[np.maximum(before, 0)]) < 1e-4
-        meets_after = np.abs(time[after] - grid) < 1e-4
-        wanted = np.zeros(len(time), bool)
-        wanted[before[meets_before]] = True
-        wanted[after[meets_after]] = True
-        grid = grid[~(meets_before | meets_after | in_long_gap)]
-        time, origin, wanted = _merged(time, origin, wanted, grid, True)
-    if longest is not None:
-        time, origin, wanted = _merged(time, origin, wanted, _fillers(time, longest), False)
-    return time, origin, wanted
-
-
 def _fillers(time, longest, chosen=True):
     """Times that divide the `chosen` intervals, of those the smoother can cross, into steps of at most `longest`."""
     gaps = np.diff(time)
     long = np.flatnonzero((gaps > longest * (1.0 + STEP_SLACK)) & (gaps <= LONGEST_GAP) & chosen)
     pieces = [np.linspace(time[i], time[i + 1], math.ceil(gaps[i] / longest - STEP_SLACK) + 1)[1:-1] for i in long]
     return np.concatenate(pieces) if pieces else np.empty(0)
-
-
-def _merged(time, origin, wanted, added, added_wanted):
-    """Rows and added times (with no row of their own) in one order; at equal times rows first."""
-    time = np.concatenate([time, added])
-    order = np.argsort(time, kind="stable")
-    origin = np.concatenate([origin, np.full(len(added), -1)])
-    wanted = np.concatenate([wanted, np.full(len(added), added_wanted)])
-    return time[order], origin[order], wanted[order]
-
-
-def joined(tracks: list[Motion]) -> Motion:
-    """The motions of several vessels in one."""
-    if len(tracks) == 1:
-        return tracks[0]
-    columns = {name: np.concatenate([t.columns()[name] for t in tracks]) for name in tracks[0].columns()}
-    return Motion(**columns)

@@ -29,7 +29,6 @@ from steerway.estimation.course.motion.layout import (
     ERROR_PAIRS,
     ERROR_STATE,
     LATITUDE,
-    LONGEST_GAP,
     LONGEST_REJECTION,
     LONGEST_STEP,
     LONGITUDE,
@@ -55,13 +54,7 @@ from steerway.estimation.course.motion.low_speed import predict as predict_low_s
 from steerway.estimation.course.motion.models import change_velocity, parts_of
 from steerway.estimation.course.output import copy_block, status_of, write_output
 from steerway.estimation.course.steerageway import set_position, start, update_phase
-from steerway.estimation.course.update.aids import (
-    COG,
-    SOG,
-    aid_low_speed,
-    any_known,
-    measured,
-)
+from steerway.estimation.course.update.aids import aid_low_speed, any_known, measured
 from steerway.estimation.course.update.invariant import rotate_correction
 from steerway.estimation.course.update.outliers import (
     AID_OUTLIER_NLL,
@@ -69,6 +62,8 @@ from steerway.estimation.course.update.outliers import (
     fix_is_accepted,
     fix_nll,
 )
+from steerway.estimation.log.rows import LONGEST_GAP
+from steerway.estimation.vessel.aids import COG, SOG
 
 _SLOTS, _SLOTS_PER_SECOND = 128, 7.0
 """Steps kept by their length; intervals of whole seconds, as AIS has them, meet in no slot up to two minutes:

@@ -9,11 +9,11 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, inlined_kernel
-from steerway.estimation.course.update.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 from steerway.estimation.inference.fuse import rate_weights
 from steerway.estimation.inference.model import COURSE, RATE, SPEED
 from steerway.estimation.inference.relative import corrected, is_steady
 from steerway.estimation.inference.weigh import DECADES, LEAST_OUTLIER
+from steerway.estimation.vessel.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 
 _OUTLIER_RATE = 1e-3
 """Share of aids that have nothing to do with the motion. Chosen: as the prior median of that of fixes."""

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.records import Fixes
-from steerway.estimation.course.update.aids import AIDS, COG, SOG
 from steerway.estimation.inference.fit import Posterior, Rows
 from steerway.estimation.inference.selection import BETTER, Structure
 from steerway.estimation.inference.whole_log import Track
+from steerway.estimation.vessel.aids import AIDS, COG, SOG
 
 AUTO = "auto"
 VELOCITY = ("sog", "cog")

@@ -13,8 +13,6 @@ from itertools import product
 import numpy as np
 
 from steerway.core.arrays import Floats
-from steerway.estimation.course.motion.layout import LONGEST_GAP
-from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
@@ -22,9 +20,11 @@ from steerway.estimation.inference.record import Measurements, extrapolated, mea
 from steerway.estimation.inference.row import Asked, Rows, run_record
 from steerway.estimation.inference.selection import Structure, infer
 from steerway.estimation.inference.structures import VESSELS, parameters_of
-from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter, Set, set_of
 from steerway.estimation.stream_row import ELAPSED
+from steerway.estimation.vessel.aids import AIDS
+from steerway.estimation.vessel.inferred import InferredProfile
 
 LOG = logging.getLogger("steerway.live")
 _NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)

@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.model import (
     ON_AID,
     ON_ANTENNA,
@@ -20,6 +19,7 @@ from steerway.estimation.inference.model import (
     ON_SPEED,
     ON_TIME,
 )
+from steerway.estimation.vessel.aids import TABLE
 
 _DEG = math.pi / 180.0
 LONGEST_ROLL = 4.0

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.angles import wrap_array
-from steerway.estimation.course.update.aids import IS_ANGLE, STATE_OF
 from steerway.estimation.inference.model import (
     ON_ACCELERATION,
     ON_ANTENNA,
@@ -22,6 +21,7 @@ from steerway.estimation.inference.model import (
     Model,
     has_two_states,
 )
+from steerway.estimation.vessel.aids import IS_ANGLE, STATE_OF
 
 _LEFT_BY_TURNS = 0.1
 """Part of the second moment of the rate on a held course that it has backwards. Nearly all of that moment is left by

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.model import (
     AID,
     DRIVING,
@@ -16,6 +15,7 @@ from steerway.estimation.inference.model import (
     has_two_states,
 )
 from steerway.estimation.inference.parts import PARTS, Prior
+from steerway.estimation.vessel.aids import TABLE
 
 CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""

@@ -19,7 +19,7 @@ from steerway.estimation.inference.description import Tuned
 from steerway.estimation.inference.fit import Posterior, Rows
 from steerway.estimation.inference.selection import BETTER, Inference, Structure, infer
 from steerway.estimation.inference.whole_log import Track, motion_of, part_of
-from steerway.estimation.profiles.inferred import InferredProfile, WeighedStructure
+from steerway.estimation.vessel.inferred import InferredProfile, WeighedStructure
 
 _HELD_BACK = 0.2
 """Share of the fixes, the last ones. Chosen: one part where five are usual (T. Hastie, R. Tibshirani and J. Friedman,

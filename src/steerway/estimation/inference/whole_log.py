@@ -7,18 +7,6 @@ import numpy as np
 
 from steerway.core.angles import wrap_array
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
-from steerway.estimation.course.motion.layout import LONGEST_GAP
-from steerway.estimation.course.replay import (
-    distinct_rows,
-    expect_rate,
-    joined,
-    measured_rows,
-    repeat_status,
-    schedule,
-    variance_scales,
-    without_duplicates,
-)
-from steerway.estimation.course.update.aids import AIDS, expect_aids
 from steerway.estimation.inference.course import (
     COG,
     POSITION_STD,
@@ -45,6 +33,18 @@ from steerway.estimation.inference.row import Asked, Rows
 from steerway.estimation.inference.selection import Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import parameters_of
+from steerway.estimation.log.rows import (
+    LONGEST_GAP,
+    distinct_rows,
+    expect_rate,
+    joined,
+    measured_rows,
+    repeat_status,
+    schedule,
+    variance_scales,
+    without_duplicates,
+)
+from steerway.estimation.vessel.aids import AIDS, expect_aids
 
 UNKNOWN_SPEED = 3.0
 """m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen
@@ -151,7 +151,7 @@ class Track:
         self.regular = measured is not None
         if measured is not None:
             fixes = replace(fixes, time=np.interp(np.arange(len(fixes)), np.flatnonzero(fixed), measured))
-        self.time, origin, self.wanted = schedule(fixes, rate, None)
+        self.time, origin, self.wanted = schedule(fixes, rate)
         self.extrapolated = self.of_other_receiver = 0
         if recognises:
             first[~_new(fixes.time, latitude, longitude, fixed)] = np.nan

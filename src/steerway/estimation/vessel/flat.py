@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.model import (
     MODE,
     ON_ACCELERATION,
@@ -20,6 +19,7 @@ from steerway.estimation.inference.model import (
     Model,
 )
 from steerway.estimation.inference.structures import Shaping, assembled
+from steerway.estimation.vessel.aids import TABLE
 
 OUTLIER_RATE = 1e-3
 """Share of fixes that are off by any distance. Chosen: the median of its prior for a log of unknown origin."""

@@ -16,8 +16,8 @@ from steerway.control.handover import Steerageway
 from steerway.control.in_current import YawResponse
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.checks import one_of
-from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.profile import Profile
 from steerway.guidance import laws
 from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.measured import MeasuredHeading

@@ -11,8 +11,8 @@ from steerway.core.angles import wrap
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate
 from steerway.core.leg import Leg, LegState
-from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import Guide

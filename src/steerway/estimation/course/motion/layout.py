@@ -14,6 +14,7 @@ probabilities and m rows of transition probabilities in a step follow.
 import numpy as np
 
 from steerway.core.compiled import kernel, lean_kernel
+from steerway.estimation.log.rows import LONGEST_GAP as LONGEST_GAP
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
@@ -99,9 +100,6 @@ STEP, NLLS, CHANGES = 6, 6 + STEP_ROWS, 7 + STEP_ROWS
 
 STEP_SLACK = 1e-3
 """Part of the longest step by which clocks err: a fix 1.0000002 s after another is one step away."""
-LONGEST_GAP = 1800.0
-"""s without a fix after which the filter starts anew: with the decay rates of the profiles here (0.05 1/s and more)
-nothing of the manoeuvre is left, and the position is known to kilometres."""
 LOST_COURSE_VARIANCE = 1.0
 """rad²: one radian, where the error of the linearised sine reaches its size."""
 

@@ -28,8 +28,6 @@ from steerway.estimation.course.motion.layout import (
     START_RATE_VARIANCE,
 )
 
-SHORTEST_PERIOD = 3.0
-"""s: six of the longest steps, enough to resolve an oscillation."""
 _LONGEST_STEP = 0.5
 """s: a sixth of the shortest period, in which an oscillation turns by a radian."""
 

@@ -25,7 +25,7 @@ from steerway.estimation.course.motion.layout import (
     TIME_VARIANCE,
 )
 from steerway.estimation.course.motion.models import linearise as linearise_motion
-from steerway.estimation.course.update.aids import AIDS
+from steerway.estimation.vessel.aids import AIDS
 
 FIX, POSITION_RESET = len(AIDS), len(AIDS) + 1
 """Columns of what is accepted in a row, after those of the aids: its fix; that the position was reset to it."""

@@ -9,12 +9,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.settings import positive_number, read_toml, refusal, toml_value
-from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
-from steerway.estimation.course.update.aids import AidNoise
-from steerway.estimation.profiles import packing
-from steerway.estimation.profiles.presets import PRESETS
+from steerway.estimation.course import packing
+from steerway.estimation.vessel.aids import AidNoise
 from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
+from steerway.estimation.vessel.presets import PRESETS
 
+SHORTEST_PERIOD = 3.0
+"""s of wave-induced yaw: as long as the longest step. Chosen: a faster one is noise of the course."""
 _LEAST_DECAY = 1e-3
 """1/s: below it a course rate lasts longer than any forecast, and the long run is never reached."""
 _OF_A_MODE = ("speed_noise", "course_rate_noise", "course_rate_decay")

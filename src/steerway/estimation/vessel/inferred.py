@@ -12,7 +12,7 @@ from steerway.estimation.inference.course import STEERAGEWAY
 from steerway.estimation.inference.parts import PARTS
 from steerway.estimation.inference.selection import Structure
 from steerway.estimation.inference.structures import parameters_of
-from steerway.estimation.profiles.schema import Profile
+from steerway.estimation.vessel.profile import Profile
 
 WIDEST_INTERVAL = 10.0
 """Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
