@@ -6,19 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from steerway.core.compiled import kernel
-from steerway.core.earth import displaced
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Record
-from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGITUDE, NORTH, PHASE
-from steerway.estimation.course.replay import kept_rows
+from steerway.estimation.filter.forecast import forecasts as forecasts_by_numbers
 from steerway.estimation.inference.forecast import forecasts
 from steerway.estimation.inference.place import rotated
 from steerway.estimation.inference.whole_log import Track
 from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
-from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 
 if TYPE_CHECKING:
@@ -106,10 +101,9 @@ def predict(
         silent = now - track.time[-1]
         if silent > LONGEST_GAP:
             continue
-        found = _ahead_of_last(profile, aid, track, silent + horizons)
-        if found is not None:
-            rows += [(now + horizon, *each) for horizon, each in zip(horizons, found, strict=True)]
-            vessels += [mmsi] * len(horizons)
+        found = _ahead(profile, aid, track, None, silent + horizons)
+        rows += [(now + horizon, *each) for horizon, each in zip(horizons, found, strict=True)]
+        vessels += [mmsi] * len(horizons)
     columns = np.array(rows, float).reshape(-1, 7).T
     mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
     return Prediction(*columns, mmsi=mmsi)
@@ -138,7 +132,7 @@ def hindcast(
     for row, moment in enumerate(track.time):
         if moment - last >= spacing:
             rows, last = [*rows, row], moment
-    found = _ahead_of_rows(profile, aid, track, rows, np.asarray(horizons, float)) if rows else []
+    found = _ahead(profile, aid, track, rows, np.asarray(horizons, float)) if rows else []
     times = (np.asarray(track.time)[rows][:, None] + np.asarray(horizons, float)).ravel()
     columns = np.column_stack([times, np.array(found, float).reshape(-1, 6)])
     mmsi = None if track.mmsi is None else np.full(len(columns), track.mmsi[0])
@@ -152,52 +146,20 @@ def _chosen(fixes, profile, aid):
     return choose_profile(fixes, profile, aid), aid
 
 
-def _ahead_of_last(profile, aid, track, horizons):
-    """What `ahead` returns, at horizons after the last row of a vessel; None where its motion is not known."""
-    if isinstance(profile, InferredProfile):
-        return _by_structures(profile, aid, track, None, horizons)
-    parameters, outlook = predictor(profile, aid)
-    block = kept_rows(parameters, aid, track, last=True)[0]
-    return None if block[-1, PHASE] == EMPTY else [ahead(block, outlook, each) for each in horizons]
-
-
-def _ahead_of_rows(profile, aid, track, rows, horizons):
-    """What `ahead` returns, horizons within rows."""
-    if isinstance(profile, InferredProfile):
-        return _by_structures(profile, aid, track, rows, horizons)
-    parameters, outlook = predictor(profile, aid)
-    kept = kept_rows(parameters, aid, track)
-    return [ahead(kept[row], outlook, each) for row in rows for each in horizons]
-
-
-def _by_structures(profile, aid, fixes, rows, horizons):
-    """What `ahead` returns, by an inferred profile; rows None: after the last."""
-    track = Track(fixes, aid)
-    order = np.argsort(horizons)
-    moments = forecasts(track, profile.weighed, horizons[order], rows)
-    moments[:, order] = moments.copy()
+def _ahead(profile, aid, fixes, rows, horizons):
+    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) at horizons within these rows; rows None: after the last."""
+    track = Track(fixes, aid, recognises=profile.recognises)
+    if isinstance(profile, Profile):
+        (_, model), (_, on_average) = *profile.models(aid), *profile.on_average.models(aid)
+        moments = forecasts_by_numbers(track.record, model, on_average, horizons, rows)
+    else:
+        order = np.argsort(horizons)
+        moments = forecasts(track, profile.weighed, horizons[order], rows)
+        moments[:, order] = moments.copy()
     found = []
-    for row, of_row in zip([len(fixes) - 1] if rows is None else rows, moments, strict=True):
+    for row, of_row in zip([len(track.time) - 1] if rows is None else rows, moments, strict=True):
         for horizon, each in zip(horizons, of_row, strict=True):
             latitude, longitude, azimuth = track.place_of(row, each[0], each[1])
             nn, ne, ee = rotated(each, azimuth)
             found.append((latitude, longitude, horizon, nn, ee, ne))
     return found
-
-
-def predictor(profile: Profile, aid=()) -> tuple[np.ndarray, np.ndarray]:
-    """Of `predict` by a profile: the parameters of the filter (modes, k) and those of the forecast (k,).
-
-    Future changes of mode are unknown: the forecast follows the one model that disperses as far in the long run.
-    """
-    return profile.parameters(aid), profile.on_average.parameters(aid)[0]
-
-
-@kernel
-def ahead(block, parameters, horizon):
-    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) `horizon` seconds after the filter state `block`."""
-    north, east, nn, ne, ee = forecast(block, parameters, horizon)
-    n = block.shape[1]
-    x, flags = block[n], block[n + 1]
-    latitude, longitude = displaced(flags[LATITUDE], flags[LONGITUDE], x[NORTH] + north, x[EAST] + east)
-    return latitude, longitude, horizon, nn, ee, ne

@@ -16,7 +16,6 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import elapsed
 from steerway.core.errors import InputError
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
-from steerway.estimation.course.replay import replay
 from steerway.estimation.filter import five_state
 from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
 from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, packed
@@ -453,11 +452,7 @@ class FiveStateFilter:
 
     def _motion(self, fixes, rate, smooth) -> Motion:
         profile = self.profile
-        if isinstance(profile, Profile) and (fixes.mmsi is not None or (smooth and profile.turn_time)):
-            # Reports of many vessels in one pass, as archives have them; and two modes are smoothed worse by two
-            # filters: courses held by 60 to 90 % (`course.smoothing` keeps histories of modes).
-            return replay(profile.parameters(self.aid), self.aid, fixes, rate, smooth)
-        models, recognises = profile.models(self.aid), profile.recognises
+        models, recognises = profile.models(self.aid, smooth), profile.recognises
         return motion_of(fixes, models, self.aid, rate, smooth, profile.steerageway, recognises)
 
 

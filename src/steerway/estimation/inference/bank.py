@@ -69,7 +69,7 @@ def start_mode(x, p, model, mode, north, east):
 
 
 @called_kernel
-def mix(bank):
+def mix(bank, modes):
     """What each mode starts a step from: the moments of all, as likely as each of them led to it."""
     x, p, probability, moments = bank.x, bank.p, bank.probability, bank.moments
     predicted, shares, origin = bank.shares[0], bank.shares[1], bank.rows[0]
@@ -82,7 +82,7 @@ def mix(bank):
         add_second_moments(moments[k], p[k])
     total = 0.0
     for j in range(m):
-        predicted[j] = set_shares(shares, probability, bank.change, j)
+        predicted[j] = set_shares(shares, probability, bank.change, j, modes[j].least_share)
         total += predicted[j]
         average(shares, moments, mean)
         take_covariance(mean, p[j])
@@ -112,14 +112,14 @@ def take_covariance(moments, p):
 
 
 @lean_kernel
-def set_shares(shares, probability, change, j):
+def set_shares(shares, probability, change, j, least):
     """Fill in which shares (m,) mode j starts a step from the modes of these probabilities. Returns its own."""
     total = kept = 0.0
     for i in range(len(shares)):
         total += probability[i] * change[i, j]
     for i in range(len(shares)):
         share = probability[i] * change[i, j] / total
-        shares[i] = share * share / (share + LEAST_SHARE)
+        shares[i] = share * share / (share + least)
         kept += shares[i]
     for i in range(len(shares)):
         shares[i] /= kept
@@ -166,7 +166,7 @@ def advance(bank, model, dt):
         if abs(step - bank.steps[0].dt) > SAME_STEP * step:
             set_steps(bank, model, step)
         if len(bank.x) > 1:
-            mix(bank)
+            mix(bank, model.modes)
         for k in range(len(bank.x)):
             predict(bank.x[k], bank.p[k], bank.steps[k], bank.responses[k], model.driving, bank.rows)
             if loses_course(bank.x[k], bank.p[k]):

@@ -6,7 +6,7 @@ from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED
 
-SOG_VARIANCE, RATE_VARIANCE = 5, 7
+SOG_VARIANCE, COURSE_VARIANCE, RATE_VARIANCE = 5, 6, 7
 """Columns of `fuse`."""
 COURSE_STD = 0.6
 """rad; a course that is known worse is not stated. Chosen: a third of that of uniform directions, π/√3."""

@@ -35,11 +35,13 @@ def _record(numbers: str, integers: str = "") -> np.dtype:
     return np.dtype((np.record, fields))  # fields are attributes in Python too, where kernels run without compilation
 
 
-MODE = _record("speed_noise rate_noise speed_decay rate_decay sideways start start_rate drift_speed", "manoeuvres")
+MODE = _record(
+    "speed_noise rate_noise speed_decay rate_decay sideways start start_rate drift_speed least_share", "manoeuvres"
+)
 """How a vessel moves in a mode: densities S_U (m²/s³) and S_ω (rad²/s³), decay α1 of the speed and α2 of the held rate
 (1/s), which share of S_U acts across the course too at any speed, of a vessel of which nothing is known the probability
-of the mode and the variance of its course rate (rad²/s²), the speed (m/s) below which motion is isotropic, and whether
-it is a manoeuvre."""
+of the mode and the variance of its course rate (rad²/s²), the speed (m/s) below which motion is isotropic, of a mode
+from which it starts a step the share of which half counts (see `bank.LEAST_SHARE`), and whether it is a manoeuvre."""
 PROCESS = _record("decay frequency variance", "acts_on state")
 """A shaping filter: λ (1/s), ν (rad/s; 0: real), stationary variance, what it acts on, its first state."""
 RECEIVER = _record(

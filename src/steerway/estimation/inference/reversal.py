@@ -40,6 +40,8 @@ class Reversal(NamedTuple):
     sign: np.ndarray  # (n,) of every state against that forwards; the course is the opposite one
     share: np.ndarray  # (m,) stationary probabilities of the modes
     variance: np.ndarray  # (m, n) stationary variance of every state, infinite of a random walk
+    first: int  # state from which on that is divided by what is known without any fix, see `smoother.inform`
+    kind: np.ndarray  # (m,) first of the modes that move as each does: they differ by what a filter remembers alone
 
 
 def reversal_of(model: Model) -> Reversal:
@@ -47,31 +49,47 @@ def reversal_of(model: Model) -> Reversal:
     generator, modes, states = model.generator, model.modes.copy(), model.states
     equations = np.vstack([generator.T, np.ones(len(generator))])
     share = np.linalg.lstsq(equations, np.append(np.zeros(len(generator)), 1.0), rcond=None)[0]
-    # second moment of the held rate in every mode, times the mode's probability: noise, decay and changes of mode
+    kind, first = _kinds(modes), SPEED
     noise, decay = modes["rate_noise"], modes["rate_decay"]
-    lasting = np.diag(2.0 * decay) - generator.T
-    rate = np.linalg.solve(lasting, noise * share) / share if lasting.any() else np.full(1, _ANY_RATE)
     held = decay > 0.0
-    calm = held & (modes["manoeuvres"] == 0)
-    rate[calm] = np.maximum(_LEFT_BY_TURNS * rate[calm], 0.5 * noise[calm] / decay[calm])
-    noise[held] = 2.0 * decay[held] * rate[held]
+    if np.array_equal(kind, np.arange(len(kind))):
+        first = RATE + 1 if len(kind) > 1 else SPEED
+        # second moment of the held rate in every mode, times the mode's probability: noise, decay and changes of mode
+        lasting = np.diag(2.0 * decay) - generator.T
+        rate = np.linalg.solve(lasting, noise * share) / share if lasting.any() else np.full(1, _ANY_RATE)
+        calm = held & (modes["manoeuvres"] == 0)
+        rate[calm] = np.maximum(_LEFT_BY_TURNS * rate[calm], 0.5 * noise[calm] / decay[calm])
+        noise[held] = 2.0 * decay[held] * rate[held]
+        reversed_ = generator.T * share / share[:, None]
+    else:  # ages begin at the end of the record, and two kinds that alternate do so backwards too
+        rate = np.full(len(kind), _ANY_RATE)
+        rate[held] = 0.5 * noise[held] / decay[held]
+        reversed_ = generator
     modes["start"] = share
     sign, variance = np.ones(states), np.full((len(share), states), np.inf)
     decays = modes["speed_decay"] > 0.0
     variance[decays, SPEED] = 0.5 * modes["speed_noise"][decays] / modes["speed_decay"][decays]
     sign[RATE], variance[:, RATE] = -1.0, rate
     for process in model.processes:
-        first, last = process["state"], process["state"] + has_two_states(process)
-        variance[:, first : last + 1] = process["variance"]
+        begin, last = process["state"], process["state"] + has_two_states(process)
+        variance[:, begin : last + 1] = process["variance"]
         if process["acts_on"] in (ON_RATE, ON_ANTENNA, ON_TIME, ON_ACCELERATION):
-            sign[first] = -1.0
+            sign[begin] = -1.0
         if process["frequency"] > 0.0:
-            sign[last] = -sign[first]
+            sign[last] = -sign[begin]
     for aid, measured in zip(model.aids, STATE_OF, strict=True):
         if measured == RATE and aid["companion"] > 0:
             sign[aid["companion"]] = -1.0
-    reversed_ = np.ascontiguousarray(generator.T * share / share[:, None])  # else all is compiled for its layout too
-    return Reversal(model._replace(modes=modes, generator=reversed_), sign, share, variance)
+    reversed_ = np.ascontiguousarray(reversed_)  # else all is compiled for its layout too
+    return Reversal(model._replace(modes=modes, generator=reversed_), sign, share, variance, first, kind)
+
+
+def _kinds(modes):
+    """(m,) first of the modes that move as each does."""
+    motions = modes.copy()
+    motions["start"] = 0.0
+    alike = [each.tobytes() for each in motions]
+    return np.array([alike.index(each) for each in alike])
 
 
 def reversed_aids(aids):

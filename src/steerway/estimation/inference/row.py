@@ -8,8 +8,8 @@ import numpy as np
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.bank import advance, start
-from steerway.estimation.inference.fuse import add_unresolved_speed, fuse
-from steerway.estimation.inference.model import Kept
+from steerway.estimation.inference.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
+from steerway.estimation.inference.model import COURSE, ON_ACCELERATION, SPEED, Kept
 from steerway.estimation.inference.weigh import take_fix
 
 
@@ -110,7 +110,25 @@ def state_row(bank, model, out):
             out[i] = math.nan
         return
     fuse(bank.x, bank.p, bank.probability, model, bank.rows[0], out)
+    if len(bank.x) == 1:
+        take_sense(bank.x[0], bank.p[0], model.processes, out)
     add_unresolved_speed(model.processes, max(run.since, run.apart), out)
+
+
+@called_kernel
+def take_sense(x, p, processes, out):
+    """Where acceleration acts along the course, change in `out` (FUSED) what depends on the sense of the motion.
+
+    A vessel that may have any speed, forwards or backwards, has that of its mean velocity, and its course is known but
+    for the sense.
+    """
+    for f in range(len(processes)):
+        if processes[f].acts_on == ON_ACCELERATION:
+            speed, variance = x[SPEED], p[SPEED, SPEED]
+            out[2], out[SOG_VARIANCE] = speed, variance
+            out[COURSE_VARIANCE] = p[COURSE, COURSE] / max(speed * speed, 1e-12)
+            out[COURSE_VARIANCE] += 0.5 * math.pi**2 * math.erfc(speed / math.sqrt(2.0 * variance))
+            return
 
 
 @called_kernel

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.estimation.inference.bank import LEAST_SHARE
 from steerway.estimation.inference.model import (
     AID,
     DRIVING,
@@ -67,6 +68,7 @@ def _modes_of(v) -> tuple[np.ndarray, np.ndarray]:
     modes["rate_noise"] = 0.0, v["turn_walk"] ** 2, yaw, 0.0, EMERGENCY_YAW**2 * EMERGENCY_TIME
     modes["rate_decay"][[CALM, SURGE]] = decay
     modes["sideways"][EMERGENCY] = 1.0
+    modes["least_share"] = LEAST_SHARE
     modes["manoeuvres"][[YAW, SURGE, EMERGENCY]] = 1
     g = np.zeros((MODES, MODES))
     yaw_begins, surge_begins = 1.0 / v["yaw_every"], 1.0 / v["surge_every"]

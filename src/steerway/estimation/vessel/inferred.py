@@ -91,8 +91,8 @@ class InferredProfile(BaseModel):
         """The structures as the estimators take them."""
         return tuple(Structure(each.weight, each.parts, each.values) for each in self.structures)
 
-    def models(self, aid: tuple[str, ...] = ()) -> tuple[Structure, ...]:
-        """What filters work with: structures, each with its weight and its model."""
+    def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[Structure, ...]:
+        """What filters and smoothers work with: structures, each with its weight and its model."""
         return self.weighed
 
     @property

@@ -155,9 +155,9 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
         """Standard deviation of the course rate at the start, rad/s: the stationary one, within limits."""
         return packing.start_rate_std(self)
 
-    def models(self, aid: tuple[str, ...] = ()) -> tuple[WeighedModel, ...]:
-        """What filters work with: one structure, with the states that these aids need."""
-        return (WeighedModel(1.0, model_of_profile(self, aid)),)
+    def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[WeighedModel, ...]:
+        """What filters (or smoothers) work with: one structure, with the states that these aids need."""
+        return (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)
 
     def parameters(self, aids: tuple[str, ...] = ()) -> np.ndarray:
         """(modes, k) parameters of the kernels, with the states that these aids need: see `packing`."""
