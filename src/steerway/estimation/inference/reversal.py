@@ -40,7 +40,7 @@ class Reversal(NamedTuple):
     sign: np.ndarray  # (n,) of every state against that forwards; the course is the opposite one
     share: np.ndarray  # (m,) stationary probabilities of the modes
     variance: np.ndarray  # (m, n) stationary variance of every state, infinite of a random walk
-    first: int  # state from which on that is divided by what is known without any fix, see `smoother.inform`
+    is_normal: bool  # whether the held rate of a mode is a stationary process of its own, see `smoother.inform`
     kind: np.ndarray  # (m,) first of the modes that move as each does: they differ by what a filter remembers alone
 
 
@@ -49,21 +49,19 @@ def reversal_of(model: Model) -> Reversal:
     generator, modes, states = model.generator, model.modes.copy(), model.states
     equations = np.vstack([generator.T, np.ones(len(generator))])
     share = np.linalg.lstsq(equations, np.append(np.zeros(len(generator)), 1.0), rcond=None)[0]
-    kind, first = _kinds(modes), SPEED
+    kind = _kinds(modes)
+    is_normal = len(kind) == 1 or len(set(kind)) < len(kind)
     noise, decay = modes["rate_noise"], modes["rate_decay"]
     held = decay > 0.0
-    if np.array_equal(kind, np.arange(len(kind))):
-        first = RATE + 1 if len(kind) > 1 else SPEED
-        # second moment of the held rate in every mode, times the mode's probability: noise, decay and changes of mode
-        lasting = np.diag(2.0 * decay) - generator.T
-        rate = np.linalg.solve(lasting, noise * share) / share if lasting.any() else np.full(1, _ANY_RATE)
+    # second moment of the held rate in every mode, times the mode's probability: noise, decay and changes of mode
+    lasting = np.diag(2.0 * decay) - generator.T
+    rate = np.linalg.solve(lasting, noise * share) / share if lasting.any() else np.full(1, _ANY_RATE)
+    if len(set(kind)) == len(kind):
         calm = held & (modes["manoeuvres"] == 0)
         rate[calm] = np.maximum(_LEFT_BY_TURNS * rate[calm], 0.5 * noise[calm] / decay[calm])
         noise[held] = 2.0 * decay[held] * rate[held]
         reversed_ = generator.T * share / share[:, None]
     else:  # ages begin at the end of the record, and two kinds that alternate do so backwards too
-        rate = np.full(len(kind), _ANY_RATE)
-        rate[held] = 0.5 * noise[held] / decay[held]
         reversed_ = generator
     modes["start"] = share
     sign, variance = np.ones(states), np.full((len(share), states), np.inf)
@@ -81,7 +79,7 @@ def reversal_of(model: Model) -> Reversal:
         if measured == RATE and aid["companion"] > 0:
             sign[aid["companion"]] = -1.0
     reversed_ = np.ascontiguousarray(reversed_)  # else all is compiled for its layout too
-    return Reversal(model._replace(modes=modes, generator=reversed_), sign, share, variance, first, kind)
+    return Reversal(model._replace(modes=modes, generator=reversed_), sign, share, variance, is_normal, kind)
 
 
 def _kinds(modes):

@@ -117,7 +117,7 @@ def meet(kept, k, reversal, bank, room):
             weight[q] = 0.0
     forwards(reversal, bank.x, room.ahead)
     inform(kept.p[k], step_between(kept.x[k], kept.p[k], reversal, bank, room), reversal, bank, room)
-    return compare(kept.x[k], kept.p[k], reversal, bank, room)
+    return compare(kept.x[k], kept.p[k], bank, room)
 
 
 @called_kernel
@@ -126,8 +126,8 @@ def inform(filtered_p, loose, reversal, bank, room):
 
     For the backward filter's modes also what is known without any fix, and the log determinants are those of the
     quotient of both. What is known so is never more than what the filter knows: mixing widens a mode.
-    Of the held rate of inferred modes only the information is taken out, and its mean stays: it is not normally
-    distributed, and far from 0 a quotient of normal distributions would prefer the modes that seldom turn so fast.
+    Of the held rate only the information is taken out where it is not normally distributed about 0, and its mean stays:
+    far from 0 a quotient of normal distributions would prefer the modes that seldom turn so fast.
     loose: see `step_between`.
     """
     m, n = bank.x.shape
@@ -146,7 +146,7 @@ def inform(filtered_p, loose, reversal, bank, room):
             covariance[NORTH, NORTH] += loose
             covariance[EAST, EAST] += loose
             log_determinant = inverse(covariance, room.after[i], scratch)
-            for u in range(min(reversal.first, RATE), n):
+            for u in range(SPEED, n):
                 room.known[i, u] = 0.0
                 if math.isinf(reversal.variance[i, u]):
                     continue
@@ -155,12 +155,13 @@ def inform(filtered_p, loose, reversal, bank, room):
                 room.known[i, u] = 1.0 / variance
                 log_determinant -= math.log(variance)
             room.log_after[i] = log_determinant
-            if reversal.first > RATE:
+            if not reversal.is_normal or room.known[i, RATE] * reversal.variance[i, RATE] < 1.0:
                 room.after[i, RATE, RATE] -= room.known[i, RATE]
+                room.known[i, RATE] = 0.0
 
 
 @called_kernel
-def compare(filtered_x, filtered_p, reversal, bank, room):
+def compare(filtered_x, filtered_p, bank, room):
     """Mean, covariance and probability of all pairs (see `meet`), of which the weights are the prior probabilities.
 
     Returns whether there is any.
@@ -173,7 +174,7 @@ def compare(filtered_x, filtered_p, reversal, bank, room):
         if prior == 0.0 or math.isnan(room.log_before[i]) or math.isnan(room.log_after[j]):
             continue
         steady = are_steady(filtered_x[i], filtered_p[i], room.ahead[j], bank.p[j])
-        weight[q] = math.log(prior) + agreement(filtered_x[i], room.ahead[j], steady, reversal.first, room, q)
+        weight[q] = math.log(prior) + agreement(filtered_x[i], room.ahead[j], steady, room, q)
         if math.isnan(weight[q]):
             weight[q] = -math.inf
         highest = max(highest, weight[q])
@@ -195,7 +196,7 @@ def compare(filtered_x, filtered_p, reversal, bank, room):
 
 
 @called_kernel
-def agreement(before, after, steady, first, room, q):
+def agreement(before, after, steady, room, q):
     """Log density with which the states (n,) of a pair agree, NaN where they cannot.
 
     Into the room: the information of both together as a factor in p of the pair, and in x what multiplies its inverse
@@ -218,7 +219,7 @@ def agreement(before, after, steady, first, room, q):
             x[u] += information[u, v] * error[v]
             information[u, v] += room.before[i, u, v]
         square += error[u] * x[u]
-    for u in range(first, n):
+    for u in range(SPEED, n):
         known = room.known[j, u]
         information[u, u] -= known
         x[u] += known * before[u]
