@@ -12,7 +12,7 @@ from steerway.core import Fixes, wrap
 from steerway.estimation import InferredFilter, InferredProfile, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
-from steerway.estimation.testing import HeadingTracker, WeighedStructure, parameters_of
+from steerway.estimation.testing import HeadingTracker, WeighedStructure, model_of_profile, parameters_of
 from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification.testing import _under_way, positions_cost
 from steerway.testing import response_of
@@ -253,12 +253,12 @@ def test_an_earlier_moment_is_predicted_from(fixes, monkeypatch):
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):
     """A straight run with the rudder amidships: an effect that is not there costs."""
     profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1)
-    motion, tuning = steerway.estimate(fixes, profile), profile.parameters()
+    motion, tuning = steerway.estimate(fixes, profile), model_of_profile(profile)
     motion = motion.rows(np.isfinite(motion.cog))
     time, rudder = np.arange(12.0), np.ones(12)
     north, east = 2.0 * math.cos(1.0) * time, 2.0 * math.sin(1.0) * time
     cost = [
-        positions_cost(time, rudder, north, east, gain, 0.0, 1.0, tuning, _under_way(tuning, north, east, motion))
+        positions_cost(time, rudder, north, east, gain, 0.0, tuning, _under_way(tuning, north, east, motion))
         for gain in (0.0, 0.3)
     ]
     assert cost[0] < cost[1]

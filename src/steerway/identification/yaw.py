@@ -21,8 +21,9 @@ from steerway.core.checks import array_of
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.records import REJECTED, Fixes, Motion
-from steerway.estimation.course.motion.layout import GATE, PHASE, POSITION_VARIANCE, REJECTED_FOR, UNDER_WAY, empty_bank
+from steerway.estimation.inference.model import Bank, Model, empty_bank
 from steerway.estimation.log_estimate import estimate
+from steerway.estimation.vessel.flat import model_of_profile
 from steerway.estimation.vessel.profile import Profile
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
@@ -121,18 +122,18 @@ def identify_yaw_from_fixes(fixes: Fixes, time: ArrayLike, rudder: ArrayLike) ->
     scale = float(np.std(rudder))
     moments, held, north, east = _merged(fixes.rows(np.isin(fixes.time, motion.time)), time, rudder / scale)
 
+    model = model_of_profile(Profile(speed_noise=1.0, course_rate_noise=1.0, position_std=1.0))
+
     def cost(point: Floats) -> float:
         """−log L of (log T, log S_ω, log S_U, log σ, K, c), with a wide prior on what the record may not determine."""
         if not _sane(point[:4]):
             return _BIG
         loosely = 0.5 * float(np.sum(((point[1:4] - _EXPECTED) / _EXPECTED_STD) ** 2))
-        decay = math.exp(-point[0])
         rate_noise, speed_noise, std = np.exp(point[1:4]).tolist()
-        profile = _profile(rate_noise, speed_noise, std, decay)
-        tuning = profile.parameters()
-        tuning[:, GATE] = math.inf  # which fixes are rejected must not depend on the parameters
-        bank = _under_way(tuning, north, east, motion)
-        return loosely + positions_cost(moments, held, north, east, point[4], point[5], 1.0 / decay, tuning, bank)
+        model.modes["rate_decay"], model.modes["rate_noise"] = math.exp(-point[0]), rate_noise
+        model.modes["speed_noise"], model.receiver["fix_variance"] = speed_noise, std**2
+        bank = _under_way(model, north, east, motion)
+        return loosely + positions_cost(moments, held, north, east, point[4], point[5], model, bank)
 
     gain, push = start.gain.value * scale, start.gain.value * start.rudder_bias.value
     starts = [
@@ -142,15 +143,6 @@ def identify_yaw_from_fixes(fixes: Fixes, time: ArrayLike, rudder: ArrayLike) ->
     optimum = _minimised(cost, min(starts, key=cost))
     spread = covariance(cost, optimum, _steps(optimum, 4))
     return _model(optimum[0], optimum[4:], spread[np.ix_([0, 4, 5], [0, 4, 5])], scale, len(fixes), "positions")
-
-
-def _profile(course_rate_noise: float, speed_noise: float, position_std: float, decay: float) -> Profile:
-    return Profile.model_construct(
-        speed_noise=speed_noise,
-        course_rate_noise=course_rate_noise,
-        course_rate_decay=decay,
-        position_std=position_std,
-    )
 
 
 def _minimised(cost: Callable[[Floats], float], point: Floats) -> Floats:
@@ -214,14 +206,12 @@ def _smoothed(fixes: Fixes) -> Motion:
     return motion.rows(known)
 
 
-def _under_way(tuning: Floats, north: Floats, east: Floats, motion: Motion) -> Floats:
-    """The state of a filter that starts at the first place, with the smoothed speed and course."""
-    bank = empty_bank(tuning)
-    n, position = bank.shape[2], tuning[0, POSITION_VARIANCE]
-    speed = motion.sog[0]
-    bank[0, :n] = np.diag([position, position, (0.3 * speed) ** 2, 0.1, 0.1])
-    bank[0, n] = north[0], east[0], speed, motion.cog[0], 0.0
-    bank[0, n + 1, PHASE], bank[0, n + 1, REJECTED_FOR] = UNDER_WAY, -1.0
+def _under_way(model: Model, north: Floats, east: Floats, motion: Motion) -> Bank:
+    """A filter that starts at the first place, with the smoothed speed and course."""
+    bank, position, speed = empty_bank(model), model.receiver["fix_variance"][0], motion.sog[0]
+    bank.x[0] = north[0], east[0], speed, motion.cog[0], 0.0
+    bank.p[0] = np.diag([position, position, (0.3 * speed) ** 2, 0.1 * speed**2, 0.1])
+    bank.probability[0], bank.run["started"] = 1.0, 1
     return bank
 
 

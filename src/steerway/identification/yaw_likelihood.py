@@ -9,13 +9,34 @@ import math
 import numpy as np
 
 from steerway.core.arrays import Floats
-from steerway.core.compiled import kernel
-from steerway.estimation.course.motion.five_state import turn_noise, turn_response
-from steerway.estimation.course.motion.layout import COURSE, PHASE, RATE, UNDER_WAY
-from steerway.estimation.course.tracking import advance, settle, take_fix
-from steerway.estimation.course.update.outliers import LOG_2PI
+from steerway.core.compiled import kernel, lean_kernel
+from steerway.estimation.filter.five_state import correct, decaying, innovate
+from steerway.estimation.inference.bank import advance
+from steerway.estimation.inference.model import COURSE, RATE, Bank, Model
+from steerway.estimation.inference.motion import symmetrise
+from steerway.estimation.inference.vectors import Vec2
 
 _OUTLIER_COST = 24.0
+_NODE = math.sqrt(0.15)
+"""Of Gauss and Legendre's rule with three nodes, from the middle of an interval of length 1."""
+
+
+@lean_kernel
+def rate_noise(decay: float, t: float) -> tuple[float, float, float]:
+    """What a unit of noise of a rate that decays (1/s) adds after t to its variance, its covariance with the angle and
+    the angle's variance: by quadrature, where the rate decays by much in closed form."""
+    left, turn, _ = decaying(decay, t)
+    if decay * t > 0.5:
+        rate = 0.5 * (1.0 - left * left) / decay
+        return rate, 0.5 * turn * turn, (t - 2.0 * turn + rate) / decay**2
+    rate = both = angle = 0.0
+    for k in range(-1, 2):
+        left, turn, _ = decaying(decay, t * (0.5 + k * _NODE))
+        weight = t * (4.0 / 9.0 if k == 0 else 5.0 / 18.0)
+        rate += weight * left * left
+        both += weight * left * turn
+        angle += weight * turn * turn
+    return rate, both, angle
 
 
 @kernel
@@ -34,8 +55,8 @@ def angle_innovations(
     for k in range(len(time)):
         if k > 0:
             dt = time[k] - time[k - 1]
-            left, turn, _ = turn_response(1.0 / time_constant, dt)
-            q_rr, q_ar, q_aa, _, _, _ = turn_noise(1.0 / time_constant, dt)
+            left, turn, _ = decaying(1.0 / time_constant, dt)
+            q_rr, q_ar, q_aa = rate_noise(1.0 / time_constant, dt)
             p_aa += turn * (2.0 * p_ar + turn * p_rr) + ratio * q_aa
             p_ar = left * (p_ar + turn * p_rr) + ratio * q_ar
             p_rr = left * left * p_rr + ratio * q_rr
@@ -70,35 +91,32 @@ def positions_cost(
     east: Floats,
     gain: float,
     push: float,
-    time_constant: float,
-    parameters: Floats,
-    bank: Floats,
+    model: Model,
+    bank: Bank,
 ) -> float:
     """−log likelihood of the fixes of a record under the five-state filter with the rudder as input.
 
-    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. `parameters` have 1/T for α2. `bank` is
-    a filter under way before the first row: a start at the filter's own decision would make the likelihood
-    discontinuous.
+    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. The only mode of `model` has 1/T for α2.
+    `bank` is a filter under way before the first row: a start at the filter's own decision would make the likelihood
+    discontinuous. Every fix corrects: which ones are outliers must not depend on the parameters.
     """
-    n = bank.shape[2]
-    x, flags = bank[0, n], bank[0, n + 1]
+    x, p, decay, variance = bank.x[0], bank.p[0], model.modes[0].rate_decay, model.receiver[0].fix_variance
     cost = 0.0
     for k in range(len(time)):
-        if k > 0:
-            dt = time[k] - time[k - 1]
-            steered = flags[PHASE] == UNDER_WAY
-            left, turn, area = turn_response(1.0 / time_constant, dt)
+        dt = time[k] - time[k - 1] if k > 0 else 0.0
+        if dt > 0.0:
+            left, turn, area = decaying(decay, dt)
             wanted = gain * rudder[k - 1] + push
             # The mean of the rudder's turn bends the step over ground, the rest changes the course at its end.
-            mean = wanted * (0.5 * dt - area / dt) if steered and dt > 0.0 else 0.0
+            mean = wanted * (0.5 * dt - area / dt)
             x[COURSE] += mean
-            advance(bank, dt, parameters, bank[:0])
-            if steered and flags[PHASE] == UNDER_WAY:
-                x[COURSE] += wanted * (dt - turn) - mean
-                x[RATE] += wanted * (1.0 - left)
-        if not (math.isfinite(north[k]) and math.isfinite(east[k])):
-            continue
-        _, _, nll = take_fix(bank, north[k], east[k], 1.0, parameters)
-        settle(bank, parameters)
-        cost += min(nll - LOG_2PI, _OUTLIER_COST)
+            advance(bank, model, dt)
+            x[COURSE] += wanted * (dt - turn) - mean
+            x[RATE] += wanted * (1.0 - left)
+        if math.isfinite(north[k]) and math.isfinite(east[k]):
+            seen = innovate(x, p, Vec2(north[k], east[k]), variance, 0.0)
+            correct(x, p, seen.off, seen.s, 1.0, bank.rows[2])
+            symmetrise(p)
+            density = 2.0 * math.pi * seen.good
+            cost += min(-math.log(density), _OUTLIER_COST) if density > 0.0 else _OUTLIER_COST
     return cost

@@ -20,7 +20,7 @@ from steerway.core.earth import STANDARD_GRAVITY
 from steerway.core.errors import InputError
 from steerway.core.kalman import correct_scalar, take_scalar
 from steerway.core.statistics import AID_GATE, DIFFUSE_SPEED_STD
-from steerway.estimation.course.motion.five_state import decay
+from steerway.estimation.filter.five_state import decaying
 
 SPEED, BIAS, LEAK, CURRENT, SCALE = range(5)
 STATES = 5
@@ -164,7 +164,7 @@ class SurgeFilter:
 def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats) -> None:
     """x ← F x + [a dt 0 0 0], P ← F P Fᵀ + Q, in place and exact, so that the rate changes nothing."""
     p, x = filter_state[:STATES], filter_state[_STATE]
-    leak_left, leak_area = decay(model[3], dt)
+    leak_left, leak_area, _ = decaying(model[3], dt)
     noise, bias_noise, leak_variance = model[0], model[2], model[4]
     if math.isfinite(acceleration):
         x[SPEED] += dt * (acceleration - x[BIAS]) - leak_area * x[LEAK]
