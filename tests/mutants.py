@@ -27,7 +27,6 @@ LEAST = 0.9
 _COPIED = ("src", "tests", "examples", "docs", "pyproject.toml", "README.md")
 _LIMIT = 90.0  # s: a mutation may loop for ever
 _LEFT_ALONE = ("RemoveDecorator", "ExceptionReplacer")
-COURSE = ("test_course_core", "test_five_state", "test_steerageway")
 GUIDANCE = ("test_waypoints", "test_guidance", "test_reference")
 ARCHIVE = (
     "test_archive.py::test_encounters_trips_and_wrong_values",
@@ -37,12 +36,9 @@ SMOOTHER = ("test_two_filter_smoother",)
 COVERED = {
     "core/angles.py": ("test_angles",),
     "core/earth.py": ("test_earth",),
-    "core/kalman.py": COURSE,
+    "core/kalman.py": ("test_kalman",),
     "core/kinematics.py": ("test_kinematics",),
-    "estimation/course/motion/five_state.py": COURSE,
     "estimation/filter/five_state.py": ("test_table_one",),
-    "estimation/course/motion/low_speed.py": COURSE,
-    "estimation/course/steerageway.py": COURSE,
     "archive/association.py": ARCHIVE,
     "archive/encounters.py": ARCHIVE,
     "archive/inputs.py": ARCHIVE,

@@ -11,13 +11,7 @@ import pytest
 from steerway import FiveStateFilter, Fixes, Profile
 from steerway.core import wrap
 from steerway.core.testing import displaced
-from steerway.estimation.testing import five_state_predict as predict
-from steerway.estimation.testing import five_state_set_step as set_step
-from steerway.estimation.testing import (
-    fold,
-    turn_response,
-)
-from tests.five_state_by_matrices import ExactTurn, responses
+from tests.five_state_by_matrices import ExactTurn
 
 PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
 RECEIVER_ERRS = PROFILE.model_copy(update={"error_std": 0.7, "error_time": 20.0, "speed_decay": 0.05})
@@ -34,43 +28,8 @@ def some_state(seed, n=5):
     return x, root @ root.T
 
 
-def predicted(x, p, dt, model):
-    """The kernel's prediction of (x, P) with P whole again."""
-    x, p, step = x.copy(), p.copy(), np.zeros((3, len(x)))
-    set_step(step, dt, model)
-    predict(x, p, step, model)
-    return x, whole(p)
-
-
-def whole(p):
-    return np.triu(p) + np.triu(p, 1).T
-
-
 def dense(profile, dt):
     return ExactTurn(dt, profile.speed_noise, profile.course_rate_noise, profile.speed_decay, profile.course_rate_decay)
-
-
-@pytest.mark.parametrize("decays", [(0.0, 0.3), (0.01, 0.0), (0.2, 2.0)])
-def test_a_prediction_is_dense_f_p_f_plus_q(decays):
-    profile = PROFILE.model_copy(update={"speed_decay": decays[0], "course_rate_decay": decays[1]})
-    for seed, dt in itertools.product(range(5), STEPS):
-        x, p = some_state(seed)
-        moved, f, q = dense(profile, dt).step(x)
-        x, p_after = predicted(x, p, dt, profile.parameters()[0])
-        np.testing.assert_allclose(x, moved, rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-9, atol=1e-9 * np.abs(p_after).max())
-
-
-def test_extra_states_decay_beside_the_five():
-    model = RECEIVER_ERRS.parameters()[0]
-    for seed, dt in itertools.product(range(5), STEPS):
-        left = math.exp(-dt / RECEIVER_ERRS.error_time)
-        x, p = some_state(seed, 7)
-        f, q = np.eye(7) * left, np.eye(7) * RECEIVER_ERRS.error_std**2 * (1.0 - left**2)
-        moved, f[:5, :5], q[:5, :5] = dense(RECEIVER_ERRS, dt).step(x[:5])
-        after, p_after = predicted(x, p, dt, model)
-        np.testing.assert_allclose(after, [*moved, *(left * x[5:])], rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-9, atol=1e-9 * np.abs(p_after).max())
 
 
 def test_the_jacobian_is_the_slope_of_the_motion():
@@ -91,7 +50,7 @@ def test_a_step_follows_the_arc():
     for _ in range(n):
         rates = [x[2] * math.cos(x[3]), x[2] * math.sin(x[3]), -0.05 * x[2], x[4], -profile.course_rate_decay * x[4]]
         x += dt / n * np.array(rates)
-    after, _ = predicted(start, np.eye(5), dt, profile.parameters()[0])
+    after = dense(profile, dt).step(start)[0]  # as the kernels, by `test_table_one`
     np.testing.assert_allclose(after, x, atol=2e-4)  # the chord takes the rate as constant: 1e-4 m here
 
 
@@ -130,37 +89,6 @@ def test_streaming_is_the_whole_record(profile):
     moving = np.arange(20, len(time))
     whole_record = np.stack([motion.latitude, motion.longitude, motion.sog, motion.cog, motion.course_rate, motion.nis])
     np.testing.assert_allclose(np.array(output)[moving], whole_record.T[moving], rtol=1e-12, atol=1e-12)
-
-
-def test_a_course_is_wrapped():
-    x, p = some_state(7)
-    for course in (-math.pi, math.pi, 9.0, -9.0, 3.0):
-        x[COURSE] = course
-        fold(x, p)
-        assert -math.pi <= x[COURSE] < math.pi
-        np.testing.assert_allclose(np.exp(1j * x[COURSE]), np.exp(1j * course), atol=1e-12)
-
-
-def test_the_response_to_a_course_rate():
-    for decay in np.array([1e-6, 1e-3, 0.0199, 0.0201, 0.3]) / 0.5:
-        np.testing.assert_allclose(turn_response(decay, 0.5), responses(decay, 0.5), rtol=3e-12)
-
-
-def test_series_and_closed_form_meet():
-    """On either side of the limit between them nothing jumps: of the decay of course rate, and of the half-turn."""
-    x, p = some_state(8)
-    model = PROFILE.parameters()[0]
-    limit = 0.02 / PROFILE.course_rate_decay
-    below, above = (predicted(x, p, limit * (1.0 + side), model) for side in (-1e-9, 1e-9))
-    for one, other in zip(below, above, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-8)
-    turn = responses(PROFILE.course_rate_decay, 0.2)[1]
-    for side in (-1e-9, 1e-9):
-        x[RATE] = 0.1 / turn * (1.0 + side)
-        moved, f, q = dense(PROFILE, 0.2).step(x)
-        after, p_after = predicted(x, p, 0.2, model)
-        np.testing.assert_allclose(after, moved, rtol=1e-13)
-        np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-12, atol=1e-13)
 
 
 def assert_turned(scene, original, turn, sign=1.0):

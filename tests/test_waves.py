@@ -9,7 +9,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 import steerway
 from steerway.core import NORMAL_95, REJECTED, displacement
 from steerway.estimation import Profile, choose_profile, predict
-from steerway.estimation.testing import STATES, LogEstimator, models_predict, models_set_step, transition
+from steerway.estimation.testing import LogEstimator, advance, model_empty_bank, model_of_profile
 from tests.scenes import Scene, angle_error, sailed, straight
 
 SWELL = Profile(
@@ -31,17 +31,15 @@ HEAVE = Profile(
 STIFFNESS, FOLLOWS, DECAY = (2.0 * math.pi / 9.0) ** 2, 1.0 / 12.0, 0.05
 DYNAMICS = np.array([[0.0, 1.0, 0.0], [0.0, -DECAY, -STIFFNESS], [0.0, 1.0, -FOLLOWS]])
 """Of course, course rate and deviation from the course held."""
-CHOSEN = np.array([3, 4, 5])
 
 
-def predicted(x, p, dt, steps=1, profile=SWELL):
-    parameters = profile.parameters()[0]
-    step = np.empty((5, int(parameters[STATES])))
-    models_set_step(step, dt / steps, parameters)
-    x, p = x.copy(), np.triu(p)
-    for _ in range(steps):
-        models_predict(x, p, step, parameters)
-    return x, np.triu(p) + np.triu(p, 1).T
+def predicted(x, p, dt, profile):
+    """The kernel's prediction of (x, P)."""
+    model = model_of_profile(profile)
+    bank = model_empty_bank(model)
+    bank.x[0], bank.p[0], bank.run["started"] = x, p, 1
+    advance(bank, model, dt)
+    return bank.x[0], bank.p[0]
 
 
 def spread(seed=1, states=6):
@@ -49,27 +47,12 @@ def spread(seed=1, states=6):
     return root @ root.T
 
 
-def test_course_rate_and_deviation_are_the_linear_model():
-    """By the matrix exponential, noise by Van Loan's method; a second in steps short beside the period."""
-    start, x0 = spread(states=3), np.array([0.3, 0.1, -0.05])
-    f = expm(DYNAMICS)
-    block = expm(np.block([[-DYNAMICS, np.diag([0.0, 4e-4, 0.0])], [np.zeros((3, 3)), DYNAMICS.T]]))
-    x, p = np.zeros(6), np.zeros((6, 6))
-    x[CHOSEN], p[np.ix_(CHOSEN, CHOSEN)] = x0, start
-    for steps, tolerance in ((2, 3e-2), (50, 5e-5)):
-        at, covariance = predicted(x, p, 1.0, steps)
-        np.testing.assert_allclose(at[CHOSEN], f @ x0, rtol=tolerance, atol=0.1 * tolerance)
-        expected = f @ start @ f.T + f @ block[:3, 3:]
-        np.testing.assert_allclose(covariance[np.ix_(CHOSEN, CHOSEN)], expected, rtol=tolerance, atol=0.1 * tolerance)
-
-
-def test_an_oscillation_begins_with_the_variance_that_its_noise_keeps():
+def test_an_oscillation_has_the_poles_of_its_equations_and_the_variance_that_their_noise_keeps():
+    (process,) = model_of_profile(SWELL).processes
+    poles = np.linalg.eigvals(DYNAMICS[1:, 1:])
+    assert complex(-process["decay"], process["frequency"]) == pytest.approx(poles[np.argmax(poles.imag)], rel=1e-12)
     stationary = solve_continuous_lyapunov(DYNAMICS[1:, 1:], -np.diag([4e-4, 0.0]))
-    assert SWELL.start_rate_std == pytest.approx(math.sqrt(stationary[0, 0]))
-    p = np.zeros((6, 6))
-    p[4:, 4:] = stationary
-    _, later = predicted(np.zeros(6), p, 100.0, 1000)
-    np.testing.assert_allclose(later[4:, 4:], stationary, rtol=1e-3, atol=1e-6)
+    assert process["variance"] == pytest.approx(stationary[1, 1], rel=1e-12)
 
 
 def test_on_a_straight_course_acceleration_is_the_linear_model():
@@ -85,21 +68,9 @@ def test_on_a_straight_course_acceleration_is_the_linear_model():
     x, p = np.zeros(6), np.eye(6) * 1e-12
     x[chosen] = 0.0, 3.0, 0.4
     p[np.ix_(chosen, chosen)] = start
-    x, p = predicted(x, p, dt, profile=HEAVE)
+    x, p = predicted(x, p, dt, HEAVE)
     np.testing.assert_allclose(x[chosen], f @ [0.0, 3.0, 0.4], rtol=1e-12)
     np.testing.assert_allclose(p[np.ix_(chosen, chosen)], f @ start @ f.T + q, rtol=2e-5, atol=1e-8)
-
-
-def test_the_smoothers_transition_is_the_predictions_jacobian():
-    profile = SWELL.model_copy(update={"acceleration_std": 0.3})
-    x = np.array([0.0, 0.0, 4.0, 0.7, 0.05, 0.2, 0.1])
-    parameters, step, f = profile.parameters()[0], np.empty((5, 7)), np.empty((7, 7))
-    models_set_step(step, 0.5, parameters)
-    transition(x, True, step, parameters, f)
-    for j in range(7):
-        nudge = 1e-6 * np.eye(7)[j]
-        ahead, behind = (predicted(x + sign * nudge, np.eye(7), 0.5, 1, profile)[0] for sign in (1.0, -1.0))
-        np.testing.assert_allclose(f[:, j], (ahead - behind) / 2e-6, rtol=1e-5, atol=1e-6)
 
 
 def swinging(period=9.0, duration=600.0, seed=0, heave=0.0, blow=0.0):

@@ -12,8 +12,7 @@ import numpy as np
 
 from steerway.control import carried_bandwidth
 from steerway.core import rms, wrap, wrap_array
-from steerway.estimation import FiveStateFilter, Profile
-from steerway.estimation.course import FilterEstimator
+from steerway.estimation import FilterEstimator, FiveStateFilter, Profile
 from steerway.guidance import AdaptiveLineOfSight, IntegralLineOfSight, LineOfSight, Mission, Route, TrackingFilter
 from steerway.pilot import Pilot
 from steerway.report import BAD, OURS, THEIRS

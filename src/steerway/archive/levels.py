@@ -12,6 +12,7 @@ import numpy as np
 
 from steerway.archive.association import LEVELS, MANOEUVRING, STEADY
 from steerway.estimation.course.motion.layout import VELOCITY_CHANGE
+from steerway.estimation.course.packing import pack
 from steerway.estimation.vessel.profile import BUILT_IN, Profile
 
 PROFILES = ("ais", "ais-class-a", "ais-class-b")
@@ -60,7 +61,7 @@ def _levels_of(profile) -> list[Profile]:
 
 def parameters(profiles: Sequence[Sequence[dict[str, Any]]], aid: tuple[str, ...]) -> np.ndarray:
     """(classes, LEVELS, 1, k) parameters of the kernels."""
-    found = np.stack([[Profile(**each).parameters(aid) for each in some] for some in profiles])
+    found = np.stack([[pack(Profile(**each), aid) for each in some] for some in profiles])
     for of_class, some in zip(found, profiles, strict=True):
         if some[STEADY] != some[MANOEUVRING]:
             of_class[MANOEUVRING, 0, VELOCITY_CHANGE] = _CHANGE_STD**2

@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.estimation.aboard import AtFaceValue, FilterEstimator
     from steerway.estimation.inference.learning import LearningFilter
     from steerway.estimation.inference.tune import log_likelihood, tune
+    from steerway.estimation.log.compare import Agreement, compare
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict
     from steerway.estimation.stream import FiveStateFilter, InferredFilter
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
     from steerway.estimation.vessel.profile import Profile
 
 __all__ = [
+    "Agreement",
+    "AtFaceValue",
+    "FilterEstimator",
     "FiveStateFilter",
     "InferredFilter",
     "InferredProfile",
@@ -21,6 +26,7 @@ __all__ = [
     "Prediction",
     "Profile",
     "choose_profile",
+    "compare",
     "estimate",
     "hindcast",
     "load_profile",

@@ -8,44 +8,6 @@ if TYPE_CHECKING:
     from steerway.core.estimate import NO_MEASUREMENTS
     from steerway.core.kalman import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
-    from steerway.estimation.course.motion import low_speed
-    from steerway.estimation.course.motion.five_state import predict as five_state_predict
-    from steerway.estimation.course.motion.five_state import set_step as five_state_set_step
-    from steerway.estimation.course.motion.five_state import turn_response
-    from steerway.estimation.course.motion.layout import (
-        ACCELERATION_STATE,
-        EXTRAS,
-        FIRST,
-        LOST_COURSE_VARIANCE,
-        LOW_SPEED,
-        PHASE,
-        POSITION_VARIANCE,
-        SPEED_DECAY,
-        SPEED_NOISE,
-        START_RATE_VARIANCE,
-        START_SPEED_VARIANCE,
-        STARTING,
-        STATES,
-        STEERAGEWAY,
-        UNDER_WAY,
-    )
-    from steerway.estimation.course.motion.layout import empty_bank as layout_empty_bank
-    from steerway.estimation.course.motion.models import predict as models_predict
-    from steerway.estimation.course.motion.models import set_step as models_set_step
-    from steerway.estimation.course.motion.models import transition
-    from steerway.estimation.course.replay import TrackOutput, run_track
-    from steerway.estimation.course.steerageway import (
-        COURSE_GAINED,
-        COURSE_LOST,
-        KNOWN_VELOCITY_STD,
-        course_to_velocity,
-        fold,
-        reset_manoeuvre,
-        set_position,
-        update_phase,
-        velocity_to_course,
-    )
-    from steerway.estimation.course.steerageway import start as steerageway_start
     from steerway.estimation.filter import five_state
     from steerway.estimation.inference import forecast as inference_forecast
     from steerway.estimation.inference import tune, whole_log

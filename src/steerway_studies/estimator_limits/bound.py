@@ -14,33 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.core import Fixes, fill_lower, kernel
+from steerway.core import Fixes, kernel
 from steerway.estimation import Profile
-from steerway.estimation.course import (
-    LEAVING,
-    POSITION_VARIANCE,
-    Q_LL,
-    Q_LU,
-    Q_UU,
-    Q_WW,
-    Q_XW,
-    Q_XX,
-    Q_YW,
-    Q_YX,
-    Q_YY,
-    RATE_LEFT,
-    SPEED_LEFT,
-    START_RATE_VARIANCE,
-    START_SPEED_VARIANCE,
-    TURN,
-    chord,
-    correct,
-    set_step,
-    smoothing_step,
-    transition,
-)
-from steerway.estimation.course import predict_five_state as predict
 from steerway.sensors import Gnss
+
+_START_SPEED_STD, _LARGEST_START_RATE_STD = 20.0, math.radians(20.0)
+"""m/s and rad/s of a vessel of which one fix is known, as the filter has them."""
 
 
 @dataclass(frozen=True)
@@ -128,55 +107,95 @@ class TrueMotion:
 def sail(scenario: LimitsScenario, seed: int) -> TrueMotion:
     """One voyage."""
     chance = np.random.default_rng([seed, 0])
-    n = round(scenario.duration * scenario.rate) + 1
-    models = scenario.profile.modes()
-    steps = np.zeros((2, 3, 5))
-    spreads = np.zeros((2, 5, 5))
-    for k, model in enumerate(models):
-        _fill_step(steps[k], 1.0 / scenario.rate, model)
-        spreads[k] = _spread(steps[k])
+    n, dt = round(scenario.duration * scenario.rate) + 1, 1.0 / scenario.rate
+    models, leaving = _modes(scenario.profile)
+    spreads = np.stack([_spread(model, dt) for model in models])
     # In continuous time: within one step a mode may be left and entered again.
-    leaving = models[:, LEAVING]
-    turned = (1.0 - math.exp(-leaving.sum() / scenario.rate)) / leaving.sum()
+    turned = (1.0 - math.exp(-leaving.sum() * dt)) / leaving.sum()
     states, turning = np.empty((n, 5)), np.empty(n, np.bool_)
     states[0] = 0.0, 0.0, scenario.speed, chance.uniform(-math.pi, math.pi), 0.0
-    _sail(chance.standard_normal((n, 5)), chance.random(n), steps, spreads, leaving * turned, states, turning)
-    return TrueMotion(np.arange(n) / scenario.rate, *states.T.copy(), turning)
+    _sail(chance.standard_normal((n, 5)), chance.random(n), dt, models, spreads, leaving * turned, states, turning)
+    return TrueMotion(np.arange(n) * dt, *states.T.copy(), turning)
+
+
+def _modes(profile) -> tuple[np.ndarray, np.ndarray]:
+    """(2, 4) S_U, α1, S_ω and α2 of a held course and of a turn, and the rates (1/s) at which they end."""
+    held = profile.speed_noise, profile.speed_decay, profile.course_rate_noise, profile.course_rate_decay
+    turn = profile.turn_speed_noise, held[1], profile.turn_course_rate_noise, profile.turn_course_rate_decay
+    return np.array([held, turn]), np.array([1.0 / profile.straight_time, 1.0 / profile.turn_time])
 
 
 @kernel
-def _fill_step(step, dt, model):
-    set_step(step, dt, model)
+def _responses(rate, t):
+    """After a unit of a state that decays at a rate: it, its integral and the integral of that."""
+    a = rate * t
+    if a < 0.02:
+        area = 0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a / 720.0)))
+        return 1.0 - a * (1.0 - a * area), t * (1.0 - a * area), t * t * area
+    once = -math.expm1(-a) / rate
+    return math.exp(-a), once, (t - once) / rate
 
 
-def _spread(step) -> np.ndarray:
+@kernel
+def _gathered(rate, t):
+    """(3, 3) covariance of those three after t of unit white noise, by Gauss and Legendre's rule with three nodes."""
+    found = np.zeros((3, 3))
+    for k in range(-1, 2):
+        at = _responses(rate, t * (0.5 + k * math.sqrt(0.15)))
+        for i in range(3):
+            for j in range(3):
+                found[i, j] += t * (4.0 / 9.0 if k == 0 else 5.0 / 18.0) * at[i] * at[j]
+    return found
+
+
+def _spread(model, dt) -> np.ndarray:
     """Factor of what one step adds to (way, speed) and (way across for each m/s, course, course rate)."""
-    along = np.array([[step[Q_LL], step[Q_LU]], [step[Q_LU], step[Q_UU]]])
-    across = np.array(
-        [
-            [step[Q_YY], step[Q_YX], step[Q_YW]],
-            [step[Q_YX], step[Q_XX], step[Q_XW]],
-            [step[Q_YW], step[Q_XW], step[Q_WW]],
-        ]
-    )
+    along, across = model[0] * _gathered(model[1], dt)[1::-1, 1::-1], model[2] * _gathered(model[3], dt)[::-1, ::-1]
     spread = np.zeros((5, 5))
     spread[:2, :2], spread[2:, 2:] = np.linalg.cholesky(along), np.linalg.cholesky(across)
     return spread
 
 
 @kernel
-def _sail(normals, uniforms, steps, spreads, changes, states, turning):
-    mode = 0
+def _moved(x, dt, model, f, q):
+    """The state after a step of (11)–(15) along its arc, with Jacobian and noise into f and q (5, 5)."""
+    u, w = x[2], x[4]
+    left, way, _ = _responses(model[1], dt)
+    rate_left, turn, area = _responses(model[3], dt)
+    half = 0.5 * turn * w
+    ratio, slope = 1.0 - half**2 / 6.0, -half / 3.0
+    if abs(half) > 1e-3:
+        ratio = math.sin(half) / half
+        slope = (math.cos(half) - ratio) / half
+    c, s = math.cos(x[3] + area / dt * w), math.sin(x[3] + area / dt * w)
+    length, along = u * way * ratio, 0.5 * turn * slope * u * way
+    across = area / dt * length
+    f[:] = np.eye(5)
+    f[0, 2], f[0, 3], f[0, 4] = way * ratio * c, -length * s, along * c - across * s
+    f[1, 2], f[1, 3], f[1, 4] = way * ratio * s, length * c, along * s + across * c
+    f[2, 2], f[3, 4], f[4, 4] = left, turn, rate_left
+    by_speed, by_rate = np.zeros((5, 3)), np.zeros((5, 3))
+    by_speed[0, 1], by_speed[1, 1], by_speed[2, 0] = c, s, 1.0
+    by_rate[0, 2], by_rate[1, 2], by_rate[3, 1], by_rate[4, 0] = -u * s, u * c, 1.0, 1.0
+    q[:] = model[0] * by_speed @ _gathered(model[1], dt) @ by_speed.T.copy()
+    q[:] += model[2] * by_rate @ _gathered(model[3], dt) @ by_rate.T.copy()
+    return np.array([x[0] + length * c, x[1] + length * s, u * left, x[3] + turn * w, w * rate_left])
+
+
+@kernel
+def _sail(normals, uniforms, dt, models, spreads, changes, states, turning):
+    mode, f, q = 0, np.empty((5, 5)), np.empty((5, 5))
     turning[0] = False
     for k in range(1, len(states)):
-        step, noise = steps[mode], spreads[mode] @ normals[k]
-        north, east, u, course, rate = states[k - 1]
-        c, s, north_way, east_way, _, _, _, _ = chord(u, course, rate, step)
-        states[k, 0] = north + north_way + c * noise[0] - s * u * noise[2]
-        states[k, 1] = east + east_way + s * noise[0] + c * u * noise[2]
-        states[k, 2] = u * step[SPEED_LEFT] + noise[1]
-        states[k, 3] = course + step[TURN] * rate + noise[3]
-        states[k, 4] = rate * step[RATE_LEFT] + noise[4]
+        u, course, rate = states[k - 1, 2], states[k - 1, 3], states[k - 1, 4]
+        states[k], noise = _moved(states[k - 1], dt, models[mode], f, q), spreads[mode] @ normals[k]
+        mean = course + rate * _responses(models[mode, 3], dt)[2] / dt
+        c, s = math.cos(mean), math.sin(mean)
+        states[k, 0] += c * noise[0] - s * u * noise[2]
+        states[k, 1] += s * noise[0] + c * u * noise[2]
+        states[k, 2] += noise[1]
+        states[k, 3] += noise[3]
+        states[k, 4] += noise[4]
         if uniforms[k] < changes[mode]:
             mode = 1 - mode
         turning[k] = mode == 1
@@ -196,47 +215,39 @@ def straight_and_turning(scenario: LimitsScenario, voyage: TrueMotion) -> tuple[
 def filtering_bound(voyage, profile) -> np.ndarray:
     """(n, 5, 5) covariance of [x^n y^n U χ ω_χ] after each fix that no causal estimator betters on this voyage."""
     covariance = np.empty((len(voyage.time), 5, 5))
-    _riccati(voyage.time, voyage.states, voyage.turning, profile.modes(), covariance)
+    models, _ = _modes(profile)
+    stationary = math.sqrt(0.5 * models[1, 2] / models[1, 3]) if models[1, 3] > 0.0 else math.inf
+    rate_std = min(stationary, _LARGEST_START_RATE_STD)
+    covariance[0] = np.diag([profile.position_std**2] * 2 + [_START_SPEED_STD**2, 1.0, rate_std**2])
+    _riccati(voyage.time, voyage.states, voyage.turning, models, profile.position_std**2, covariance)
     return covariance
 
 
 def smoothing_bound(voyage, profile) -> np.ndarray:
     """(n, 5, 5) covariance that no estimator betters that knows the whole record."""
     covariance = filtering_bound(voyage, profile)
-    _smooth(voyage.time, voyage.states, voyage.turning, profile.modes(), covariance)
+    _smooth(voyage.time, voyage.states, voyage.turning, _modes(profile)[0], covariance)
     return covariance
 
 
 @kernel
-def _riccati(time, states, turning, models, covariance):
-    n = states.shape[1]
-    p, work, steps = np.zeros((n, n)), np.zeros((4, n)), np.zeros((2, 3, n))
-    variance = models[0, POSITION_VARIANCE]
-    p[0, 0] = p[1, 1] = variance
-    p[2, 2], p[4, 4] = models[0, START_SPEED_VARIANCE], models[1, START_RATE_VARIANCE]
-    p[3, 3] = 1.0
-    covariance[0] = p
+def _riccati(time, states, turning, models, variance, covariance):
+    f, q, noise = np.empty((5, 5)), np.empty((5, 5)), variance * np.eye(2)
     for k in range(1, len(time)):
-        mode = int(turning[k - 1])
-        set_step(steps[mode], time[k] - time[k - 1], models[mode])
-        predict(states[k - 1].copy(), p, steps[mode], models[mode])
-        correct(states[k].copy(), p, work, 0.0, 0.0, p[0, 0] + variance, p[0, 1], p[1, 1] + variance, 0)
-        fill_lower(p)
-        covariance[k] = p
+        _moved(states[k - 1], time[k] - time[k - 1], models[int(turning[k - 1])], f, q)
+        p = f @ covariance[k - 1] @ f.T.copy() + q
+        gain = np.linalg.solve(p[:2, :2].copy() + noise, p[:2].copy())
+        p -= gain.T.copy() @ p[:2].copy()
+        covariance[k] = 0.5 * (p + p.T)
 
 
 @kernel
 def _smooth(time, states, turning, models, covariance):
-    n = states.shape[1]
-    f, gain, lower, product = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
-    scale, still, steps = np.empty(n), np.zeros(n), np.zeros((2, 3, n))
-    p_later = covariance[-1].copy()
+    f, q = np.empty((5, 5)), np.empty((5, 5))
     for k in range(len(time) - 2, -1, -1):
-        mode = int(turning[k])
-        p_next = covariance[k].copy()
-        set_step(steps[mode], time[k + 1] - time[k], models[mode])
-        transition(states[k], True, steps[mode], models[mode], f)
-        predict(states[k].copy(), p_next, steps[mode], models[mode])
-        smoothing_step(states[k].copy(), covariance[k], f, p_next, still, p_later, gain, lower, product, scale)
-        fill_lower(covariance[k])
-        p_later[:] = covariance[k]
+        _moved(states[k], time[k + 1] - time[k], models[int(turning[k])], f, q)
+        moved = f @ covariance[k]
+        p_next = moved @ f.T.copy() + q
+        gain = np.linalg.solve(p_next, moved)
+        p = covariance[k] + gain.T.copy() @ (covariance[k + 1] - p_next) @ gain
+        covariance[k] = 0.5 * (p + p.T)

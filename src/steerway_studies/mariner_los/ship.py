@@ -7,8 +7,7 @@ import numpy as np
 
 from steerway.control import AnglePID, Autopilot, Rudder, place_poles
 from steerway.core import LegState, leg_direction, markov_std, rms, track_errors, wrap_array
-from steerway.estimation import FiveStateFilter, Profile
-from steerway.estimation.course import AtFaceValue, FilterEstimator
+from steerway.estimation import AtFaceValue, FilterEstimator, FiveStateFilter, Profile
 from steerway.guidance import LineOfSight, LowPass, Mission, Route
 from steerway.pilot import Pilot
 from steerway.sensors import Gnss, Suite, Truth

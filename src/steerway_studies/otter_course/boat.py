@@ -7,8 +7,7 @@ import numpy as np
 
 from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Autopilot, place_poles
 from steerway.core import wrap
-from steerway.estimation import FiveStateFilter, Profile
-from steerway.estimation.course import FilterEstimator
+from steerway.estimation import FilterEstimator, FiveStateFilter, Profile
 from steerway.guidance import Mission, Reference, ReferenceModel, Route
 from steerway.identification import YawModel, identify_yaw_from_fixes
 from steerway.pilot import Pilot, SteadyForce

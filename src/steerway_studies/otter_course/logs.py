@@ -14,8 +14,7 @@ import numpy as np
 
 from steerway import read
 from steerway.core import OK, Fixes, Motion, wrap
-from steerway.estimation import choose_profile, estimate
-from steerway.estimation.course import compare
+from steerway.estimation import choose_profile, compare, estimate
 from steerway.report import BAD, THEIRS, track_figure
 from steerway_studies.papers.ekf_5states import Ekf5States
 from steerway_studies.plots import Curve, Panel, series

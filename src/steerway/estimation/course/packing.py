@@ -19,7 +19,6 @@ from steerway.estimation.course.motion.layout import (
     MOTION_STATES,
     OUTLIER_NLL,
     POSITION_VARIANCE,
-    START_RATE_VARIANCE,
     START_SPEED_VARIANCE,
     STARTS_IN,
     STATES,
@@ -61,19 +60,6 @@ def pack(profile, aids: tuple[str, ...] = ()) -> np.ndarray:
             _row(turning, aids, {LEAVING: ends, SWITCHES_TO: _YOUNG_COURSE, STARTS_IN: turn_share}),
         ]
     )
-
-
-def pack_two_modes(profile) -> np.ndarray:
-    """(2, k): a held course and a turn, with the rates (1/s) at which they end."""
-    straight = _row(profile, (), {LEAVING: 1.0 / profile.straight_time})
-    return np.stack([straight, _row(profile.turning, (), {LEAVING: 1.0 / profile.turn_time})])
-
-
-def start_rate_std(profile) -> float:
-    """Standard deviation of the course rate at the start, rad/s."""
-    row = np.zeros(EXTRAS)
-    models.pack(profile, row, lambda rate, density, variance: 0)
-    return math.sqrt(row[START_RATE_VARIANCE])
 
 
 def _row(profile, aids, switching=None) -> np.ndarray:

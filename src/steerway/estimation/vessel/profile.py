@@ -3,13 +3,11 @@
 from pathlib import Path
 from typing import ClassVar, Self
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.settings import positive_number, read_toml, refusal, toml_value
-from steerway.estimation.course import packing
 from steerway.estimation.vessel.aids import AidNoise
 from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
 from steerway.estimation.vessel.presets import PRESETS
@@ -150,22 +148,9 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
         update = {"speed_noise": speed, "course_rate_noise": course * decay**2, "course_rate_decay": decay}
         return turning.model_copy(update=update)
 
-    @property
-    def start_rate_std(self) -> float:
-        """Standard deviation of the course rate at the start, rad/s: the stationary one, within limits."""
-        return packing.start_rate_std(self)
-
     def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[WeighedModel, ...]:
         """What filters (or smoothers) work with: one structure, with the states that these aids need."""
         return (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)
-
-    def parameters(self, aids: tuple[str, ...] = ()) -> np.ndarray:
-        """(modes, k) parameters of the kernels, with the states that these aids need: see `packing`."""
-        return packing.pack(self, aids)
-
-    def modes(self) -> np.ndarray:
-        """(2, k): the parameters of a held course and of a turn, with the rates (1/s) at which they end."""
-        return packing.pack_two_modes(self)
 
 
 BUILT_IN = {profile.name: profile for profile in (Profile(**numbers) for numbers in PRESETS)}
