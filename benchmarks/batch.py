@@ -5,10 +5,7 @@ import numpy as np
 from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import winding
-from steerway.estimation.course.motion.layout import empty_bank
-from steerway.estimation.course.output import OUTPUTS
-from steerway.estimation.course.replay import TrackOutput, run_track
-from steerway.estimation.vessel.aids import NO_AIDS
+from steerway.estimation.inference.model import FUSED
 
 _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
 
@@ -23,14 +20,11 @@ class Batch:
         self.bounds = np.arange(0, n + 1, _ROWS)
         self.time = np.tile(each.time, repeats)[:n]
         self.north, self.east = np.tile(each.north, repeats)[:n], np.tile(each.east, repeats)[:n]
-        self.found = TrackOutput(n)
-        self.outputs = np.empty((n, OUTPUTS + 1))
-        self.no_scales = np.empty(0)
+        self.found, self.outputs = np.empty((n, FUSED + 2)), np.empty((n, FUSED))
 
     def all(self):
         """Run them."""
-        record = self.time, self.north, self.east, self.no_scales, NO_AIDS, False
-        run_track(self.bounds, record, ours.MODEL, empty_bank(ours.MODEL), self.found.arrays())
+        ours.tracks(self.bounds, self.time, self.north, self.east, self.found)
 
 
 def run():
@@ -43,7 +37,7 @@ def run():
     for name, seconds in taken.items():
         yield Result(f"{name}, {_TRACKS:,} tracks of {_ROWS} rows", 1e9 * seconds / len(batch.time), "ns a row")
     if "C" in taken:
-        rows = np.column_stack([batch.found.estimate, batch.found.nis])
+        rows = ours.compared(batch.found)
         assert np.array_equal(np.isnan(rows), np.isnan(batch.outputs))
         yield Result("largest difference to C", float(np.nanmax(np.abs(rows - batch.outputs))), "", at_most=1e-9)
         yield Result(

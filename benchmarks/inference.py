@@ -2,13 +2,10 @@
 
 import time
 
-import numpy as np
-
 import steerway
 from benchmarks.support import ours
 from benchmarks.support.harness import Result, interleaved
-from benchmarks.support.record import PROFILE, STEPS_A_FIX, Record, fixes_of, winding
-from steerway import Profile
+from benchmarks.support.record import STEPS_A_FIX, Record, fixes_of, winding
 from steerway.estimation import choose_profile
 
 _FIXES, _ROUNDS = 20_000, 15
@@ -25,7 +22,7 @@ _TURNS = {
 def run():
     rows = winding(_FIXES * STEPS_A_FIX)
     record = Record(rows.time[::STEPS_A_FIX], rows.north[::STEPS_A_FIX], rows.east[::STEPS_A_FIX])
-    models = {"five states": PROFILE.parameters(), "two modes, two slow errors": _with(_SLOW | _TURNS)}
+    models = {"five states": ours.MODEL, "two modes, two slow errors": ours.model_with(**_SLOW, **_TURNS)}
     targets = {"two modes, two slow errors": 3000.0}
     taken = interleaved(
         {name: lambda model=model: ours.whole_record(record, model) for name, model in models.items()}, _ROUNDS
@@ -40,7 +37,3 @@ def run():
     yield Result("the default's fit, processor time", fit, "s", note=f"{len(profile.structures)} structures")
     taken = interleaved({"": lambda: steerway.estimate(fixes, profile)}, 3)[""]
     yield Result("the default's estimate with what was fitted", 1e9 * taken / _FIXES, "ns a fix")
-
-
-def _with(update) -> np.ndarray:
-    return Profile(**(PROFILE.model_dump() | update)).parameters()

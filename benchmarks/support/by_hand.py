@@ -10,21 +10,13 @@ import numpy as np
 
 from benchmarks.support.ours import MODEL
 from benchmarks.support.record import Record
-from steerway.estimation.course.motion import layout
 
 FLAGS = ("-O3", "-march=native")
-_PLACES = (
-    "SPEED_NOISE",
-    "RATE_NOISE",
-    "SPEED_DECAY",
-    "RATE_DECAY",
-    "POSITION_VARIANCE",
-    "STEERAGEWAY",
-    "START_SPEED_VARIANCE",
-    "START_RATE_VARIANCE",
-    "GATE",
+_OF_MODE = "speed_noise", "speed_decay", "rate_noise", "rate_decay", "drift_speed", "start_rate"
+_NUMBERS = np.array(
+    [*(MODEL.modes[name][0] for name in _OF_MODE), *MODEL.receiver[["fix_variance", "outlier_rate"]][0]]
 )
-_LAYOUT = tuple(f"-D{name}={getattr(layout, name)}" for name in _PLACES)
+"""In the order of the places in `five_state.c`."""
 _SOURCE = Path(__file__).with_name("five_state.c")
 _SAID = 10
 
@@ -39,7 +31,7 @@ class Library:
     def __init__(self):
         self._folder = tempfile.TemporaryDirectory()
         path = Path(self._folder.name) / "five_state.so"
-        subprocess.run(["gcc", *FLAGS, *_LAYOUT, "-shared", "-fPIC", "-o", path, _SOURCE, "-lm"], check=True)
+        subprocess.run(["gcc", *FLAGS, "-shared", "-fPIC", "-o", path, _SOURCE, "-lm"], check=True)
         self._run = ctypes.CDLL(str(path)).five_state_tracks
         self._run.restype = None
         self._run.argtypes = [ctypes.c_size_t] + 6 * [ctypes.c_void_p]
@@ -47,7 +39,7 @@ class Library:
     def tracks(self, bounds, time, north, east, output=None) -> np.ndarray:
         """(n, 10) as the columns of `ours.whole_record`, for tracks behind one another."""
         output = np.empty((len(time), _SAID)) if output is None else output
-        arrays = [np.ascontiguousarray(bounds, np.int64), time, north, east, MODEL, output]
+        arrays = [np.ascontiguousarray(bounds, np.int64), time, north, east, _NUMBERS, output]
         self._run(len(bounds) - 1, *[each.ctypes.data for each in arrays])
         return output
 

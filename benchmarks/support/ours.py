@@ -3,21 +3,38 @@
 import numpy as np
 
 from benchmarks.support.record import PROFILE, STEP, Record
-from steerway import FiveStateFilter
-from steerway.estimation.course.motion.layout import empty_bank
-from steerway.estimation.course.replay import TrackOutput, run_track
+from steerway import FiveStateFilter, Profile
+from steerway.estimation.inference.course import run_model
+from steerway.estimation.inference.model import FUSED, Model, empty_bank, room_to_keep
+from steerway.estimation.inference.row import Asked, Rows
 from steerway.estimation.vessel.aids import NO_AIDS
+from steerway.estimation.vessel.flat import model_of_profile
 
-MODEL = PROFILE.parameters()
-_NO_SCALES = np.empty(0)
+MODEL = model_of_profile(PROFILE)
+_NONE = np.empty(0)
 
 
-def whole_record(record: Record, model=MODEL) -> tuple[np.ndarray, np.ndarray]:
-    """What the filter says after every row (n, 9) in the record's own plane, and the NIS of its fixes (n,)."""
-    found, bounds = TrackOutput(len(record)), np.array([0, len(record)])
-    rows = record.time, record.north, record.east, _NO_SCALES, NO_AIDS, False
-    run_track(bounds, rows, model, empty_bank(model), found.arrays())
-    return found.estimate, found.nis
+def tracks(bounds, time, north, east, output, model: Model = MODEL) -> None:
+    """Fill `output` (n, FUSED + 2) for tracks behind one another, track i in rows bounds[i] to bounds[i + 1]."""
+    rows = Rows(time, north, east, _NONE, NO_AIDS, np.asarray(bounds[1:-1], np.int64))
+    run_model(rows, model, empty_bank(model), Asked(output, _NONE, room_to_keep(0, model), 0))
+
+
+def whole_record(record: Record, model: Model = MODEL) -> np.ndarray:
+    """What the filter says after every row in the record's own plane, and the NIS of its fixes: (n, 10)."""
+    output = np.empty((len(record), FUSED + 2))
+    tracks([0, len(record)], record.time, record.north, record.east, output, model)
+    return compared(output)
+
+
+def compared(output) -> np.ndarray:
+    """The columns that C says too."""
+    return output[:, [*range(FUSED - 1), -2]]
+
+
+def model_with(**update) -> Model:
+    """The model of the benchmarks' profile with other numbers."""
+    return model_of_profile(Profile(**(PROFILE.model_dump() | update)))
 
 
 def started(record: Record, rows: int) -> FiveStateFilter:
