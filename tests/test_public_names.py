@@ -19,7 +19,7 @@ PACKAGES = [
         f"steerway.{room}"
         for room in "core control guidance sensors vessels simulation report identification estimation".split()
     ),
-    *(f"steerway.estimation.{room}" for room in "course heading heading.interval speed positioning steering".split()),
+    *(f"steerway.estimation.{room}" for room in "heading heading.interval speed positioning steering".split()),
 ]
 MODULES = ["steerway.build", "steerway.pilot", "steerway.estimation.heading.composite"]
 """That are public themselves."""

@@ -155,7 +155,7 @@ def inform(filtered_p, loose, reversal, bank, room):
                 room.known[i, u] = 1.0 / variance
                 log_determinant -= math.log(variance)
             room.log_after[i] = log_determinant
-            if not reversal.is_normal or room.known[i, RATE] * reversal.variance[i, RATE] < 1.0:
+            if m > 1 and not (reversal.is_normal and room.known[i, RATE] * reversal.variance[i, RATE] >= 1.0):
                 room.after[i, RATE, RATE] -= room.known[i, RATE]
                 room.known[i, RATE] = 0.0
 
