@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core import Fixes, wrap
+from steerway.core import Fixes, displacement, wrap
 from steerway.estimation import InferredFilter, InferredProfile, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.testing import HeadingTracker, WeighedStructure, model_of_profile, parameters_of
 from steerway.estimation.testing import inference_forecast as forecast
-from steerway.identification.testing import _under_way, positions_cost
+from steerway.identification.testing import _under_way, positions_cost, rate_noise
 from steerway.testing import response_of
 from steerway.vessels.testing import otter
 from steerway_studies.testing import CELLS, TrueMotion, filtering_bound, smoothing_bound
@@ -248,6 +248,44 @@ def test_an_earlier_moment_is_predicted_from(fixes, monkeypatch):
     monkeypatch.setattr(forecast, "VOYAGES", 4)
     rows, found = hindcast(fixes.rows(slice(4)), (1.0,), 2.0, inferred())
     assert len(found) == len(rows) == 2 and (found.variance_north > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        {},
+        {"acceleration_std": 0.1},
+        {"yawing_period": 9.0},
+        {"turn_time": 10.0, "straight_time": 20.0, "turn_speed_noise": 1e-3, "turn_course_rate_noise": 1e-3},
+    ],
+    ids=["one mode", "acceleration", "waves", "two modes"],
+)
+def test_a_forecast_by_given_numbers(fixes, numbers):
+    """Two metres a second on course 1: ten seconds on she is twenty metres farther."""
+    profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1, **numbers)
+    few = fixes.rows(slice(8))
+    found = predict(few, 10.0, profile)
+    way = displacement(found.latitude[0], found.longitude[0], few.latitude[-1], few.longitude[-1])
+    assert math.hypot(*way) == pytest.approx(20.0, abs=5.0)
+    assert math.atan2(way[1], way[0]) == pytest.approx(1.0, abs=0.3)
+    assert found.variance_north[0] > 0.01 and found.variance_east[0] > 0.01
+
+
+def test_a_forecast_of_a_vessel_at_rest_stays_there(fixes):
+    few = replace(fixes, latitude=np.full(12, 0.9), longitude=np.full(12, 0.2)).rows(slice(8))
+    found = predict(few, 600.0, "small-usv")
+    assert math.hypot(*displacement(found.latitude[0], found.longitude[0], 0.9, 0.2)) < 1.0
+    assert 1.0 < math.sqrt(found.variance_north[0]) < 100.0
+
+
+def test_noise_of_a_rate_by_quadrature_and_in_closed_form():
+    """Below and above half a time constant against fine sums."""
+    for decay, t in ((0.3, 1.0), (0.3, 4.0)):
+        lag = t * (np.arange(4000) + 0.5) / 4000
+        left = np.exp(-decay * lag)
+        turn = (1.0 - left) / decay
+        expected = [t * np.mean(each) for each in (left * left, left * turn, turn * turn)]
+        np.testing.assert_allclose(rate_noise(decay, t), expected, rtol=1e-6)
 
 
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):

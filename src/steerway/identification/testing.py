@@ -8,6 +8,6 @@ if TYPE_CHECKING:
     from steerway.identification.interval import Interval
     from steerway.identification.logs import read_steering
     from steerway.identification.yaw import _under_way
-    from steerway.identification.yaw_likelihood import positions_cost
+    from steerway.identification.yaw_likelihood import positions_cost, rate_noise
 
 __getattr__, __dir__ = on_demand(__name__)
