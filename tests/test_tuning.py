@@ -102,7 +102,7 @@ def test_a_profile_of_structures_survives_a_file_and_serves_another_log(sortie, 
     tuned.profile.save(path)
     assert load_profile(path) == InferredProfile.load(path) == tuned.profile
     other = one_mode(11, 200.0)
-    by_file, by_object = steerway.estimate(other, path), motion_of(other, tuned.profile.weighed)
+    by_file, by_object = steerway.estimate(other, path), motion_of(other, tuned.profile)
     np.testing.assert_array_equal(by_file.sog, by_object.sog)
     with pytest.raises(steerway.InputError, match="has structures"):
         Profile.load(path)

@@ -6,8 +6,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_of, velocity_parts
 from steerway.estimation.inference.selection import Inference
-from steerway.estimation.inference.whole_log import infer_log
-from steerway.estimation.stream import FiveStateFilter
+from steerway.estimation.inference.whole_log import infer_log, motion_of
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
@@ -72,8 +71,7 @@ class LogEstimator:
 
     def motion(self, fixes: Fixes, rate: float | None = None, smooth: bool = False) -> Motion:
         """The estimate of the log or a part of it. Raises InputError for an impossible rate."""
-        by = FiveStateFilter(self.profile, self.aid)
-        return by.smooth(fixes, rate) if smooth else by.filter(fixes, rate)
+        return motion_of(fixes, self.profile, self.aid, rate, smooth)
 
     def smooth(self, fixes: Fixes) -> Motion:
         """The smoothed estimate of the log or a part of it."""

@@ -444,16 +444,11 @@ class FiveStateFilter:
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""
-        return self._motion(fixes, rate, False)
+        return motion_of(fixes, self.profile, self.aid, rate)
 
     def smooth(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Fixed-interval estimate: every row uses the whole record."""
-        return self._motion(fixes, rate, True)
-
-    def _motion(self, fixes, rate, smooth) -> Motion:
-        profile = self.profile
-        models, recognises = profile.models(self.aid, smooth), profile.recognises
-        return motion_of(fixes, models, self.aid, rate, smooth, profile.steerageway, recognises)
+        return motion_of(fixes, self.profile, self.aid, rate, smooth=True)
 
 
 InferredFilter = FiveStateFilter

@@ -18,7 +18,7 @@ from steerway.core.statistics import NORMAL_95
 from steerway.estimation.inference.description import Tuned
 from steerway.estimation.inference.fit import Posterior, Rows
 from steerway.estimation.inference.selection import BETTER, Inference, Structure, infer
-from steerway.estimation.inference.whole_log import Track, motion_of, part_of
+from steerway.estimation.inference.whole_log import Track, motion_of_track, part_of
 from steerway.estimation.vessel.inferred import InferredProfile, WeighedStructure
 
 _HELD_BACK = 0.2
@@ -43,7 +43,8 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     """
     report = progress or (lambda _: None)
     fixes = _longest_track(fixes)
-    record = Track(fixes, ()).record
+    track = Track(fixes, ())
+    record = track.record
     known = np.flatnonzero(np.isfinite(record.north))
     if len(known) < _FEWEST:
         raise InputError(f"the log has {len(known)} fixes, expected at least {_FEWEST} under way to tune by")
@@ -51,7 +52,7 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     seen = part_of(record, 0, cut)
     quick = infer(seen)
     report(0.1)
-    moving = int(np.isfinite(motion_of(fixes, quick.structures).cog).sum())
+    moving = int(np.isfinite(motion_of_track(track, quick.structures).cog).sum())
     if moving < _FEWEST:
         raise InputError(f"{moving} of {len(known)} fixes are under way, expected at least {_FEWEST} to tune by")
     both = [quick, infer(seen, (), _MORE)]
@@ -63,7 +64,7 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     if is_better:
         final.append(infer(record, (), _MORE))
     report(1.0)
-    motion = motion_of(fixes, _mean(final))
+    motion = motion_of_track(track, _mean(final))
     nis = motion.nis[np.isin(motion.status, (OK, REJECTED)) & np.isfinite(motion.nis)]
     return Tuned(
         profile=InferredProfile(name=name, structures=_with_intervals(final)),

@@ -71,26 +71,20 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
     return Inference((Structure(1.0, parts, expected),), ())
 
 
-def motion_of(
-    fixes: Fixes,
-    structures,
-    aid=(),
-    rate: float | None = None,
-    smooth: bool = False,
-    steerageway: float = STEERAGEWAY,
-    recognises: bool = True,
-) -> Motion:
-    """The motion that weighed structures mean, of every vessel: a row a fix, or `rate` rows a second (Hz).
+def motion_of(fixes: Fixes, profile, aid=(), rate: float | None = None, smooth: bool = False) -> Motion:
+    """The motion by a profile of either kind, of every vessel: a row a fix, or `rate` rows a second (Hz).
 
-    recognises: see `Track`. Raises InputError for an impossible rate or an unknown aid.
+    Raises InputError for an impossible rate or an unknown aid.
     """
     expect_rate(rate)
     expect_aids(aid)
-    tracks = (Track(each, aid, rate, recognises) for _, each in fixes.tracks())
-    return joined([_of_one(track, structures, smooth, steerageway) for track in tracks])
+    structures = profile.models(aid, smooth)
+    tracks = (Track(each, aid, rate, profile.recognises) for _, each in fixes.tracks())
+    return joined([motion_of_track(track, structures, smooth, profile.steerageway) for track in tracks])
 
 
-def _of_one(track, structures, smooth, steerageway) -> Motion:
+def motion_of_track(track, structures, smooth: bool = False, steerageway: float = STEERAGEWAY) -> Motion:
+    """The motion of one vessel that weighed structures mean."""
     fixes = track.fixes
     wanted, record = track.wanted, track.record
     estimate, nis, wrong = _filtered(record, structures, steerageway)
