@@ -226,10 +226,10 @@ def _damped(carried, nomoto_time) -> str:
 
 
 def _is_scenario(path: str) -> bool:
-    """Whether a file is a scenario: it has a route."""
+    """Whether a file is a scenario: it has a route or orders."""
     from steerway.core.settings import read_toml
 
-    return path.endswith(".toml") and "route" in read_toml(path, "file")
+    return path.endswith(".toml") and not {"route", "orders"}.isdisjoint(read_toml(path, "file"))
 
 
 def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str:

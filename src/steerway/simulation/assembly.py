@@ -19,11 +19,12 @@ from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.estimation.steering import SteeringEstimator, SteeringFilter
 from steerway.estimation.stream import FiveStateFilter
 from steerway.guidance.line_of_sight import GuidanceLaw
+from steerway.guidance.ordered import Order, Ordered, orders_of
 from steerway.guidance.reference import SHAPERS
 from steerway.guidance.route_table import route_of
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
-from steerway.pilot import LegSource, Pilot
+from steerway.pilot import LegSource, Pilot, SteadyForce
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
 from steerway.simulation.scenario import Scenario
@@ -90,7 +91,8 @@ def profile(scenario: Scenario) -> Profile | InferredProfile:
 def pilot(scenario: Scenario) -> Pilot:
     """A pilot in its initial state."""
     known, guidance = boat(scenario), scenario.guidance
-    law, mission = guidance.design(known.lookahead, known.cruise), voyage(scenario, known)
+    law = guidance.design(known.lookahead, known.cruise)
+    mission = Ordered(orders(scenario), known.cruise) if scenario.orders else voyage(scenario, known)
     kinds = scenario.autopilot.kind, scenario.speed.controller
     if scenario.estimator.kind == "steering":
         std = profile(scenario).position_std
@@ -103,10 +105,11 @@ def pilot(scenario: Scenario) -> Pilot:
         law,
         AtFaceValue() if truth else composed(scenario, known, ground_estimator(scenario)),
         kinds=kinds,
-        shaper=shaper(scenario.reference),
+        shaper=shaper(scenario.reference, known.bandwidth),
         steerageway=STEERAGEWAY,
         angle_std=0.0 if truth else ANGLE_STD,
         steer_by="crab" if crabs else guidance.angle,
+        speed=None if scenario.speed.force is None else SteadyForce(scenario.speed.force),
     )
 
 
@@ -166,6 +169,12 @@ def voyage(scenario: Scenario, known: Boat) -> Voyage:
     table = scenario.route
     route = route_of(table, places(scenario), table.points, known)
     return Voyage(route, [each.stay for each in table.points], Passing(rule=table.passing), at_end=table.at_end)
+
+
+def orders(scenario: Scenario) -> tuple[Order, ...]:
+    """What is ordered in place of a route, nothing with one; before the first order the boat goes on as it starts."""
+    began = start(scenario)
+    return orders_of(scenario.orders, Order(0.0, began.heading, math.nan, began.north, began.east))
 
 
 def places(scenario: Scenario) -> list[tuple[float, float]]:

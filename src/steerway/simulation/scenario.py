@@ -12,6 +12,7 @@ from pydantic import Field, create_model
 from steerway.core.settings import NotNegative, Number, Positive, Table, in_radians
 from steerway.estimation.course.update.aids import AIDS
 from steerway.guidance.laws import GuidanceTable
+from steerway.guidance.ordered import OrderTable
 from steerway.guidance.reference import ReferenceTable
 from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable
 from steerway.sensors.gnss import GnssTable
@@ -106,12 +107,14 @@ class AutopilotTable(Table):
 class SpeedTable(Table):
     """Speed over ground where a waypoint gives none, and its control loop: PI, adaptive, or a disturbance observer.
 
-    `bandwidth`: of the PI loop, or the rate of the reference that the others follow.
+    `bandwidth`: of the PI loop, or the rate of the reference that the others follow. `force`: a steady thrust (N) in
+    place of a loop.
     """
 
     controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
     cruise: NotNegative | None = None
     bandwidth: Positive | None = None
+    force: Positive | None = None
 
 
 class StationTable(Table):
@@ -170,7 +173,8 @@ class Scenario(_Instruments):
     autopilot: AutopilotTable = AutopilotTable()
     speed: SpeedTable = SpeedTable()
     station: StationTable = StationTable()
-    route: RouteTable = Field(description="a table [route] with waypoints or a survey")
+    route: RouteTable = RouteTable()
+    orders: tuple[OrderTable, ...] = ()
 
     def instruments(self) -> dict[str, InstrumentTable]:
         """The tables of the instruments that are fitted beside the receiver, by name."""

@@ -44,9 +44,15 @@ def _rates(scenario):
 
 def _places(scenario):
     table = scenario.route
+    if scenario.orders:
+        for key in sorted(table.model_fields_set):
+            raise InputError(f"route.{key} has no effect with [[orders]], expected one of the two")
+        assembly.orders(scenario)
+        return
     if len(table.points) < 2:
         raise InputError(
-            f"route.waypoints is {list(table.waypoints)}, expected at least 2 entries, or a table [route.survey]"
+            f"route.waypoints is {list(table.waypoints)}, expected at least 2 entries, a table [route.survey] "
+            "or [[orders]]"
         )
     if table.corner_radius is not None and table.corners == "exact":
         raise InputError('route.corner_radius has no effect on exact corners, expected corners = "arc" or "clothoid"')
@@ -63,13 +69,19 @@ def _speeds(scenario):
     known, waypoints = assembly.boat(scenario), scenario.route.points
     commanded = {}
     if known.speed is None:
-        for key in ("cruise", "bandwidth"):
+        for key in ("cruise", "bandwidth", "force"):
             if key in scenario.speed.model_fields_set:
                 raise InputError(
                     f"speed.{key} has no effect on a vessel of kind {scenario.vessel.kind}, which has no speed control"
                 )
-    elif any(each.speed is None for each in waypoints[1:]):
+    elif scenario.speed.force is not None:
+        for key in sorted(scenario.speed.model_fields_set - {"force"}):
+            raise InputError(f"speed.{key} has no effect with speed.force, expected one of the two")
+    elif any(each.speed is None for each in waypoints[1:]) or any(each.speed is None for each in scenario.orders[:1]):
         commanded["speed.cruise"] = known.cruise
+    for k, each in enumerate(scenario.orders):
+        if each.speed is not None:
+            commanded[f"orders[{k}].speed"] = each.speed
     for k, each in enumerate(waypoints):
         if each.speed is not None:
             commanded[f"route.waypoints[{k}].speed"] = each.speed

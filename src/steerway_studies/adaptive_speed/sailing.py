@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steerway import simulation
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains
 from steerway.core import NORMAL_95, rms
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
@@ -194,11 +195,7 @@ TRANSIENT = 10.0
 
 def settling(time, speed, about: float) -> float:
     """s of the last exit from ±2 % of `about`, after time[0]; inf where it is still outside at the end."""
-    outside = np.flatnonzero(~(np.abs(speed - about) <= BAND * about))
-    if len(outside) == 0:
-        return 0.0
-    last = outside[-1]
-    return float("inf") if last == len(speed) - 1 else float(time[last + 1] - time[0])
+    return simulation.settling(time, speed - about, BAND * about)
 
 
 def overshoot_pct(speed, setpoint: float) -> float:

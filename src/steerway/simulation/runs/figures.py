@@ -106,6 +106,41 @@ def steering_figure(run: Run) -> Figure:
     return _finished(figure, axes)
 
 
+def orders_figure(run: Run) -> Figure:
+    """Course or heading and speed, as ordered and as made good."""
+    run = _thinned(run)
+    figure = Figure(figsize=(11.0, 7.0), layout="constrained")
+    course, speed = axes = figure.subplots(2, 1, sharex=True)
+    by_course = run["by_course"] > 0.0
+    estimated = np.where(by_course, run["estimated_cog"], run["estimated_heading"])
+    true = np.where(by_course, run.true_cog, run["true_heading"])
+    shown = (
+        (run["desired_angle"], THEIRS, "ordered"),
+        (run["reference_angle"], QUIET, "reference"),
+        (estimated, OURS, "estimated"),
+        (true, TRUE, "true"),
+    )
+    for angle, color, label in shown:
+        course.plot(run.time, _unwound(angle), color=color, linewidth=1.0, label=label)
+    course.set_ylabel("course (°)" if by_course.all() else "heading (°)")
+    for values, color, label in (
+        (_known_speed(run), THEIRS, "ordered"),
+        (run["estimated_sog"], OURS, "estimated"),
+        (run.true_sog, TRUE, "true"),
+    ):
+        speed.plot(run.time, values, color=color, linewidth=1.0, label=label)
+    speed.set_ylabel("SOG (m/s)")
+    return _finished(figure, axes)
+
+
+def _unwound(angle):
+    """Degrees without jumps, (n,)."""
+    known = np.isfinite(angle)
+    unwound = np.full(len(angle), np.nan)
+    unwound[known] = np.degrees(np.unwrap(angle[known]))
+    return unwound
+
+
 def actuators_figure(run: Run, actuators) -> Figure:
     """The commands of the actuators."""
     run = _thinned(run)

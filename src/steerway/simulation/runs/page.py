@@ -16,6 +16,7 @@ _STEERING = (
     "Commanded course, course made good and heading; speed; cross-track error. The crab angle, from the bow to the "
     "course made good, is caused by current and wind; course control compensates it without measuring it."
 )
+_ORDERS = "Ordered course (or heading) and speed, the reference that the autopilot follows, and the true motion."
 _ACTUATORS = "Commands of the actuators, with their limits."
 
 
@@ -38,10 +39,16 @@ def _figures(sailed):
     from steerway.simulation.runs import figures
 
     run = sailed.run
+    if sailed.scenario.orders:
+        steered = [(figures.orders_figure(run), _ORDERS), (figures.errors_figure(run), _ERRORS)]
+    else:
+        steered = [
+            (figures.track_figure(run, route_of(sailed)), _TRACK),
+            (figures.errors_figure(run), _ERRORS),
+            (figures.steering_figure(run), _STEERING),
+        ]
     return [
-        (figures.track_figure(run, route_of(sailed)), _TRACK),
-        (figures.errors_figure(run), _ERRORS),
-        (figures.steering_figure(run), _STEERING),
+        *steered,
         (figures.actuators_figure(run, sailed.assembly.vessel.actuators), _ACTUATORS),
     ]
 
@@ -73,6 +80,7 @@ def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
     """The run as (what, value) pairs."""
     return [
         ("time", _with_unit(numbers["duration_s"], "s", 1)),
+        *_answers(numbers),
         ("waypoints", f"{numbers['waypoints_reached']:.0f} reached, {numbers['waypoints_missed']:.0f} missed"),
         (
             "cross-track error, true",
@@ -84,5 +92,18 @@ def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
     ]
 
 
+_ANSWERS = {
+    "settling_s": ("settling after an order, longest", "s", 1),
+    "overshoot_pct": ("overshoot, largest", "%", 1),
+    "rudder_max_deg": ("largest rudder", "°", 1),
+    "rudder_rate_max_dps": ("largest rudder rate asked for", "°/s", 2),
+}
+
+
+def _answers(numbers):
+    """What only some runs have."""
+    return [(words, _with_unit(numbers[key], *unit)) for key, (words, *unit) in _ANSWERS.items() if key in numbers]
+
+
 def _with_unit(value, unit, decimals) -> str:
-    return "unknown" if math.isnan(value) else f"{value:.{decimals}f} {unit}"
+    return "unknown" if not math.isfinite(value) else f"{value:.{decimals}f} {unit}"
