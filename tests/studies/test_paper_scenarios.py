@@ -2,12 +2,14 @@
 
 import json
 import time
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from steerway.guidance.testing import OrderTable
-from steerway.simulation import load_scenario, sail_scenario
+from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario, sail_scenario
 from tests.command_line import run
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
@@ -74,3 +76,23 @@ def from_rest(controller, speed):
 def test_p4_reaches_all_waypoints(results):
     found = results("p4")
     assert (found["waypoints_reached"], found["waypoints_missed"]) == (7.0, 0.0)
+
+
+def test_p2_holds_its_place(results):
+    found = results("p2")
+    assert 0.068 < found["position_mae_m"] < 0.088  # 5 % to 95 % of seeds
+
+
+@pytest.mark.parametrize(
+    "kind, noise, low, high",
+    [
+        ("tekf", "process_noise = 1.5e-3", 0.075, 0.079),
+        ("vessel-filter", "force_std = [0.29, 0.29, 0.029]", 0.046, 0.052),
+    ],
+)
+def test_p2_has_the_mean_errors_of_the_study(kind, noise, low, high):
+    """Table III's by recipe B, and the nine-state filter's beside its bound of 0.0490 m."""
+    text = (EXAMPLES / "p2.toml").read_text(encoding="utf-8")
+    text = text.replace('"tekf"', f'"{kind}"').replace("process_noise = 1.5e-3", noise)
+    numbers = over_seeds(partial(numbers_of_seed, parse_scenario(text)), range(1, 81))
+    assert low < np.mean([each["position_mae_m"] for each in numbers]) < high

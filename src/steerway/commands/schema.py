@@ -67,6 +67,11 @@ _OF_TABLE = {
     "HeadingEstimatorTable": {"weight": "1"},
     "SpeedEstimatorTable": {"sog_std": "m/s", "bottom_std": "m/s", "water_std": "m/s", "scale_std": "1"},
     "SpringerTable": {"effectiveness": "1", "bias_rpm": "rev/min"},
+    "EnvironmentTable": {"force_std": "N", "moment_std": "N·m"},
+    "PositioningEstimatorTable": {"force_std": "N, N, N·m", "wave_std": "m", "process_noise": "1"},
+    "PositioningTable": {"integral": "1"},
+    "LowSpeedTable": {"inertia": "kg, kg·m, kg·m²", "damping": "kg/s, kg·m/s, kg·m²/s"},
+    "ThrusterTable": {"ahead": "m", "starboard": "m", "limit": "N", "limit_astern": "N"},
     "SurgeTable": _SHAFT,
     "CaldasTable": _SHAFT,
 }

@@ -59,7 +59,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     """
     if scenario.estimator.kind == "truth":
         return True, "The pilot uses the true motion: the estimate does not limit the autopilot."
-    if scenario.guidance.angle == "heading":
+    if scenario.guidance.angle == "heading" or assembly.holds_places(scenario):
         return True, "The pilot controls heading by compass: the course estimate does not limit the autopilot."
     known = assembly.boat(scenario)
     commanded = [each.speed for each in (*scenario.route.points, *scenario.orders) if each.speed]

@@ -11,6 +11,7 @@ from steerway.control.handover import Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
+from steerway.core.settings import kind_of
 from steerway.estimation.aboard import AtFaceValue, ComposedEstimator, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.profiles import Profile
@@ -27,8 +28,10 @@ from steerway.guidance.waypoints import Passing
 from steerway.pilot import LegSource, Pilot, SteadyForce
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
+from steerway.simulation.positioning import PositioningEstimator, PositioningPilot
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.environment import Environment
+from steerway.vessels.kinds import TABLES
 from steerway.vessels.vessel import Vessel
 
 STEERAGEWAY = Steerageway()
@@ -38,7 +41,7 @@ class Assembly(NamedTuple):
     """The arguments of `loop.sail`. Vessel, instruments and environment hold no state; a pilot serves one run."""
 
     vessel: Vessel
-    pilot: Pilot
+    pilot: Pilot | PositioningPilot
     instruments: Suite | Truth
     start: Start
     environment: Environment
@@ -88,8 +91,32 @@ def profile(scenario: Scenario) -> Profile | InferredProfile:
     return profile_of(scenario.estimator.profile or boat(scenario).profile)
 
 
-def pilot(scenario: Scenario) -> Pilot:
+def holds_places(scenario: Scenario) -> bool:
+    """Whether places are ordered: dynamic positioning."""
+    return any(each.north is not None or each.east is not None for each in scenario.orders)
+
+
+def positioning_pilot(scenario: Scenario) -> PositioningPilot:
+    """A pilot for dynamic positioning in its initial state. Raises InputError for a vessel without thrusters for it."""
+    vessel, kind, began = scenario.vessel.positioned(), scenario.estimator.kind, start(scenario)
+    if vessel is None:
+        able = ", ".join(kind_of(each) for each in TABLES if each().positioned())
+        raise InputError(
+            f"orders hold a place, which a vessel of kind {scenario.vessel.kind} cannot, expected one of {able}"
+        )
+    estimator: Estimator = AtFaceValue()
+    if kind != "truth":
+        observer = scenario.estimator.positioning.observer(kind, vessel, 1.0 / scenario.gnss.rate)
+        estimator = PositioningEstimator(observer, began.north, began.east, began.heading)
+    return PositioningPilot(
+        estimator, Ordered(orders(scenario)), scenario.positioning.controller(vessel), vessel.thrusters
+    )
+
+
+def pilot(scenario: Scenario) -> Pilot | PositioningPilot:
     """A pilot in its initial state."""
+    if holds_places(scenario):
+        return positioning_pilot(scenario)
     known, guidance = boat(scenario), scenario.guidance
     law = guidance.design(known.lookahead, known.cruise)
     mission = Ordered(orders(scenario), known.cruise) if scenario.orders else voyage(scenario, known)

@@ -83,6 +83,16 @@ def rudder_numbers(run: Run, actuators: Sequence[Actuator]) -> dict[str, float]:
     return numbers
 
 
+def place_numbers(run: Run) -> dict[str, float]:
+    """Mean absolute error of the estimated position over north and east, from the start on, and where the run ends."""
+    errors = [run[f"estimated_{axis}"] - run[f"true_{axis}"] for axis in ("north", "east")]
+    return {
+        "position_mae_m": float(np.mean(np.abs(errors))),
+        "final_north_m": float(run["true_north"][-1]),
+        "final_east_m": float(run["true_east"][-1]),
+    }
+
+
 def _asked_rate(command, lag, step):
     """The largest rate, rad/s."""
     if lag == 0.0:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.simulation import outcome
-from steerway.simulation.assembly import Assembly, assemble
+from steerway.simulation.assembly import Assembly, assemble, holds_places
 from steerway.simulation.loop import Run, sail
 from steerway.simulation.responses import responses
 from steerway.simulation.scenario import Scenario
@@ -50,7 +50,9 @@ def sail_scenario(
     )
     mission = blocks.pilot.mission
     numbers = outcome.numbers(run, mission.passages) | outcome.rudder_numbers(run, blocks.vessel.actuators)
-    if scenario.orders:
+    if holds_places(scenario):
+        numbers |= outcome.place_numbers(run)
+    elif scenario.orders:
         numbers |= responses(run, mission.orders)
     return Sailed(scenario, blocks, run, numbers)
 

@@ -7,6 +7,7 @@ from steerway.core.settings import kind_of
 from steerway.guidance.route import LONGEST_LEG
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation import assembly
+from steerway.simulation.positioning import KINDS as POSITIONING_KINDS
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.kinds import TABLES
 
@@ -17,7 +18,7 @@ def check(scenario: Scenario) -> None:
     """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
     which checks the rest."""
     assembly.begins(scenario)
-    for rule in (_steps, _rates, _places, _speeds, _steering, _estimators, _instruments, _propulsion):
+    for rule in (_steps, _rates, _places, _speeds, _steering, _positioning, _estimators, _instruments, _propulsion):
         rule(scenario)
     assembly.assemble(scenario)
 
@@ -66,6 +67,10 @@ def _places(scenario):
 
 
 def _speeds(scenario):
+    if assembly.holds_places(scenario):
+        for key in sorted(scenario.speed.model_fields_set):
+            raise InputError(f"speed.{key} has no effect where orders hold a place")
+        return
     known, waypoints = assembly.boat(scenario), scenario.route.points
     commanded = {}
     if known.speed is None:
@@ -124,14 +129,34 @@ def _steering(scenario):
         )
 
 
+def _positioning(scenario):
+    """Places are held by an estimator that knows the forces, which knows no other orders."""
+    kind, holds = scenario.estimator.kind, assembly.holds_places(scenario)
+    if holds and kind not in (*POSITIONING_KINDS, "truth"):
+        able = ", ".join((*POSITIONING_KINDS, "truth"))
+        raise InputError(f'estimator.kind is "{kind}", expected one of {able} where orders hold a place')
+    if not holds and kind in POSITIONING_KINDS:
+        raise InputError(f'estimator.kind "{kind}" needs places to hold, expected [[orders]] with north and east')
+    if not holds and scenario.positioning.model_fields_set:
+        raise InputError("positioning has no effect, expected [[orders]] with north and east")
+    if kind in POSITIONING_KINDS and scenario.compass is None:
+        raise InputError(f'estimator.kind "{kind}" needs a compass, expected a table [compass]')
+    for index, each in enumerate(scenario.orders):
+        if holds and each.speed is not None:
+            raise InputError(f"orders[{index}].speed has no effect where orders hold a place")
+
+
 def _estimators(scenario):
     heading, speed = scenario.estimator.heading, scenario.estimator.speed
     kind = scenario.vessel.kind
-    if scenario.estimator.kind in ("truth", "steering"):
+    of_vessel = scenario.estimator.kind in POSITIONING_KINDS
+    if not of_vessel and scenario.estimator.positioning.model_fields_set:
+        raise InputError(f'estimator.positioning has no effect with estimator.kind "{scenario.estimator.kind}"')
+    if of_vessel or scenario.estimator.kind in ("truth", "steering"):
         for name, table in (("heading", heading), ("speed", speed)):
             if table.model_fields_set:
                 raise InputError(f'estimator.{name} has no effect with estimator.kind "{scenario.estimator.kind}"')
-    if scenario.estimator.kind == "truth":
+    if of_vessel or scenario.estimator.kind == "truth":
         return
     if heading.kind != "tracker":
         if not assembly.boat(scenario).steers:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway import simulation
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains
 from steerway.core import NORMAL_95, rms
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.identification import SurgeModel
 from steerway.sensors import Instrument, accelerometer
+from steerway.simulation import settling as settled_after
 from steerway.vessels import (
     CALDAS_LINEAR_DRAG,
     CALDAS_MASS,
@@ -195,7 +195,7 @@ TRANSIENT = 10.0
 
 def settling(time, speed, about: float) -> float:
     """s of the last exit from ±2 % of `about`, after time[0]; inf where it is still outside at the end."""
-    return simulation.settling(time, speed - about, BAND * about)
+    return settled_after(time, speed - about, BAND * about)
 
 
 def overshoot_pct(speed, setpoint: float) -> float:

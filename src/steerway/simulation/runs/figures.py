@@ -111,7 +111,7 @@ def orders_figure(run: Run) -> Figure:
     run = _thinned(run)
     figure = Figure(figsize=(11.0, 7.0), layout="constrained")
     course, speed = axes = figure.subplots(2, 1, sharex=True)
-    by_course = run["by_course"] > 0.0
+    by_course = np.full(len(run), np.mean(run["by_course"]) > 0.5)
     estimated = np.where(by_course, run["estimated_cog"], run["estimated_heading"])
     true = np.where(by_course, run.true_cog, run["true_heading"])
     shown = (
@@ -130,6 +130,33 @@ def orders_figure(run: Run) -> Figure:
     ):
         speed.plot(run.time, values, color=color, linewidth=1.0, label=label)
     speed.set_ylabel("SOG (m/s)")
+    return _finished(figure, axes)
+
+
+def places_figure(run: Run) -> Figure:
+    """Place and heading in dynamic positioning, and the errors of what is estimated and of what the receiver reads."""
+    run = _thinned(run)
+    figure = Figure(figsize=(11.0, 11.0), layout="constrained")
+    axes = figure.subplots(5, 1, sharex=True)
+    away, bearing = run["leg_distance"], run["leg_bearing"]
+    ordered = {
+        "north": run["estimated_north"] + away * np.cos(bearing),
+        "east": run["estimated_east"] + away * np.sin(bearing),
+        "heading": _unwound(run["desired_angle"]),
+    }
+    for each, (name, values) in zip(axes, ordered.items(), strict=False):
+        each.plot(run.time, values, color=THEIRS, linewidth=1.0, label="ordered")
+        for whose, color in (("estimated", OURS), ("true", TRUE)):
+            shown = run[f"{whose}_{name}"]
+            each.plot(
+                run.time, _unwound(shown) if name == "heading" else shown, color=color, linewidth=1.0, label=whose
+            )
+        each.set_ylabel("heading (°)" if name == "heading" else f"{name} (m)")
+    for each, name in zip(axes[3:], ("north", "east"), strict=True):
+        true = run[f"true_{name}"]
+        each.plot(run.time, run[f"read_{name}"] - true, ".", color=THEIRS, markersize=3.0, label="fix − true")
+        each.plot(run.time, run[f"estimated_{name}"] - true, color=OURS, linewidth=0.9, label="estimated − true")
+        each.set_ylabel(f"{name} error (m)")
     return _finished(figure, axes)
 
 
@@ -154,8 +181,16 @@ def actuators_figure(run: Run, actuators) -> Figure:
             if np.isfinite(limit):
                 each.axhline(scale * limit, color=BAD, linewidth=0.8, linestyle="--")
         each.plot([], [], color=BAD, linewidth=0.8, linestyle="--", label="limits")
-        each.set_ylabel(f"{actuator.name}\n({'°' if rudder else 'rad/s'})")
+        each.set_ylabel(actuator.name + _unit(actuator.name))
     return _finished(figure, axes)
+
+
+def _unit(name):
+    """Of an actuator, by the last word of its name."""
+    units = {"rudder": "°", "force": "N", "moment": "N·m"}
+    if name.startswith("thruster"):
+        return "\n(N)"
+    return f"\n({'rev/s' if name == 'shaft speed' else units.get(name.split()[-1], 'rad/s')})"
 
 
 def _finished(figure, axes):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from steerway.report.page import write_page
+from steerway.simulation.assembly import holds_places
 
 _TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
 _ERRORS = (
@@ -17,6 +18,7 @@ _STEERING = (
     "course made good, is caused by current and wind; course control compensates it without measuring it."
 )
 _ORDERS = "Ordered course (or heading) and speed, the reference that the autopilot follows, and the true motion."
+_PLACES = "Place and heading, as ordered, estimated and true; the errors of the estimate, and of the receiver's fixes."
 _ACTUATORS = "Commands of the actuators, with their limits."
 
 
@@ -30,8 +32,9 @@ def write_run_page(sailed, path: Path, remarks=()) -> None:
     tables = [
         ("Estimated against true", ("", "RMS error"), comparison(sailed.numbers)),
         ("Summary", ("", ""), summary(sailed.numbers)),
-        ("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages),
     ]
+    if passages:
+        tables.append(("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages))
     write_page(path, scenario.name, tables, lambda: _figures(sailed), remarks, scenario.description)
 
 
@@ -39,7 +42,9 @@ def _figures(sailed):
     from steerway.simulation.runs import figures
 
     run = sailed.run
-    if sailed.scenario.orders:
+    if holds_places(sailed.scenario):
+        steered = [(figures.places_figure(run), _PLACES)]
+    elif sailed.scenario.orders:
         steered = [(figures.orders_figure(run), _ORDERS), (figures.errors_figure(run), _ERRORS)]
     else:
         steered = [
@@ -81,19 +86,13 @@ def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
     return [
         ("time", _with_unit(numbers["duration_s"], "s", 1)),
         *_answers(numbers),
-        ("waypoints", f"{numbers['waypoints_reached']:.0f} reached, {numbers['waypoints_missed']:.0f} missed"),
-        (
-            "cross-track error, true",
-            f"RMS {numbers['cross_track_rms_m']:.2f} m, maximum {numbers['cross_track_max_m']:.1f} m",
-        ),
-        ("cross-track error, as estimated", _with_unit(numbers["estimated_cross_track_rms_m"], "m RMS", 2)),
-        ("largest crab angle", _with_unit(numbers["crab_angle_max_deg"], "°", 1)),
-        ("switches between course and heading control", f"{numbers['hand_overs']:.0f}"),
+        *_under_way(numbers),
     ]
 
 
 _ANSWERS = {
     "settling_s": ("settling after an order, longest", "s", 1),
+    "position_mae_m": ("estimated position, mean |error| over north and east", "m", 4),
     "overshoot_pct": ("overshoot, largest", "%", 1),
     "rudder_max_deg": ("largest rudder", "°", 1),
     "rudder_rate_max_dps": ("largest rudder rate asked for", "°/s", 2),
@@ -103,6 +102,27 @@ _ANSWERS = {
 def _answers(numbers):
     """What only some runs have."""
     return [(words, _with_unit(numbers[key], *unit)) for key, (words, *unit) in _ANSWERS.items() if key in numbers]
+
+
+def _under_way(numbers):
+    """Of a run that does not hold places: of its legs, if it has any, and how it is steered."""
+    if "position_mae_m" in numbers:
+        return []
+    steered = [
+        ("largest crab angle", _with_unit(numbers["crab_angle_max_deg"], "°", 1)),
+        ("switches between course and heading control", f"{numbers['hand_overs']:.0f}"),
+    ]
+    if not math.isfinite(numbers["cross_track_rms_m"]) and not numbers["waypoints_reached"]:
+        return steered
+    return [
+        ("waypoints", f"{numbers['waypoints_reached']:.0f} reached, {numbers['waypoints_missed']:.0f} missed"),
+        (
+            "cross-track error, true",
+            f"RMS {numbers['cross_track_rms_m']:.2f} m, maximum {numbers['cross_track_max_m']:.1f} m",
+        ),
+        ("cross-track error, as estimated", _with_unit(numbers["estimated_cross_track_rms_m"], "m RMS", 2)),
+        *steered,
+    ]
 
 
 def _with_unit(value, unit, decimals) -> str:
