@@ -46,7 +46,9 @@ def test_a_steady_force_is_held_against_and_estimated():
     sailed = sail_scenario(parse_scenario(text))
     known = sailed.assembly.pilot.estimator.observer
     std = np.sqrt(np.diag(known.covariance)[6:8])
-    assert (np.abs(np.subtract(known.motion.force[:2], (20.0, -10.0))) < 3.0 * std).all() and std.max() < 15.0  # half of what it began with
+    assert (
+        np.abs(np.subtract(known.motion.force[:2], (20.0, -10.0))) < 3.0 * std
+    ).all() and std.max() < 15.0  # half of what it began with
     assert np.hypot(sailed.numbers["final_north_m"] - 6.0, sailed.numbers["final_east_m"] + 4.0) < 0.5
 
 

@@ -65,7 +65,7 @@ class Ordered:
     missions: tuple[Mission, ...] = ()
 
     def __init__(self, orders: Sequence[Order], cruise: float = math.nan):
-        self.orders, self._cruise = tuple(orders), cruise
+        self.orders, self.cruise = tuple(orders), cruise
         self.lead = self.preview = math.nan
         self._time = math.nan
 
@@ -85,4 +85,4 @@ class Ordered:
         """The ordered speed, and no leg; the first step is at 0 s. See `waypoints.Mission.step`."""
         self._time = 0.0 if math.isnan(self._time) else self._time + dt
         speed = self.now.speed
-        return LegState(0, *[math.nan] * 6, self._cruise if math.isnan(speed) else speed)
+        return LegState(0, *[math.nan] * 6, self.cruise if math.isnan(speed) else speed)

@@ -57,7 +57,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
 
     The speed is the lowest of the route. With true states, and with a commanded heading, there is no limit.
     """
-    if scenario.estimator.kind == "truth":
+    if scenario.estimator.kind == "truth" or scenario.manoeuvre is not None:
         return True, "The pilot uses the true motion: the estimate does not limit the autopilot."
     if scenario.guidance.angle == "heading" or assembly.holds_places(scenario):
         return True, "The pilot controls heading by compass: the course estimate does not limit the autopilot."

@@ -28,6 +28,7 @@ from steerway.guidance.waypoints import Passing
 from steerway.pilot import LegSource, Pilot, SteadyForce
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
+from steerway.simulation.manoeuvres import Manoeuvre, ManoeuvringPilot, manoeuvre_of
 from steerway.simulation.positioning import PositioningEstimator, PositioningPilot
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.environment import Environment
@@ -41,7 +42,7 @@ class Assembly(NamedTuple):
     """The arguments of `loop.sail`. Vessel, instruments and environment hold no state; a pilot serves one run."""
 
     vessel: Vessel
-    pilot: Pilot | PositioningPilot
+    pilot: Pilot | PositioningPilot | ManoeuvringPilot
     instruments: Suite | Truth
     start: Start
     environment: Environment
@@ -81,7 +82,7 @@ def start(scenario: Scenario) -> Start:
 
 def instruments(scenario: Scenario) -> Suite | Truth:
     """The receiver with the further instruments, or the truth."""
-    if scenario.estimator.kind == "truth":
+    if scenario.estimator.kind == "truth" or scenario.manoeuvre is not None:
         return Truth()
     return Suite(scenario.gnss.build(), **{name: table.build() for name, table in scenario.instruments().items()})
 
@@ -113,8 +114,16 @@ def positioning_pilot(scenario: Scenario) -> PositioningPilot:
     )
 
 
-def pilot(scenario: Scenario) -> Pilot | PositioningPilot:
+def manoeuvring_pilot(scenario: Scenario, manoeuvre: Manoeuvre) -> ManoeuvringPilot:
+    """A pilot that makes a manoeuvre, in its initial state."""
+    has_rudder = [each.name for each in scenario.vessel.build().actuators] == ["rudder"]
+    return ManoeuvringPilot(manoeuvre, boat(scenario), has_rudder, start(scenario).heading)
+
+
+def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
     """A pilot in its initial state."""
+    if scenario.manoeuvre is not None:
+        return manoeuvring_pilot(scenario, manoeuvre_of(scenario.manoeuvre))
     if holds_places(scenario):
         return positioning_pilot(scenario)
     known, guidance = boat(scenario), scenario.guidance

@@ -8,6 +8,7 @@ import numpy as np
 from steerway.simulation import outcome
 from steerway.simulation.assembly import Assembly, assemble, holds_places
 from steerway.simulation.loop import Run, sail
+from steerway.simulation.manoeuvres import ManoeuvringPilot, measured
 from steerway.simulation.responses import responses
 from steerway.simulation.scenario import Scenario
 
@@ -50,7 +51,9 @@ def sail_scenario(
     )
     mission = blocks.pilot.mission
     numbers = outcome.numbers(run, mission.passages) | outcome.rudder_numbers(run, blocks.vessel.actuators)
-    if holds_places(scenario):
+    if isinstance(blocks.pilot, ManoeuvringPilot):
+        numbers |= measured(run, blocks.pilot, scenario.vessel.length)
+    elif holds_places(scenario):
         numbers |= outcome.place_numbers(run)
     elif scenario.orders:
         numbers |= responses(run, mission.orders)

@@ -187,6 +187,7 @@ class Scenario(_Instruments):
     positioning: PositioningTable = PositioningTable()
     route: RouteTable = RouteTable()
     orders: tuple[OrderTable, ...] = ()
+    manoeuvre: str | None = None
 
     def instruments(self) -> dict[str, InstrumentTable]:
         """The tables of the instruments that are fitted beside the receiver, by name."""

@@ -18,8 +18,20 @@ def check(scenario: Scenario) -> None:
     """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
     which checks the rest."""
     assembly.begins(scenario)
+    if scenario.manoeuvre is not None:
+        _manoeuvre(scenario)
+        return
     for rule in (_steps, _rates, _places, _speeds, _steering, _positioning, _estimators, _instruments, _propulsion):
         rule(scenario)
+    assembly.assemble(scenario)
+
+
+def _manoeuvre(scenario):
+    """Neither route nor estimator matters to a manoeuvre."""
+    _steps(scenario)
+    _rates(scenario)
+    if not assembly.boat(scenario).steers:
+        raise InputError(f"manoeuvre needs a boat that is steered, not vessel.kind {scenario.vessel.kind}")
     assembly.assemble(scenario)
 
 

@@ -9,7 +9,7 @@ State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground al
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -149,6 +149,7 @@ class CaldasTable(ShaftKeys):
     """The keys of P3's USV in a scenario; it needs a compass, for it is unstable in yaw."""
 
     kind: Literal["caldas"] = "caldas"
+    length: ClassVar[float] = 15.0
     moment_limit: Positive = 400e3
 
     def build(self) -> Caldas:

@@ -9,7 +9,7 @@ State N E ψ u v r: position in m, heading in rad, surge and sway through the wa
 """
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -157,6 +157,7 @@ class CyberShip2Table(VesselTable):
     """The keys of CyberShip II in a scenario."""
 
     kind: Literal["cybership2"] = "cybership2"
+    length: ClassVar[float] = LENGTH
     identification: Literal["linear", "nonlinear"] = "linear"
 
     def positioned(self) -> Positioned:

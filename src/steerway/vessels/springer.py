@@ -10,7 +10,7 @@ course at 57° takes −8 rpm; the physical one has 1 there, and heading is an i
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -122,6 +122,7 @@ class SpringerTable(VesselTable):
     """The keys of Springer in a scenario; `bias_rpm` is an error of n_d."""
 
     kind: Literal["springer"] = "springer"
+    length: ClassVar[float] = LENGTH
     plant: Literal["paper", "physical"] = "physical"
     effectiveness: Positive = 1.0
     bias_rpm: Annotated[float, Field(strict=True, ge=-100.0, le=100.0)] = 0.0

@@ -148,8 +148,8 @@ def _motion(state, conditions):
 _ADVANCE = 0.6
 """Advance ratio at which boats go steadily, roughly: what thrust a controller reckons with."""
 _SPEED_BANDWIDTH = 0.2
-"""rad/s. P3 asks for settling to 2 % within 40 s. With 0.12, the least d_m that can meet it, the disturbance observer takes
-40 to 50 s from rest, for its guess of the thrust holds at one advance ratio; with 0.2 it takes 24 to 27 s."""
+"""rad/s. P3 asks for settling to 2 % within 40 s. With 0.12, the least d_m that can meet it, the disturbance observer
+takes 40 to 50 s from rest: its guess of the thrust holds at one advance ratio. With 0.2 it takes 24 to 27 s."""
 
 
 def speed_gains(mass: float, linear_drag: float, quadratic_drag: float, propeller: Propeller, shaft: Actuator):

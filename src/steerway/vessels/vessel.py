@@ -115,11 +115,13 @@ class Positioned(NamedTuple):
 class VesselTable(Table):
     """The table [vessel] of a scenario. A vessel adds its `kind` (a Literal with itself as default) and its keys.
 
-    `reference` is the kind of reference filter used where the scenario names none; see `guidance.shapers`.
+    `reference` is the kind of reference filter used where the scenario names none; see `guidance.reference`. `length`
+    in m, NaN where it is not known.
     """
 
     method: Literal["rk4", "euler"] = "rk4"
     reference: ClassVar[str] = "low-pass"
+    length: ClassVar[float] = math.nan
 
     @abstractmethod
     def build(self) -> Vessel:

@@ -133,6 +133,24 @@ def orders_figure(run: Run) -> Figure:
     return _finished(figure, axes)
 
 
+def manoeuvre_figure(run: Run, course: float) -> Figure:
+    """Track and heading of a manoeuvre that begins on a course (rad)."""
+    began = int(np.argmax(run["yaw"] != 0.0))
+    run = _thinned(run.rows(slice(max(began - 1, 0), None)))
+    figure = Figure(figsize=(11.0, 9.0), layout="constrained")
+    place, turned, yaw = figure.subplot_mosaic([["place"], ["turned"], ["yaw"]], height_ratios=[2.2, 1.0, 0.7]).values()
+    place.plot(run["true_east"], run["true_north"], color=TRUE, linewidth=1.2)
+    place.plot(run["true_east"][0], run["true_north"][0], "o", color=TRUE, markersize=6, label="helm put over")
+    place.set_aspect("equal", adjustable="datalim")
+    place.set_xlabel("east (m)")
+    place.set_ylabel("north (m)")
+    turned.plot(run.time, _unwound(run["true_heading"] - course), color=TRUE, linewidth=1.0, label="change of heading")
+    turned.set_ylabel("change of\nheading (°)")
+    yaw.plot(run.time, run["yaw"], color=OURS, linewidth=1.0, label="helm, as the autopilot's output")
+    turned.sharex(yaw)
+    return _finished(figure, [place, turned, yaw])
+
+
 def places_figure(run: Run) -> Figure:
     """Place and heading in dynamic positioning, and the errors of what is estimated and of what the receiver reads."""
     run = _thinned(run)

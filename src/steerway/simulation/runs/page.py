@@ -7,6 +7,7 @@ import numpy as np
 
 from steerway.report.page import write_page
 from steerway.simulation.assembly import holds_places
+from steerway.simulation.manoeuvres import limits, measured
 
 _TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
 _ERRORS = (
@@ -19,6 +20,7 @@ _STEERING = (
 )
 _ORDERS = "Ordered course (or heading) and speed, the reference that the autopilot follows, and the true motion."
 _PLACES = "Place and heading, as ordered, estimated and true; the errors of the estimate, and of the receiver's fixes."
+_MANOEUVRE = "The track from where the helm is first put over, and the heading with what is ordered of the actuators."
 _ACTUATORS = "Commands of the actuators, with their limits."
 
 
@@ -33,7 +35,9 @@ def write_run_page(sailed, path: Path, remarks=()) -> None:
         ("Estimated against true", ("", "RMS error"), comparison(sailed.numbers)),
         ("Summary", ("", ""), summary(sailed.numbers)),
     ]
-    if passages:
+    if scenario.manoeuvre is not None:
+        tables = [(scenario.manoeuvre, ("", "measured", "IMO limit, for ships of 100 m and more"), manoeuvred(sailed))]
+    elif passages:
         tables.append(("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages))
     write_page(path, scenario.name, tables, lambda: _figures(sailed), remarks, scenario.description)
 
@@ -42,7 +46,9 @@ def _figures(sailed):
     from steerway.simulation.runs import figures
 
     run = sailed.run
-    if holds_places(sailed.scenario):
+    if sailed.scenario.manoeuvre is not None:
+        steered = [(figures.manoeuvre_figure(run, sailed.assembly.pilot.mission.orders[0].course), _MANOEUVRE)]
+    elif holds_places(sailed.scenario):
         steered = [(figures.places_figure(run), _PLACES)]
     elif sailed.scenario.orders:
         steered = [(figures.orders_figure(run), _ORDERS), (figures.errors_figure(run), _ERRORS)]
@@ -56,6 +62,19 @@ def _figures(sailed):
         *steered,
         (figures.actuators_figure(run, sailed.assembly.vessel.actuators), _ACTUATORS),
     ]
+
+
+def manoeuvred(sailed) -> list[tuple[str, str, str]]:
+    """(what, measured, limit) of a manoeuvre."""
+    vessel, pilot = sailed.scenario.vessel, sailed.assembly.pilot
+    allowed = limits(pilot.manoeuvre, vessel.length, pilot.mission.cruise)
+    units = {"deg": "°", "dps": "°/s", "m": "m", "s": "s", "lengths": "lengths", "pct": "%"}
+    rows = []
+    for key, value in measured(sailed.run, pilot, vessel.length).items():
+        words, unit = key.rsplit("_", 1)
+        limit = f"{allowed[key]:.1f}" if math.isfinite(allowed.get(key, math.nan)) else ""
+        rows.append((words.replace("_", " "), _with_unit(value, units[unit], 2), limit))
+    return rows
 
 
 def route_of(sailed) -> tuple[np.ndarray, np.ndarray]:
