@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from steerway_studies.otter_course import logs
     from steerway_studies.otter_course.boat import as_published, turned
     from steerway_studies.otter_course.logs import LOGS, as_printed
-    from steerway_studies.papers import otter_allocation, path_following, references
+    from steerway_studies.papers import otter_allocation, path_following, positioning, references
     from steerway_studies.papers.course_autopilot import (
         MARINER_NOMOTO,
         OTTER_NOMOTO,
