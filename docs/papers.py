@@ -1,5 +1,7 @@
-"""The pages of the papers: where every numbered equation is, by the citations of docstrings and `papers/errata.toml`, and
-what is wrong in print."""
+"""The pages of the papers: where every numbered equation is, and what is wrong in print.
+
+By the citations of docstrings and `steerway_studies/papers/errata.toml`.
+"""
 
 import ast
 import re
@@ -87,10 +89,8 @@ def _page(label, paper, citations):
         code = [f"`{each}`" for each in row.get("code", ())] or [f"left out: {row['left_out']}"]
         places.setdefault(row["equations"], []).extend(code)
     lines = [f"| {each} | {', '.join(sorted(set(places[each])))} |" for each in sorted(places, key=_by_number)]
-    errata = [
-        f"| {_cell(each['where'])} | {_cell(each['printed'])} | {_cell(each['used'])} | {_cell(each.get('shown', ''))} |"
-        for each in paper["errata"]
-    ]
+    keys = ("where", "printed", "used", "shown")
+    errata = [f"| {' | '.join(_cell(each.get(key, '')) for key in keys)} |" for each in paper["errata"]]
     return "\n".join(
         [
             f"# {label}\n\n{paper['title']}.\n\n## Equations\n",

@@ -145,5 +145,5 @@ def test_every_equation_of_a_paper_is_placed_or_said_to_be_left_out(label):
 
 def test_an_equation_that_is_nowhere_is_named():
     assert papers.numbers("(1)–(3), (5) and (7)") == {1, 2, 3, 5, 7} and papers.numbers("Table 1") == set()
-    with pytest.raises(LookupError, match="steerway.control.nothing"):
+    with pytest.raises(LookupError, match=r"steerway\.control\.nothing"):
         papers.found_in("steerway.control.nothing")

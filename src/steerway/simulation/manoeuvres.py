@@ -1,8 +1,8 @@
 """Standard manoeuvres: zigzag, turning circle and pull-out, with the numbers of IMO's resolution MSC.137(76).
 
 They are made with the actuators alone, on true states and at the thrust that holds the cruise speed: "zigzag:10/10"
-(helm and change of heading at which it is put over, degrees), "turning-circle:35" and "pull-out:20" (helm). The helm is a
-rudder angle; of a boat without a rudder it is a percentage of the largest output of its autopilot.
+(helm and change of heading at which it is put over, degrees), "turning-circle:35" and "pull-out:20" (helm). The helm is
+a rudder angle; of a boat without a rudder it is a percentage of the largest output of its autopilot.
 """
 
 import math

@@ -5,8 +5,10 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap, wrap_array
+from steerway.core.checks import array_of
 from steerway.guidance.ordered import Order
 from steerway.simulation.loop import Run
 
@@ -16,8 +18,13 @@ SPEED_BAND = 0.02
 """Share of an ordered speed within which it counts as settled; P3."""
 
 
-def settling(time: np.ndarray, error: np.ndarray, band: float) -> float:
-    """s from the first row to the last exit from ±`band`; infinite where the error is outside at the end."""
+def settling(time: ArrayLike, error: ArrayLike, band: float) -> float:
+    """s from the first row to the last exit from ±`band`; infinite where the error is outside at the end.
+
+    time and error: (n,). Raises InputError for other shapes.
+    """
+    time = array_of("time", time, (None,))
+    error = array_of("error", error, (len(time),))
     outside = np.flatnonzero(~(np.abs(error) <= band))
     if len(outside) == 0:
         return 0.0

@@ -1,18 +1,16 @@
 """cybership-observers: P2, observers for dynamic positioning on CyberShip II, and the nine-state filter."""
 
-import math
 from functools import partial
 
 import numpy as np
 
-from steerway.core import NORMAL_95
 from steerway.estimation.positioning import DEMO_GAINS, saturated
 from steerway.report import BAD, OURS
 from steerway_studies.cybership_observers import observers, scenario, trials, tuning
 from steerway_studies.papers import positioning as printed
 from steerway_studies.parts import over_cases
 from steerway_studies.plots import TRUTH, Curve, Panel, bars, series, track
-from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
+from steerway_studies.study import Quantity, Results, Study, half_width, seeds_from, stage
 
 SEEDS = 400
 PILOTS = {
@@ -54,11 +52,6 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     results.figures |= figures(first_seed, results.numbers)
     results.remarks += REMARKS
     return results
-
-
-def half_width(values) -> float:
-    """Half the width of the 95 % confidence interval of a mean."""
-    return float(NORMAL_95 * values.std(ddof=1) / math.sqrt(len(values))) if len(values) > 1 else math.nan
 
 
 def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
