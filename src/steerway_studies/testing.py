@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from steerway_studies.otter_course.boat import as_published, turned
     from steerway_studies.otter_course.logs import LOGS, as_printed
     from steerway_studies.papers import otter_allocation, path_following, positioning, references
+    from steerway_studies.papers.compass_kalman import PrintedCompassKalman
     from steerway_studies.papers.course_autopilot import (
         MARINER_NOMOTO,
         OTTER_NOMOTO,

@@ -215,6 +215,7 @@ def figures(seed: int, numbers: dict) -> dict:
 
 
 REMARKS = (
+    "Q is a spectral density of body accelerations here; the paper adds a 3 × 3 matrix without a unit to a 6 × 6 one.",
     "What the paper leaves out and we chose (scenario S*): Runge–Kutta steps of 0.1 s; GNSS at 1 Hz, white, 0.098 m; a "
     "compass at 10 Hz, 0.5°; a Gauss–Markov disturbance of (0.29 N, 0.29 N, 0.029 N·m) over 50 s in north, east and "
     "yaw, clipped at 2.5σ; no initial error; prediction at 10 Hz. The metric is the mean |error| over north and east, "
