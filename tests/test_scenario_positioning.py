@@ -102,3 +102,10 @@ def test_a_vessel_that_no_body_has_is_refused():
     text = '[vessel]\nkind = "low-speed"\ninertia = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]\n'
     with pytest.raises(InputError, match="expected a positive definite matrix"):
         parse_scenario(text + "[[orders]]\nnorth = 0.0\n[estimator]\nkind = 'truth'\n")
+
+
+@pytest.mark.parametrize("kind", ["low-speed", "cybership2"])
+def test_these_vessels_follow_a_route_too(kind):
+    corner = "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 60, east = 0 }, { north = 60, east = 40 }]\n"
+    numbers = sail_scenario(parse_scenario(f'[vessel]\nkind = "{kind}"\n{corner}')).numbers
+    assert (numbers["waypoints_reached"], numbers["waypoints_missed"]) == (2.0, 0.0)

@@ -100,7 +100,7 @@ def simulate(
         raise InputError("--nmea writes the log of one run, expected no --seeds with it")
     chosen = load_scenario(scenario, {"seed": first_seed, "manoeuvre": manoeuvre})
     if live:
-        _refuse_with_live(seeds=seeds, nmea=nmea, strict=strict)
+        _refuse_with_live(seeds=seeds, nmea=nmea, strict=strict, manoeuvre=manoeuvre)
         from steerway.live.simulated.running import sail_live
 
         sail_live(chosen, to or (), mavlink, propellers, speed, out)

@@ -107,29 +107,39 @@ def _motion(state, inverse, damping, conditions):
     )
 
 
+_FASTEST = 0.35
+"""rad/s: the course estimate of a boat of 0.8 m/s carries 0.7 rad/s with fixes of 0.15 m at 5 Hz."""
 _MOST = 1e12
 """N or N·m, more than any thrusters give."""
 
 
 def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:
-    """The boat as `pilot.Pilot` steers it along a route: surge and yaw by K = 1/D_33, T = M_33/D_33, bandwidth 2/T."""
+    """The boat as `pilot.Pilot` steers it along a route: surge and yaw by K = 1/D_33, T = M_33/D_33, bandwidth 1/T.
+
+    A hull that answers within seconds is steered no faster than an estimated course allows, and than it damps itself.
+    """
     inertia, damping, thrusters = positioned
     *_, ahead, _ = thrusters.step(_MOST, 0.0)
-    *_, astern, _ = thrusters.step(-_MOST, 0.0)
     *_, moment = thrusters.step(0.0, _MOST)
     time = inertia[2][2] / damping[2][2]
     return Boat(
         nomoto_gain=1.0 / damping[2][2],
         nomoto_time=time,
         yaw_limit=moment,
-        bandwidth=2.0 / time,
+        bandwidth=max(min(1.0 / time, _FASTEST), 0.5 / time),
         propulsion=thrusters,
         lookahead=10.0 * cruise * time,
         acceptance=2.0 * cruise * time,
         cruise=cruise,
         top_speed=ahead / damping[0][0],
         profile="small-usv",
-        speed=SpeedPIGains(inertia[0][0], damping[0][0], 0.0, 1.0 / time, limit=ahead, limit_astern=-astern),
+        speed=SpeedPIGains(
+            inertia[0][0],
+            damping[0][0],
+            bandwidth=damping[0][0] / inertia[0][0],
+            limit=ahead,
+            acceleration=0.1 * cruise,
+        ),
     )
 
 
@@ -151,7 +161,7 @@ class LowSpeedTable(VesselTable):
 
     kind: Literal["low-speed"] = "low-speed"
     inertia: tuple[Triple, Triple, Triple] = ((85.0, 0.0, 0.0), (0.0, 165.0, 10.0), (0.0, 10.0, 40.0))
-    damping: tuple[Triple, Triple, Triple] = ((80.0, 0.0, 0.0), (0.0, 160.0, 0.0), (0.0, 0.0, 40.0))
+    damping: tuple[Triple, Triple, Triple] = ((80.0, 0.0, 0.0), (0.0, 160.0, 0.0), (0.0, 0.0, 25.0))
     thrusters: Annotated[tuple[ThrusterTable, ...], Field(min_length=1)] = (
         ThrusterTable(ahead=-0.8, starboard=-0.4, limit=100.0),
         ThrusterTable(ahead=-0.8, starboard=0.4, limit=100.0),

@@ -1,4 +1,4 @@
-"""P4's Kalman filter (5)–(7) as printed: of the compass alone, with the heading as its known input. For studies and tests.
+"""P4's Kalman filter (5)–(7) as printed: of the compass alone, with the heading for a known input. For tests.
 
 The heading is what is sought, so that only a simulation can feed it. The studies' filter and the product's have four
 states, vehicle and compass, and the propellers' difference for an input.
