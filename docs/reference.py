@@ -1,11 +1,12 @@
 """The reference pages, generated: public names, commands, keys of files, columns of tables, equations of the papers."""
 
-import ast
 import inspect
 import json
 import re
 from importlib import import_module
 from pathlib import Path
+
+from docs.papers import paper_pages
 
 MODULES = (
     "steerway",
@@ -17,22 +18,12 @@ MODULES = (
     *(f"steerway.estimation.{name}" for name in ("course", "heading", "heading.interval", "speed", "positioning")),
     "steerway_studies.papers",
 )
-SOURCE = Path(__file__).resolve().parents[1] / "src"
-PAPERS = {
-    "P0": "Fossen & Fossen 2021, *Sensors* 21:7910",
-    "P1": "Fossen 2022, line-of-sight path following",
-    "P2": "Zhao, Mao & Bai, observers for GNSS-aided positioning",
-    "P3": "Caldas, speed control and sensor fusion",
-    "P4": "Motwani et al., weighted interval Kalman filtering",
-}
-_EQUATIONS = r"\(\d+[a-z]?\)(?:–\(\d+[a-z]?\))?"
-_CITED = re.compile(rf"\b(P[0-4])\s((?:Table|Appendix|§)\s?[IVX0-9A-Z]+|{_EQUATIONS}(?:(?:, | and ){_EQUATIONS})*)")
 
 
 def write(folder: Path) -> None:
     """All reference pages."""
     folder.mkdir(parents=True, exist_ok=True)
-    pages = {"commands": commands(), "columns": columns(), "equations": equations()}
+    pages = {"commands": commands(), "columns": columns()} | paper_pages()
     pages |= {kind: keys(kind) for kind in ("scenario", "profile", "settings", "mission")}
     pages |= {f"python-{name.replace('.', '-')}": module(name) for name in MODULES}
     for name, text in pages.items():
@@ -297,33 +288,3 @@ def _unit(name):
         return ""
     end = name.rsplit("_", 1)[1]
     return _UNITS.get(end) or unit_of("", f"x_{end}")
-
-
-# Equations
-
-
-def equations() -> str:
-    """Where the papers' equations are in the code: the citations of its docstrings."""
-    rows = []
-    for path in sorted(SOURCE.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        place = path.relative_to(SOURCE).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__")
-        for node in ast.walk(tree):
-            if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
-                continue
-            doc = ast.get_docstring(node) or ""
-            name = "" if isinstance(node, ast.Module) else f".{node.name}"
-            rows += [(paper, cited, f"{place}{name}") for paper, cited in _CITED.findall(doc)]
-    parts = ["# Equations of the papers\n\nWhere each is, by the docstrings that cite it. [Papers](../index.md#papers)"]
-    for paper, title in PAPERS.items():
-        found: dict[str, list[str]] = {}
-        for cited, place in sorted({(cited, place) for each, cited, place in rows if each == paper}, key=_by_number):
-            found.setdefault(cited, []).append(f"`{place}`")
-        lines = [f"| {cited} | {', '.join(places)} |" for cited, places in found.items()]
-        parts.append("\n".join([f"## {paper}: {title}\n", "| equation, table | in |", "|---|---|", *lines]))
-    return "\n\n".join(parts) + "\n"
-
-
-def _by_number(row):
-    number = re.search(r"\d+", row[0])
-    return (not row[0].startswith("("), int(number[0]) if number else 0, row)

@@ -10,7 +10,7 @@ from steerway.estimation import FiveStateFilter
 from steerway.estimation.testing import FilterEstimator
 from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
 from steerway.sensors import Suite, low_cost
-from steerway.simulation import Start, sail
+from steerway.simulation import Start, parse_scenario, sail, sail_scenario
 from steerway.testing import Mode, Pilot
 from steerway.vessels import Current, Environment, Otter
 from steerway.vessels.testing import OTTER_BOAT as OTTER
@@ -88,3 +88,11 @@ def test_a_mirrored_scene_is_the_mirrored_mission(home):
     assert np.max(np.abs(track - home[1])) < 1e-9
     assert np.max(np.abs(run.command - home[0].command[:, ::-1])) < 1e-6
     assert np.max(np.abs(run["leg_cross_track"][1:] + home[0]["leg_cross_track"][1:])) < 1e-9
+
+
+@pytest.mark.parametrize("gain, time, speed", [(0.5, 4.0, 2.0), (0.3, 6.0, 1.5)])
+def test_a_quick_boat_keeps_to_a_square_with_the_reference_filter_it_gets(gain, time, speed):
+    boat = f'[vessel]\nkind = "nomoto"\ngain = {gain}\ntime_constant = {time}\nspeed = {speed}\n'
+    corners = "[route]\nwaypoints = [{north = 0, east = 0}, {north = 200, east = 0}, {north = 200, east = 200}]"
+    text = f'duration = 400.0\nstep = 0.1\n{boat}[estimator]\nkind = "truth"\n{corners}'
+    assert sail_scenario(parse_scenario(text)).numbers["cross_track_rms_m"] < 9.0

@@ -5,7 +5,7 @@ import shlex
 
 import pytest
 import typer
-from docs import reference
+from docs import papers, reference
 from docs.build import ROOT, home, run_python, snippets
 
 from steerway.commands.testing import KINDS, command_tree, schema_of
@@ -110,7 +110,7 @@ def test_the_reference_has_every_public_name(tmp_path):
     page = reference.module("steerway.guidance")
     assert all(f"## {name}\n" in page for name in steerway.guidance.__all__)
     assert "`course`" in reference.keys("scenario") or "| `law` |" in reference.keys("scenario")
-    assert "| (54)–(59) | `steerway.control.course" in reference.equations()
+    assert "| (54)–(59) | `steerway.control.course" in papers.paper_pages()["paper-p0"]
     assert "## steerway estimate" in reference.commands() and "position_std_m" in reference.columns()
 
 
@@ -127,3 +127,23 @@ def test_every_number_in_a_schema_has_a_unit(kind):
 def test_the_front_page_of_the_site_links_beside_itself():
     page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/demo.png)")
     assert page == "[a](live.md) [b](architecture.md) c ![d](images/demo.png)"
+
+
+@pytest.mark.parametrize("label", papers.papers())
+def test_every_equation_of_a_paper_is_placed_or_said_to_be_left_out(label):
+    assert papers.unplaced(label) == []
+    paper = papers.papers()[label]
+    for row in paper["rows"]:
+        assert bool(row.get("code")) != bool(row.get("left_out")), row
+        for place in row.get("code", ()):
+            papers.found_in(place)
+    for erratum in paper["errata"]:
+        assert {"where", "printed", "used"} <= set(erratum) <= {"where", "printed", "used", "shown"}
+    page = papers.paper_pages()[f"paper-{label.lower()}"]
+    assert all(f"| {row['equations']} |" in page for row in paper["rows"])
+
+
+def test_an_equation_that_is_nowhere_is_named():
+    assert papers.numbers("(1)–(3), (5) and (7)") == {1, 2, 3, 5, 7} and papers.numbers("Table 1") == set()
+    with pytest.raises(LookupError, match=r"steerway\.control\.nothing"):
+        papers.found_in("steerway.control.nothing")

@@ -65,3 +65,17 @@ def assert_upper_triangle(covariances, golden):
 def test_another_frame_is_refused():
     with pytest.raises(steerway.InputError, match="frame is 'ENU'"):
         ekf_5states([0.0], [0.0], 0.1, 1, "ENU", [1, 1], [1, 1])
+
+
+def test_an_unknown_position_is_no_fix_and_spoils_nothing():
+    time = 0.02 * np.arange(1000)
+    north, east = 1.2 * time, 0.3 * time
+    whole = ekf_5states(north, east, 0.02, 10, "NED", [0.5, 0.5], [0.4, 0.1])
+    north[[0, 400]] = np.nan
+    found = ekf_5states(north, east, 0.02, 10, "NED", [0.5, 0.5], [0.4, 0.1])
+    assert np.isnan(found[0]).all() and np.isfinite(found[1:]).all()
+    np.testing.assert_allclose(found[-1], whole[-1], atol=0.02)
+    at_any_row = ekf_5states(
+        np.where(np.arange(1000) % 10 == 1, 1.2 * time, np.nan), east, 0.02, None, "NED", [0.5, 0.5], [0.4, 0.1]
+    )
+    np.testing.assert_allclose(at_any_row[-1], whole[-1], atol=0.02)

@@ -217,6 +217,21 @@ def test_a_propeller_that_is_not_known_is_identified_in_any_unit_of_command():
     assert guess.top_speed == pytest.approx(state[3], rel=0.2)
 
 
+@pytest.mark.parametrize("lag", [0.3, 1.0])
+def test_the_lag_of_a_shaft_that_is_only_commanded_is_found(lag):
+    boat = sailing.shaft(lag=lag)
+    time, speed, turning = log(boat=Surge(shaft=boat))
+    commands = np.array(STEPS)[np.minimum((time - 0.02) // 40.0, 4).astype(int)]
+    found, measured = (
+        identify_surge(time, speed, commands, Propeller()),
+        identify_surge(time, speed, turning, Propeller()),
+    )
+    assert found.lag == pytest.approx(lag, abs=0.08) and 0.0 < found.lag_std < 0.1 * lag
+    assert found.model.thrust == pytest.approx(sailing.NOMINAL.thrust, rel=0.05)  # what identified means
+    assert found.guess(17.5)["shaft_lag"] == found.lag
+    assert measured.lag < 0.05  # the shaft itself, at the end of each row's step
+
+
 def test_a_controllers_guess_balances_drag_half_way():
     model = SurgeModel(0.02, 0.05, 0.01)
     guess = SurgeIdentification(model, np.zeros(3), 0.0, True, "").guess(10.0)

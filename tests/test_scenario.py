@@ -71,7 +71,7 @@ WRONG = {
     "unknown key vessel.gain for kind otter, expected one of method, kind, payload_mass": ROUTE + "[vessel]\ngain = 1",
     "step is 'fast', expected a number": 'step = "fast"\n' + ROUTE,
     "duration of 1e+07 s in steps of 0.02 s is 5e+08 steps, expected at most 2e+07": "duration = 1e7\n" + ROUTE,
-    "route is missing, expected a table [route] with waypoints or a survey": "step = 0.02",
+    "route.waypoints is [], expected at least 2 entries, a table [route.survey] or [[orders]]": "step = 0.02",
     'route.corner_radius has no effect on exact corners, expected corners = "arc" or': ROUTE + "corner_radius = 5",
     "corners with a radius of 9 m take 18 m of the leg to route.waypoint[2], which has 15 m": (
         '[route]\ncorners = "arc"\ncorner_radius = 9\n'

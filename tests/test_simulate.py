@@ -53,7 +53,7 @@ def written(short):
 
 
 def test_the_table_holds_the_run_with_units_in_its_names(written):
-    sailed, (table, _, _) = written
+    sailed, (table, *_) = written
     frame, run = pl.read_parquet(table), sailed.run
     assert len(frame) == len(run) == 3000 and len(frame.columns) == len(set(frame.columns))
     units = ("_s", "_m", "_mps", "_mps2", "_deg", "_dps", "_dps2", "_n", "_nm", "_radps", "_rps")
@@ -72,7 +72,7 @@ def test_the_table_holds_the_run_with_units_in_its_names(written):
 
 
 def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(written):
-    sailed, (_, _, log) = written
+    sailed, (_, _, log, _) = written
     run, scenario = sailed.run, sailed.scenario
     (fixes,) = nmea0183.read(log.read_bytes()).sources.values()
     read = np.isfinite(run["read_north"])
@@ -96,7 +96,11 @@ def test_simulate_prints_and_writes(short, tmp_path):
     assert "course over ground" in result.output and "wrote" in result.output
     page = (tmp_path / "run" / "index.html").read_text(encoding="utf-8")
     assert page.count("<figure>") == 4 and "Estimated against true" in page and "Waypoints" in page
-    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["index.html", "run.parquet"]
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == [
+        "index.html",
+        "results.json",
+        "run.parquet",
+    ]
 
 
 def test_many_seeds_are_a_row_each(short, tmp_path):

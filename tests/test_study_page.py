@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from steerway_studies.testing import Quantity, Results, reached
+from steerway_studies.testing import Quantity, Results, judged, means, reached
 
 
 def long_study():
@@ -70,3 +70,39 @@ def test_numbers_that_are_listed_are_compared_and_all_are_kept():
     (only,) = results.comparisons
     assert (only.key, only.published, only.target, only.met) == ("a", "0.9", "≤ 0.5", False)
     assert results.numbers == {"a": 1.0, "b": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("target", "value", "interval", "verdict"),
+    [
+        ("≤ 3", 2.0, (1.0, 2.9), "met"),
+        ("≤ 3", 2.0, (0.9, 3.1), "undecided"),
+        ("≤ 3", 4.0, (2.9, 5.1), "undecided"),
+        ("≤ 3", 4.0, (3.1, 4.9), "missed"),
+        ("2 ± 0.5", 3.0, (0.0, 6.0), "undecided"),
+        ("≤ 3", 4.0, (math.nan, math.nan), "missed"),
+    ],
+)
+def test_a_target_within_the_interval_of_a_number_is_undecided(target, value, interval, verdict):
+    results = Results("T")
+    half = 0.5 * (interval[1] - interval[0])
+    results.add(
+        {"a": 0.5 * sum(interval) if math.isfinite(half) else value, "a_ci": half}, [Quantity("a", "", "", "", target)]
+    )
+    assert results.comparisons[0].verdict == verdict
+    assert judged(target, value, interval) == {"met": True, "missed": False, "undecided": None}[verdict]
+
+
+def test_the_page_says_what_is_undecided(tmp_path):
+    results = Results("T")
+    for section in ("First", "Second"):
+        results.section = section
+        results.add({section: 1.0, f"{section}_ci": 0.4}, [Quantity(section, "how near", "m", "", "≤ 1.2")])
+    page = results.write(tmp_path).read_text()
+    assert "undecided" in page and "0 of 1" in page and "how near: 1 (0.6 to 1.4) m, target ≤ 1.2" in page
+
+
+def test_means_have_their_intervals():
+    found = means([{"a": 1.0}, {"a": 3.0}, {"a": 2.0}])
+    assert found["a"] == 2.0 and found["a_ci"] == pytest.approx(1.95996 / math.sqrt(3.0), rel=1e-4)
+    assert means([{"a": 1.0}]) == {"a": 1.0}

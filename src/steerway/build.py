@@ -10,7 +10,7 @@ from steerway.control.handover import Shaper, Steerageway
 from steerway.core.estimate import Estimator
 from steerway.estimation.steering import Response
 from steerway.guidance.line_of_sight import GuidanceLaw
-from steerway.pilot import LegSource, Observer, Pilot
+from steerway.pilot import LegSource, Observer, Pilot, SpeedLoop
 
 __all__ = ["ANGLE_STD", "DEFAULT_KINDS", "build_pilot", "response_of"]
 
@@ -46,13 +46,15 @@ def build_pilot(
     radius: float = 5.0,
     max_dead_reckoning: float = 10.0,
     observer: Observer | None = None,
+    speed: SpeedLoop | None = None,
 ) -> Pilot:
     """A pilot in its initial state.
 
     kinds: one of `heading_steering.KINDS` and one of `speed_force.CONTROLLERS`. shaper: of the references of an
     autopilot for course or heading alone; without one the boat is steered by the estimated current, where the
     estimator knows it, and holds a position within `radius` (m). angle_std: as of `Boat.autopilot`; steer_by,
-    max_dead_reckoning and observer: as of `Pilot`; course_estimate: as of `Boat.autopilot_in_current`.
+    max_dead_reckoning and observer: as of `Pilot`; course_estimate: as of `Boat.autopilot_in_current`. speed: in place
+    of the boat's own speed loop.
     """
     if shaper is None:
         autopilot = boat.autopilot_in_current(kinds[0], angle_std, steerageway, course_estimate)
@@ -66,7 +68,7 @@ def build_pilot(
         law,
         autopilot,
         boat.propulsion,
-        boat.speed_loop(kinds[1]),
+        speed or boat.speed_loop(kinds[1]),
         station,
         cruise=boat.cruise,
         steer_by=steer_by,

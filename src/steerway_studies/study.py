@@ -6,7 +6,7 @@ A study measures a dict of numbers and lists what is compared as data: a `Quanti
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.core import InputError, complete_or_absent, made_directory
+from steerway.core import NORMAL_95, InputError, complete_or_absent, made_directory
 from steerway.report import png, write_page
 from steerway.simulation import Unfinished
 from steerway_studies.parts import keeping
@@ -45,6 +45,23 @@ def reached(target: str, value: float) -> bool:
     raise ValueError(f"target is {target!r}, expected one of {', '.join(_FORMS)}")
 
 
+_TRIED = 201
+"""Values of a 95 % interval at which a target is tried."""
+
+
+def judged(target: str, value: float, interval: tuple[float, float] | None = None) -> bool | None:
+    """Whether a number reaches a target; None where a part of its interval does and another does not."""
+    if interval is None or not all(map(math.isfinite, interval)):
+        return reached(target, value)
+    tried = {reached(target, each) for each in (value, *np.linspace(*interval, _TRIED).tolist())}
+    return tried.pop() if len(tried) == 1 else None
+
+
+def half_width(values: Sequence[float]) -> float:
+    """Half the width of the 95 % confidence interval of a mean, by the normal distribution; NaN of one value."""
+    return float(NORMAL_95 * np.std(values, ddof=1) / math.sqrt(len(values))) if len(values) > 1 else math.nan
+
+
 class Quantity(NamedTuple):
     """One line of what a study compares: the key of the measured number, what it is, published and aimed at."""
 
@@ -64,9 +81,16 @@ class Comparison:
     unit: str = ""
     published: str = ""  # as the paper prints it; empty where it gives no number
     target: str = ""  # what is to be reached, in words ("≤ 0.06"); empty if nothing
-    met: bool | None = None
+    met: bool | None = None  # None without a target, and where it is not decided
     interval: tuple[float, float] | None = None  # 95 %, over the repetitions
     section: str = ""  # the heading under which it is shown
+
+    @property
+    def verdict(self) -> str:
+        """ "met", "missed", "undecided" where the interval reaches to either side of the target, or nothing."""
+        if self.met is None:
+            return "undecided" if self.target and self.interval else ""
+        return "met" if self.met else "missed"
 
 
 @dataclass
@@ -98,8 +122,14 @@ class Results:
         """Record measured numbers, and compare those that are listed."""
         self.numbers |= {key: float(value) for key, value in numbers.items()}
         for key, what, unit, published, target in quantities:
-            value = self.numbers[key]
-            self.compare(key, value, what, unit, published, target, reached(target, value) if target else None)
+            value, interval = self.numbers[key], self._interval(key)
+            met = judged(target, value, interval) if target else None
+            self.compare(key, value, what, unit, published, target, met, interval)
+
+    def _interval(self, key) -> tuple[float, float] | None:
+        """The 95 % interval of a mean over repetitions, where it is among the numbers."""
+        half = self.numbers.get(f"{key}_ci", math.nan)
+        return (self.numbers[key] - half, self.numbers[key] + half) if math.isfinite(half) else None
 
     def measured(self, comparison: Comparison) -> str:
         """The measured number as text, with its interval if it has one."""
@@ -140,27 +170,29 @@ class Results:
         return page
 
     def _table(self, heading, comparisons) -> tuple:
-        words = {True: "met", False: "missed", None: ""}
         rows = [
-            (each.what, _with_unit(each.published, each.unit), each.target, self.measured(each), words[each.met])
+            (each.what, _with_unit(each.published, each.unit), each.target, self.measured(each), each.verdict)
             for each in comparisons
         ]
         return heading or "Published, target and measured", _COLUMNS, rows
 
     def _verdict(self, sections) -> tuple:
-        """For every section with targets: how many are met, and the first that are missed."""
+        """For every section with targets: how many are met, and the first that are not."""
         rows = []
         for heading, comparisons in sections.items():
-            judged = [each for each in comparisons if each.met is not None]
-            missed = [each for each in judged if not each.met]
-            if not judged:
+            aimed = [each for each in comparisons if each.verdict]
+            missed = [each for each in aimed if not each.met]
+            if not aimed:
                 continue
             named = [f"{each.what}: {self.measured(each)}, target {each.target}" for each in missed[:_NAMED_MISSES]]
             if len(missed) > _NAMED_MISSES:
                 named.append(f"and {len(missed) - _NAMED_MISSES} more")
-            met = len(judged) - len(missed)
-            rows.append((heading, f"{met} of {len(judged)}", "missed" if missed else "met", "; ".join(named)))
-        return "Verdict", ("section", "targets met", "all met?", "missed targets"), rows
+            met = len(aimed) - len(missed)
+            worst = next(
+                (word for word in ("missed", "undecided") if any(each.verdict == word for each in missed)), "met"
+            )
+            rows.append((heading, f"{met} of {len(aimed)}", worst, "; ".join(named)))
+        return "Verdict", ("section", "targets met", "all met?", "targets not met"), rows
 
 
 _COLUMNS = "quantity", "published in the paper", "target of this study", "measured here", "target met?"
@@ -204,8 +236,14 @@ class Study:
 
 
 def means(rows: list[dict[str, float]], keys: Iterable[str] | None = None) -> dict[str, float]:
-    """The mean over runs of every number, or of those named."""
-    return {key: float(np.mean([row[key] for row in rows])) for key in keys or rows[0]}
+    """The mean over runs of every number, or of those named; with half its 95 % interval under `…_ci` of several."""
+    found = {}
+    for key in keys or rows[0]:
+        values = [row[key] for row in rows]
+        found[key] = float(np.mean(values))
+        if len(values) > 1:
+            found[f"{key}_ci"] = half_width(values)
+    return found
 
 
 def seeds_from(first: int, count: int | None, usual: int) -> range:

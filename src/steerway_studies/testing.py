@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from steerway_studies.otter_course import logs
     from steerway_studies.otter_course.boat import as_published, turned
     from steerway_studies.otter_course.logs import LOGS, as_printed
-    from steerway_studies.papers import otter_allocation, path_following, references
+    from steerway_studies.papers import otter_allocation, path_following, positioning, references
+    from steerway_studies.papers.compass_kalman import PrintedCompassKalman
     from steerway_studies.papers.course_autopilot import (
         MARINER_NOMOTO,
         OTTER_NOMOTO,
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
         replayed,
     )
     from steerway_studies.springer_mission.world import sail as world_sail
-    from steerway_studies.study import Quantity, Results, Study, reached
+    from steerway_studies.study import Quantity, Results, Study, judged, means, reached
     from steerway_studies.unseen_logs import catalogue, judging, plain_ekf
     from steerway_studies.unseen_logs.judging import right_refused
     from steerway_studies.unseen_logs.recordings import JudgedLog

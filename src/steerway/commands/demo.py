@@ -1,6 +1,5 @@
 """The demo: an Otter sails a survey in a current, steered by the estimate from a small receiver's fixes."""
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated
@@ -78,7 +77,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     from steerway.simulation.advising import advise
     from steerway.simulation.bound import course_bound
     from steerway.simulation.reading import parse_scenario
-    from steerway.simulation.runs.files import write
+    from steerway.simulation.runs.files import write, write_results
     from steerway.simulation.runs.page import comparison, summary
     from steerway.simulation.runs.story import write_story
 
@@ -90,7 +89,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     if is_installed("report"):  # else the page of tables is the only one
         page.replace(page.with_name("details.html"))
         write_story(sailed, page, [*remarks, "details.html has the actuators, the waypoints and the errors over time."])
-        written.append(page.with_name("details.html"))
+        written.insert(-1, page.with_name("details.html"))
     with_velocity = run.sail_scenario(parse_scenario(SCENARIO + WITH_VELOCITY, "demo"))
     true, relative = outcome.leg_rms(sailed.run)
     results = {
@@ -101,8 +100,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
         "leg_rms_m": relative,
         "leg_rms_true_m": true,
     }
-    written.append(Path(directory) / "results.json")
-    written[-1].write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+    write_results(sailed.numbers | results, Path(directory) / "results.json")
     rows = [(f"{what}, estimated against true", value) for what, value in comparison(sailed.numbers)]
     bound = f"{results['cog_bound_positions_deg']:.2f}°, the boat's response known (Cramér–Rao)"
     return [*rows, ("course over ground, least possible", bound), *summary(sailed.numbers)], written

@@ -144,11 +144,13 @@ def surge(
         rows.append(("no thrust", falls if found.pitch < np.inf else "at no speed of this log"))
     else:
         rows.append(("thrust g", f"{model.thrust:.4g} ± {2.0 * std[2]:.2g} m/rev² for a K_t of 1"))
+    if found.lag > 0.0:
+        rows.append(("shaft lag", f"{found.lag:.2g} ± {2.0 * found.lag_std:.1g} s"))
     full = float(np.nanmax(np.abs(turns)))
     guess = found.guess(full)
     rows += [
         ("residual", f"{found.residual:.3g} m/s RMS"),
-        ("for speed control", f"thrust {guess['thrust']:.4g}, high {full:g}, with the drag above"),
+        ("for speed control", f"thrust {guess['thrust']:.4g}, high {full:g}, with drag and lag as above"),
         ("verdict", found.verdict),
     ]
     print_pairs(rows)

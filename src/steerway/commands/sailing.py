@@ -34,6 +34,14 @@ def simulate(
         bool, flag("--resume", help="With --seeds: continue an interrupted campaign with the seeds it has not done.")
     ] = False,
     nmea: Annotated[bool, flag("--nmea", help="Also write the receiver's log, as input for `estimate`.")] = False,
+    manoeuvre: Annotated[
+        str | None,
+        typer.Option(
+            "--manoeuvre",
+            metavar="KIND:DEGREES",
+            help="In place of route and orders: zigzag:10/10, turning-circle:35 or pull-out:20.",
+        ),
+    ] = None,
     strict: Annotated[
         bool, flag("--strict", help="Exit with an error if the autopilot is too fast for the course estimate.")
     ] = False,
@@ -72,6 +80,8 @@ def simulate(
 
         steerway simulate examples/otter-mission.toml -o many --seeds 1000
 
+        steerway simulate examples/p1.toml -o zigzag --manoeuvre zigzag:10/10
+
         steerway simulate examples/mariner-route.toml -o many --seeds 1000 --dask 10.0.0.1:8786
 
         steerway simulate examples/otter-square.toml --live --to udp://127.0.0.1:10110
@@ -88,11 +98,9 @@ def simulate(
         raise InputError("--resume continues a campaign, expected --seeds N with it")
     if seeds is not None and nmea:
         raise InputError("--nmea writes the log of one run, expected no --seeds with it")
-    chosen = load_scenario(scenario)
-    if first_seed is not None:
-        chosen = chosen.model_copy(update={"seed": first_seed})
+    chosen = load_scenario(scenario, {"seed": first_seed, "manoeuvre": manoeuvre})
     if live:
-        _refuse_with_live(seeds=seeds, nmea=nmea, strict=strict)
+        _refuse_with_live(seeds=seeds, nmea=nmea, strict=strict, manoeuvre=manoeuvre)
         from steerway.live.simulated.running import sail_live
 
         sail_live(chosen, to or (), mavlink, propellers, speed, out)
@@ -226,10 +234,10 @@ def _damped(carried, nomoto_time) -> str:
 
 
 def _is_scenario(path: str) -> bool:
-    """Whether a file is a scenario: it has a route."""
+    """Whether a file is a scenario: it has a route or orders."""
     from steerway.core.settings import read_toml
 
-    return path.endswith(".toml") and "route" in read_toml(path, "file")
+    return path.endswith(".toml") and not {"route", "orders"}.isdisjoint(read_toml(path, "file"))
 
 
 def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str:

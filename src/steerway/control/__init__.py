@@ -13,11 +13,13 @@ if TYPE_CHECKING:
     from steerway.control.heading_mpc import HeadingMpc
     from steerway.control.heading_plant import BiasObserver, HeadingResponse, InputLimits, LinearPlant
     from steerway.control.positioning import PositioningGains, PositionPID
+    from steerway.control.positioning import by_bandwidth as positioning_gains
     from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
     from steerway.control.speed_force import ForceLoop, speed_loop
     from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
     from steerway.control.speed_pi import SpeedPI, SpeedPIGains
     from steerway.control.station import StationGains, StationKeeper
+    from steerway.control.thrusters import Thrusters, thruster_matrix
 
 __all__ = [
     "OTTER_PROPELLERS",
@@ -42,9 +44,12 @@ __all__ = [
     "SpeedPIGains",
     "StationGains",
     "StationKeeper",
+    "Thrusters",
     "TwoPropellers",
     "carried_bandwidth",
     "place_poles",
+    "positioning_gains",
     "speed_loop",
+    "thruster_matrix",
 ]
 __getattr__, __dir__ = on_demand(__name__)

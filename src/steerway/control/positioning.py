@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
-from steerway.core.checks import not_negative, positive
+from steerway.core.checks import array_of, not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 
@@ -35,12 +36,19 @@ class PositioningGains:
             raise InputError(f"positioning.limit is {self.limit}, expected three numbers above 0")
 
 
-def by_bandwidth(inertia, bandwidth, damping=1.0, integral=0.1, limit=(math.inf,) * 3) -> PositioningGains:
+def by_bandwidth(
+    inertia: ArrayLike,
+    bandwidth: float,
+    damping: float = 1.0,
+    integral: float = 0.1,
+    limit: Sequence[float] = (math.inf,) * 3,
+) -> PositioningGains:
     """K_p = ω_n² M, K_d = 2ζω_n M, K_i = `integral` ω_n K_p; P2 (31)–(33) with the matrix M for its one m.
 
     The vessel's own damping comes on top. Raises InputError for a bandwidth or damping that is not positive.
     """
-    proportional = positive("positioning.bandwidth", bandwidth) ** 2 * np.asarray(inertia, dtype=np.float64)
+    inertia = array_of("positioning.inertia", inertia, (3, 3))
+    proportional = positive("positioning.bandwidth", bandwidth) ** 2 * inertia
     derivative = 2.0 * positive("positioning.damping", damping) / bandwidth * proportional
     share = not_negative("positioning.integral", integral) * bandwidth
     return PositioningGains(proportional, share * proportional, derivative, tuple(limit))

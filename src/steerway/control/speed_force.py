@@ -12,9 +12,6 @@ from steerway.core.errors import InputError
 CONTROLLERS = ("pi", "adaptive", "disturbance-observer")
 LONGEST_HOLD = 1.0
 """s for which a measured shaft speed holds. Chosen: instruments report it at 1 Hz and faster."""
-_SHARE = 0.5
-"""Rate of the reference model over the bandwidth of a PI loop. Chosen: to 5 %, a double pole at ω settles in 4.7/ω, a
-model of this rate in 6/ω."""
 
 
 class ShaftController(Protocol):
@@ -82,9 +79,10 @@ class ForceLoop:
 def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> SpeedPI | ForceLoop:
     """The speed loop of one of CONTROLLERS for a boat known by its PI gains.
 
-    The others take mass and drag of the gains for the guess, the largest force ahead for full thrust, and half the
-    bandwidth for the rate of the reference. `full_shaft`: shaft speed (rev/s) of full thrust, where a shaft can be
-    measured. Raises InputError for another kind and for gains without a limit or without drag.
+    The others take mass and drag of the gains for the guess, the largest force ahead for full thrust, and the
+    bandwidth for the rate d_m of the reference, which settles to 2 % in ln 50/d_m. `full_shaft`: shaft speed (rev/s)
+    of full thrust, where a shaft can be measured. Raises InputError for another kind and for gains without a limit or
+    without drag.
     """
     if kind == "pi":
         return SpeedPI(gains)
@@ -98,7 +96,7 @@ def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> 
         "thrust": gains.limit / gains.mass,
         "low": -math.sqrt(min(gains.limit_astern, gains.limit) / gains.limit),
         "high": 1.0,
-        "model_rate": _SHARE * gains.bandwidth,
+        "model_rate": gains.bandwidth,
     }
     controller = (
         AdaptiveSpeed(AdaptiveSpeedGains(**guess)) if kind == "adaptive" else ObservedSpeed(SpeedObserverGains(**guess))

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
     from steerway.guidance.line_of_sight import GuidanceLaw, LineOfSight, PurePursuit
     from steerway.guidance.mission_log import MissionLog
+    from steerway.guidance.ordered import Order, Ordered
     from steerway.guidance.reference import LowPass, Reference, ReferenceModel, TrackingFilter
     from steerway.guidance.route import Route
     from steerway.guidance.route_table import lawnmower
@@ -23,6 +24,8 @@ __all__ = [
     "LowPass",
     "Mission",
     "MissionLog",
+    "Order",
+    "Ordered",
     "Passing",
     "Phase",
     "PurePursuit",

@@ -189,18 +189,21 @@ class ReferenceModel(_Shaper):
 
 
 SHAPERS = {
-    "tracking": lambda keys: TrackingFilter(keys.bandwidth or 1.0, keys.damping),
-    "model": lambda keys: ReferenceModel(keys.bandwidth or 0.5, keys.damping, math.radians(keys.max_rate_deg)),
-    "low-pass": lambda keys: LowPass(keys.time_constant),
+    "tracking": lambda keys, loop: TrackingFilter(keys.bandwidth or 1.0, keys.damping),
+    "model": lambda keys, loop: ReferenceModel(keys.bandwidth or 0.5, keys.damping, math.radians(keys.max_rate_deg)),
+    "low-pass": lambda keys, loop: LowPass(keys.time_constant or 2.0 / loop),
 }
-"""Each makes a filter of the table [reference]."""
+"""Each makes a filter of the table [reference] and of the autopilot's bandwidth ω_n (rad/s)."""
 
 
 class ReferenceTable(Table):
-    """The filter between guidance and autopilot; its kind by default as the vessel declares."""
+    """The filter between guidance and autopilot; its kind by default as the vessel declares.
+
+    `time_constant` (s) of a low-pass, by default 2/ω_n of the autopilot: the 40 s of P1 for its ship.
+    """
 
     kind: Literal[*SHAPERS] | None = None
     bandwidth: Positive | None = None
     damping: Positive = 1.0
-    time_constant: Positive = 40.0
+    time_constant: Positive | None = None
     max_rate_deg: Positive = 15.0

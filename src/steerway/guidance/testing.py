@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from steerway.guidance.corners import corner
     from steerway.guidance.laws import LAWS
     from steerway.guidance.line_of_sight import line_of_sight
+    from steerway.guidance.ordered import OrderTable
     from steerway.guidance.reference import SHAPERS
     from steerway.guidance.route_table import PlaceTable, WaypointTable
     from steerway.guidance.voyage import Voyage

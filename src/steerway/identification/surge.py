@@ -5,6 +5,8 @@ minimise the squared error. How thrust falls with the advance ratio J = u/(n D) 
 and curve. Where these are not known, K_t falls evenly from 1 at rest to 0 at u = p n, with the pitch p a fourth
 unknown; n is then any command to which thrust is quadratic, in any unit.
 
+A shaft that follows what the log has for it with a lag is found by a further unknown, where the log determines it.
+
 Parameters that the log does not determine are reported as such: a log at one speed gives only the ratio of drag to
 thrust, and a log without quick changes does not tell drag from a thrust that falls with speed.
 """
@@ -32,6 +34,10 @@ LARGEST_SHARES = 0.1, 0.05
 LEAST_SPREAD = 0.3
 """Part of the highest speed over which the speeds of a log must spread."""
 _LEAST_ROWS = 50
+_SURE = 3.0
+"""Standard deviations of the lag above which there is one."""
+_FIRST_LAG = 0.2
+"""s, where the search for a lag begins."""
 _NO_SLIP = 1e9
 """m; pitch meaning: thrust independent of speed."""
 
@@ -90,7 +96,8 @@ class SurgeIdentification:
     """Result of an identification.
 
     `std` (3,): 1σ of d, b and g; `residual` RMS in m/s; `verdict` a sentence. `pitch`: p in m a revolution (or unit of
-    command) with `pitch_std`, inf where thrust does not fall with speed; None for a propeller that was given.
+    command) with `pitch_std`, inf where thrust does not fall with speed; None for a propeller that was given. `lag` of
+    the shaft behind the log's, s, with `lag_std`; 0 where none is found.
     """
 
     model: SurgeModel
@@ -100,6 +107,8 @@ class SurgeIdentification:
     verdict: str
     pitch: float | None = None
     pitch_std: float | None = None
+    lag: float = 0.0
+    lag_std: float = 0.0
 
     @property
     def thrust_at_rest(self) -> float:
@@ -108,8 +117,8 @@ class SurgeIdentification:
 
     def guess(self, high: float, low: float = 0.0) -> dict[str, float]:
         """The guess of a speed controller, `AdaptiveSpeedGains(**found.guess(high))`, for a shaft (or command) from
-        `low` to `high`: drag, and the thrust that balances it half way to the top speed. Raises InputError for a
-        `high` that is not above 0."""
+        `low` to `high`: drag, the thrust that balances it half way to the top speed, and the shaft's lag. Raises
+        InputError for a `high` that is not above 0."""
         model = self.model
         half = 0.5 * positive("surge.high", high)
         speed = _steady(half, model.linear_drag, model.quadratic_drag, model.curve())
@@ -120,6 +129,7 @@ class SurgeIdentification:
             "thrust": thrust,
             "low": low,
             "high": high,
+            "shaft_lag": self.lag,
         }
 
 
@@ -139,7 +149,9 @@ def identify_surge(
     50 rows and a shaft that never turns.
     """
     time, speed, shaft = _checked(time, speed, shaft)
-    found = _fit(time, speed, shaft, propeller)
+    found, slow = (_fit(time, speed, shaft, propeller, lagged) for lagged in (False, True))
+    if slow.lag > _SURE * slow.lag_std and slow.residual < found.residual:
+        found = slow
     if propeller is not None:
         return found
     # What one log cannot tell apart it may still tell together.
@@ -147,7 +159,7 @@ def identify_surge(
     return replace(found, verdict=f"{found.verdict} {more}".strip())
 
 
-def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None) -> SurgeIdentification:
+def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None, lagged: bool) -> SurgeIdentification:
     """The least squares. Commands are fitted in units of their largest, at which g is an acceleration."""
     from scipy.optimize import least_squares
 
@@ -165,19 +177,23 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
         return curve
 
     def simulated(parameters: Floats) -> Floats:
-        curve = curve_of(parameters)
-        return _sail(shortest, turns, parameters[3], parameters[0], parameters[1], curve)
+        turning = _behind(shortest, turns, parameters[-1]) if lagged else turns
+        return _sail(shortest, turning, parameters[3], parameters[0], parameters[1], curve_of(parameters))
 
     guess = [0.05, 0.05 / fastest, 0.1 * fastest, speed[0]]
     scale = [0.05, 0.05 / fastest, 0.1 * fastest, fastest]
     if propeller is None:
         guess.append(0.5 / fastest)
         scale.append(0.5 / fastest)
-    low = np.array([0.0, 0.0, 1e-9, -np.inf, 0.0][: len(guess)])
+    low = [0.0, 0.0, 1e-9, -np.inf, 0.0][: len(guess)]
+    if lagged:
+        guess.append(_FIRST_LAG)
+        scale.append(_FIRST_LAG)
+        low.append(1e-4)
     # From two starts: drag and the fall of thrust can change places.
     fits = []
     for factor in (1.0, 10.0):
-        start = np.array(guess) * (np.array((factor, 1.0, factor, 1.0, 1.0))[: len(guess)])
+        start = np.array(guess) * (np.array((factor, 1.0, factor, 1.0, 1.0, 1.0))[: len(guess)])
         fits.append(least_squares(lambda p: simulated(p) - speed, start, bounds=(low, np.inf), x_scale=scale))
     fit = min(fits, key=lambda each: each.cost)
     spread = _deviations(fit.jac, fit.fun)
@@ -192,7 +208,8 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
         propeller = Propeller(diameter=min(pitch, _NO_SLIP), advance=(0.0, 1.0), coefficient=(1.0, 0.0))
     model = SurgeModel(linear_drag, quadratic_drag, thrust, propeller)
     identified, verdict = _verdict(model, std, speed)
-    return SurgeIdentification(model, std, rms(fit.fun), identified, verdict, pitch, pitch_std)
+    lag, lag_std = (float(fit.x[-1]), float(spread[-1])) if lagged else (0.0, 0.0)
+    return SurgeIdentification(model, std, rms(fit.fun), identified, verdict, pitch, pitch_std, lag, lag_std)
 
 
 _ASSUMED = (
@@ -272,6 +289,18 @@ def _verdict(model: SurgeModel, std: Floats, speed: Floats) -> tuple[bool, str]:
         f"Identified between {low:.1f} and {high:.1f} m/s: drag terms within {100.0 * max(shares[:2]):.1f} % of the "
         f"drag, thrust within {100.0 * shares[2]:.1f} % (2σ)."
     )
+
+
+@kernel
+def _behind(time: Floats, command: Floats, lag: float) -> Floats:
+    """(n,) a shaft that follows with a lag (s) what goes evenly from row to row of a command."""
+    out = np.empty(len(time))
+    out[0] = command[0]
+    for k in range(1, len(time)):
+        dt = time[k] - time[k - 1]
+        behind = lag * (command[k] - command[k - 1]) / dt
+        out[k] = command[k] - behind + (out[k - 1] - command[k - 1] + behind) * math.exp(-dt / lag)
+    return out
 
 
 @kernel

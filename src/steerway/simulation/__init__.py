@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.loop import Run, Start, sail
     from steerway.simulation.reading import load_scenario, parse_scenario
+    from steerway.simulation.responses import settling
     from steerway.simulation.run import Sailed, numbers_of_seed, sail_scenario
     from steerway.simulation.scenario import Scenario
     from steerway.simulation.unfinished import Unfinished
@@ -27,6 +28,7 @@ __all__ = [
     "parse_scenario",
     "sail",
     "sail_scenario",
+    "settling",
     "steering_pilot",
 ]
 __getattr__, __dir__ = on_demand(__name__)

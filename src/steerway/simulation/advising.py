@@ -57,12 +57,12 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
 
     The speed is the lowest of the route. With true states, and with a commanded heading, there is no limit.
     """
-    if scenario.estimator.kind == "truth":
+    if scenario.estimator.kind == "truth" or scenario.manoeuvre is not None:
         return True, "The pilot uses the true motion: the estimate does not limit the autopilot."
-    if scenario.guidance.angle == "heading":
+    if scenario.guidance.angle == "heading" or assembly.holds_places(scenario):
         return True, "The pilot controls heading by compass: the course estimate does not limit the autopilot."
     known = assembly.boat(scenario)
-    commanded = [each.speed for each in scenario.route.points if each.speed is not None]
+    commanded = [each.speed for each in (*scenario.route.points, *scenario.orders) if each.speed]
     speed = min([*commanded, known.cruise])
     if scenario.estimator.kind == "steering":
         return _advise_steering(scenario, known, speed)
@@ -239,13 +239,12 @@ def _exponential(matrix):
 
 
 def _directions(scenario):
-    """The current's direction beside each leg's, rad, without repetitions."""
+    """The current's direction beside each leg's or ordered course, rad, without repetitions."""
     places = assembly.places(scenario)
     towards = math.radians(scenario.environment.current.direction_deg)
-    beside = {
-        round(towards - math.atan2(e - before_e, n - before_n), 6) for (before_n, before_e), (n, e) in pairwise(places)
-    }
-    return sorted(beside)
+    courses = [math.atan2(e - before_e, n - before_n) for (before_n, before_e), (n, e) in pairwise(places)]
+    courses += [each.course for each in assembly.orders(scenario)]
+    return sorted({round(towards - each, 6) for each in courses})
 
 
 def _course_gain(towards, current, speed):

@@ -11,6 +11,7 @@ from steerway.control.handover import Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
+from steerway.core.settings import kind_of
 from steerway.estimation.aboard import AtFaceValue, ComposedEstimator, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
@@ -19,15 +20,19 @@ from steerway.estimation.stream import FiveStateFilter
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.line_of_sight import GuidanceLaw
+from steerway.guidance.ordered import Order, Ordered, orders_of
 from steerway.guidance.reference import SHAPERS
 from steerway.guidance.route_table import route_of
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
-from steerway.pilot import LegSource, Pilot
+from steerway.pilot import LegSource, Pilot, SteadyForce
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
+from steerway.simulation.manoeuvres import Manoeuvre, ManoeuvringPilot, manoeuvre_of
+from steerway.simulation.positioning import PositioningEstimator, PositioningPilot
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.environment import Environment
+from steerway.vessels.kinds import TABLES
 from steerway.vessels.vessel import Vessel
 
 STEERAGEWAY = Steerageway()
@@ -37,7 +42,7 @@ class Assembly(NamedTuple):
     """The arguments of `loop.sail`. Vessel, instruments and environment hold no state; a pilot serves one run."""
 
     vessel: Vessel
-    pilot: Pilot
+    pilot: Pilot | PositioningPilot | ManoeuvringPilot
     instruments: Suite | Truth
     start: Start
     environment: Environment
@@ -77,7 +82,7 @@ def start(scenario: Scenario) -> Start:
 
 def instruments(scenario: Scenario) -> Suite | Truth:
     """The receiver with the further instruments, or the truth."""
-    if scenario.estimator.kind == "truth":
+    if scenario.estimator.kind == "truth" or scenario.manoeuvre is not None:
         return Truth()
     return Suite(scenario.gnss.build(), **{name: table.build() for name, table in scenario.instruments().items()})
 
@@ -87,10 +92,43 @@ def profile(scenario: Scenario) -> Profile | InferredProfile:
     return profile_of(scenario.estimator.profile or boat(scenario).profile)
 
 
-def pilot(scenario: Scenario) -> Pilot:
+def holds_places(scenario: Scenario) -> bool:
+    """Whether places are ordered: dynamic positioning."""
+    return any(each.north is not None or each.east is not None for each in scenario.orders)
+
+
+def positioning_pilot(scenario: Scenario) -> PositioningPilot:
+    """A pilot for dynamic positioning in its initial state. Raises InputError for a vessel without thrusters for it."""
+    vessel, kind, began = scenario.vessel.positioned(), scenario.estimator.kind, start(scenario)
+    if vessel is None:
+        able = ", ".join(kind_of(each) for each in TABLES if each().positioned())
+        raise InputError(
+            f"orders hold a place, which a vessel of kind {scenario.vessel.kind} cannot, expected one of {able}"
+        )
+    estimator: Estimator = AtFaceValue()
+    if kind != "truth":
+        observer = scenario.estimator.positioning.observer(kind, vessel, 1.0 / scenario.gnss.rate)
+        estimator = PositioningEstimator(observer, began.north, began.east, began.heading)
+    return PositioningPilot(
+        estimator, Ordered(orders(scenario)), scenario.positioning.controller(vessel), vessel.thrusters
+    )
+
+
+def manoeuvring_pilot(scenario: Scenario, manoeuvre: Manoeuvre) -> ManoeuvringPilot:
+    """A pilot that makes a manoeuvre, in its initial state."""
+    has_rudder = [each.name for each in scenario.vessel.build().actuators] == ["rudder"]
+    return ManoeuvringPilot(manoeuvre, boat(scenario), has_rudder, start(scenario).heading)
+
+
+def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
     """A pilot in its initial state."""
+    if scenario.manoeuvre is not None:
+        return manoeuvring_pilot(scenario, manoeuvre_of(scenario.manoeuvre))
+    if holds_places(scenario):
+        return positioning_pilot(scenario)
     known, guidance = boat(scenario), scenario.guidance
-    law, mission = guidance.design(known.lookahead, known.cruise), voyage(scenario, known)
+    law = guidance.design(known.lookahead, known.cruise)
+    mission = Ordered(orders(scenario), known.cruise) if scenario.orders else voyage(scenario, known)
     kinds = scenario.autopilot.kind, scenario.speed.controller
     if scenario.estimator.kind == "steering":
         std = profile(scenario).position_std
@@ -103,10 +141,11 @@ def pilot(scenario: Scenario) -> Pilot:
         law,
         AtFaceValue() if truth else composed(scenario, known, ground_estimator(scenario)),
         kinds=kinds,
-        shaper=shaper(scenario.reference),
+        shaper=shaper(scenario.reference, known.bandwidth),
         steerageway=STEERAGEWAY,
         angle_std=0.0 if truth else ANGLE_STD,
         steer_by="crab" if crabs else guidance.angle,
+        speed=None if scenario.speed.force is None else SteadyForce(scenario.speed.force),
     )
 
 
@@ -166,6 +205,12 @@ def voyage(scenario: Scenario, known: Boat) -> Voyage:
     table = scenario.route
     route = route_of(table, places(scenario), table.points, known)
     return Voyage(route, [each.stay for each in table.points], Passing(rule=table.passing), at_end=table.at_end)
+
+
+def orders(scenario: Scenario) -> tuple[Order, ...]:
+    """What is ordered in place of a route, nothing with one; before the first order the boat goes on as it starts."""
+    began = start(scenario)
+    return orders_of(scenario.orders, Order(0.0, began.heading, math.nan, began.north, began.east))
 
 
 def places(scenario: Scenario) -> list[tuple[float, float]]:

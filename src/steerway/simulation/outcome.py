@@ -1,6 +1,7 @@
 """The numbers of a run, and the errors of its estimate."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from steerway.core.angles import wrap_array
 from steerway.core.statistics import rms
 from steerway.pilot import Mode
 from steerway.simulation.loop import Run
+from steerway.vessels.vessel import Actuator
 
 SETTLING = 30.0
 """s at the beginning that are excluded: the filter converges, the boat accelerates."""
@@ -16,7 +18,7 @@ _ROUNDING = 1e-12  # rad: without errors, with the true motion as estimate, σ i
 
 
 def errors(run: Run) -> dict[str, np.ndarray]:
-    """Estimate minus truth, (n,) each: position (m, length), sog, cog (rad, the short way), course_rate."""
+    """Estimate minus truth, (n,) each: position (m, length), sog, cog and heading (rad, the short way), course_rate."""
     north = run["estimated_north"] - run["true_north"]
     east = run["estimated_east"] - run["true_east"]
     turn = run["estimated_cog"] - run.true_cog
@@ -25,6 +27,7 @@ def errors(run: Run) -> dict[str, np.ndarray]:
         "sog": run["estimated_sog"] - run.true_sog,
         "cog": wrap_array(turn),
         "course_rate": run["estimated_course_rate"] - run["true_course_rate"],
+        "heading": wrap_array(run["estimated_heading"] - run["true_heading"]),
     }
 
 
@@ -39,14 +42,16 @@ def evaluated(run: Run) -> np.ndarray:
 
 
 def numbers(run: Run, passages=()) -> dict[str, float]:
-    """The run in flat, named numbers; NaN where no row can be evaluated."""
+    """The run in flat, named numbers; NaN where no row can be evaluated. The heading's where one is estimated."""
     rows = evaluated(run)
     error = errors(run)
     cross = run["leg_cross_track"]
     true_cross = true_cross_track(run)
     within = np.abs(error["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows] + _ROUNDING
     known = np.isfinite(error["cog"][rows])
-    return {
+    heading = error["heading"][rows]
+    of_heading = {"heading_rms_deg": math.degrees(_known_rms(heading))} if np.isfinite(heading).any() else {}
+    return of_heading | {
         "duration_s": float(run.time[-1]),
         "waypoints_reached": float(sum(each.reached for each in passages)),
         "waypoints_missed": float(sum(not each.reached for each in passages)),
@@ -62,6 +67,41 @@ def numbers(run: Run, passages=()) -> dict[str, float]:
         "hand_overs": float(np.abs(np.diff(run["by_course"])).sum()),
         "finished": float(run["mode"][-1] == Mode.STOPPED),
     }
+
+
+def rudder_numbers(run: Run, actuators: Sequence[Actuator]) -> dict[str, float]:
+    """The largest command of a rudder and the fastest that its steering engine is asked for; none without a rudder.
+
+    The rate is (command − rudder)/lag of an engine without limits: above its own limit it would saturate.
+    """
+    numbers = {}
+    for each, command in zip(actuators, run.command.T, strict=True):
+        if each.name == "rudder":
+            step = float(run.time[1]) if len(run) > 1 else 1.0
+            numbers["rudder_max_deg"] = math.degrees(np.abs(command).max(initial=0.0))
+            numbers["rudder_rate_max_dps"] = math.degrees(_asked_rate(command, each.lag, step))
+    return numbers
+
+
+def place_numbers(run: Run) -> dict[str, float]:
+    """Mean absolute error of the estimated position over north and east, from the start on, and where the run ends."""
+    errors = [run[f"estimated_{axis}"] - run[f"true_{axis}"] for axis in ("north", "east")]
+    return {
+        "position_mae_m": float(np.mean(np.abs(errors))),
+        "final_north_m": float(run["true_north"][-1]),
+        "final_east_m": float(run["true_east"][-1]),
+    }
+
+
+def _asked_rate(command, lag, step):
+    """The largest rate, rad/s."""
+    if lag == 0.0:
+        return float(np.abs(np.diff(command)).max(initial=0.0)) / step
+    rudder = largest = 0.0
+    for wanted in command.tolist():
+        largest = max(largest, abs(wanted - rudder) / lag)
+        rudder += -math.expm1(-step / lag) * (wanted - rudder)
+    return largest
 
 
 def _known_rms(values) -> float:

@@ -4,6 +4,7 @@ Unknown keys are refused, and so are combinations that cannot be simulated, in o
 value and what was expected.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -14,9 +15,13 @@ from steerway.simulation.scenario import Scenario
 from steerway.simulation.scenario_checks import check
 
 
-def load_scenario(path: str | Path) -> Scenario:
-    """A scenario from a TOML file, checked down to the last block. Raises InputError, one sentence."""
-    return _checked(read_toml(path, "scenario"), f"scenario {path}", Path(path).parent)
+def load_scenario(path: str | Path, changes: Mapping[str, object] | None = None) -> Scenario:
+    """A scenario from a TOML file, checked down to the last block. Raises InputError, one sentence.
+
+    changes: keys in place of the file's, but for None.
+    """
+    changed = {name: value for name, value in (changes or {}).items() if value is not None}
+    return _checked(read_toml(path, "scenario") | changed, f"scenario {path}", Path(path).parent)
 
 
 def parse_scenario(text: str, place: str = "scenario", folder: Path | None = None) -> Scenario:

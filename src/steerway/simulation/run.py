@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.simulation import outcome
-from steerway.simulation.assembly import Assembly, assemble
+from steerway.simulation.assembly import Assembly, assemble, holds_places
 from steerway.simulation.loop import Run, sail
+from steerway.simulation.manoeuvres import ManoeuvringPilot, measured
+from steerway.simulation.responses import responses
 from steerway.simulation.scenario import Scenario
 
 
@@ -47,7 +49,15 @@ def sail_scenario(
         seed=scenario.seed if seed is None else seed,
         progress=progress,
     )
-    return Sailed(scenario, blocks, run, outcome.numbers(run, blocks.pilot.mission.passages))
+    mission = blocks.pilot.mission
+    numbers = outcome.numbers(run, mission.passages) | outcome.rudder_numbers(run, blocks.vessel.actuators)
+    if isinstance(blocks.pilot, ManoeuvringPilot):
+        numbers |= measured(run, blocks.pilot, scenario.vessel.length)
+    elif holds_places(scenario):
+        numbers |= outcome.place_numbers(run)
+    elif scenario.orders:
+        numbers |= responses(run, mission.orders)
+    return Sailed(scenario, blocks, run, numbers)
 
 
 def numbers_of_seed(scenario: Scenario, seed: int) -> dict[str, float]:

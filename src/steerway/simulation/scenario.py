@@ -12,12 +12,15 @@ from pydantic import Field, create_model
 from steerway.core.settings import NotNegative, Number, Positive, Table, in_radians
 from steerway.estimation.vessel.aids import AIDS
 from steerway.guidance.laws import GuidanceTable
+from steerway.guidance.ordered import OrderTable
 from steerway.guidance.reference import ReferenceTable
 from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable
 from steerway.sensors.gnss import GnssTable
 from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
+from steerway.simulation.positioning import KINDS as POSITIONING_KINDS
+from steerway.simulation.positioning import PositioningEstimatorTable, PositioningTable
 from steerway.vessels.environment import Current, Environment, Waves, Wind
 from steerway.vessels.kinds import TABLES, AnyVesselTable
 
@@ -66,31 +69,40 @@ class WavesTable(Table):
 
 
 class EnvironmentTable(Table):
-    """Current, wind, waves, and a constant force (north, east) in N."""
+    """Current, wind, waves, and a force (north, east) in N with a moment in N·m: constants and their Gauss–Markov
+    variation of 1σ `force_std` and `moment_std` over `force_time` s.
+    """
 
     current: CurrentTable = CurrentTable()
     wind: WindTable = WindTable()
     waves: WavesTable = WavesTable()
     force: tuple[Number, Number] = (0.0, 0.0)
     moment: Number = 0.0
+    force_std: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    moment_std: NotNegative = 0.0
+    force_time: Positive = 50.0
 
     def build(self) -> Environment:
         """The environment, its angles in rad."""
         current, wind, waves = (in_radians(each) for each in (self.current, self.wind, self.waves))
-        return Environment(Current(**current), Wind(**wind), Waves(**waves), self.force, self.moment)
+        varying = (*self.force_std, self.moment_std)
+        known = Current(**current), Wind(**wind), Waves(**waves), self.force, self.moment
+        return Environment(*known, varying, self.force_time)
 
 
 class EstimatorTable(Table):
     """The filter in the loop; "truth" gives the pilot the true motion. `profile`: built in, or a .toml file.
 
-    "steering" knows the orders: it estimates heading, current and the boat's response too.
+    "steering" knows the orders: it estimates heading, current and the boat's response too. "vessel-filter", "tekf" and
+    "passive-observer" know a vessel's forces: for dynamic positioning.
     """
 
-    kind: Literal["five-state", "steering", "truth"] = "five-state"
+    kind: Literal["five-state", "steering", "truth", *POSITIONING_KINDS] = "five-state"
     profile: str | None = None
     aid: tuple[Literal[*AIDS], ...] = ()
     heading: HeadingEstimatorTable = HeadingEstimatorTable()
     speed: SpeedEstimatorTable = SpeedEstimatorTable()
+    positioning: PositioningEstimatorTable = PositioningEstimatorTable()
 
 
 class AutopilotTable(Table):
@@ -106,12 +118,14 @@ class AutopilotTable(Table):
 class SpeedTable(Table):
     """Speed over ground where a waypoint gives none, and its control loop: PI, adaptive, or a disturbance observer.
 
-    `bandwidth`: of the PI loop, or the rate of the reference that the others follow.
+    `bandwidth`: of the PI loop, or the rate of the reference that the others follow. `force`: a steady thrust (N) in
+    place of a loop.
     """
 
     controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
     cruise: NotNegative | None = None
     bandwidth: Positive | None = None
+    force: Positive | None = None
 
 
 class StationTable(Table):
@@ -170,7 +184,10 @@ class Scenario(_Instruments):
     autopilot: AutopilotTable = AutopilotTable()
     speed: SpeedTable = SpeedTable()
     station: StationTable = StationTable()
-    route: RouteTable = Field(description="a table [route] with waypoints or a survey")
+    positioning: PositioningTable = PositioningTable()
+    route: RouteTable = RouteTable()
+    orders: tuple[OrderTable, ...] = ()
+    manoeuvre: str | None = None
 
     def instruments(self) -> dict[str, InstrumentTable]:
         """The tables of the instruments that are fitted beside the receiver, by name."""

@@ -7,6 +7,7 @@ from steerway.core.settings import kind_of
 from steerway.guidance.route import LONGEST_LEG
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation import assembly
+from steerway.simulation.positioning import KINDS as POSITIONING_KINDS
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.kinds import TABLES
 
@@ -17,8 +18,20 @@ def check(scenario: Scenario) -> None:
     """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
     which checks the rest."""
     assembly.begins(scenario)
-    for rule in (_steps, _rates, _places, _speeds, _steering, _estimators, _instruments, _propulsion):
+    if scenario.manoeuvre is not None:
+        _manoeuvre(scenario)
+        return
+    for rule in (_steps, _rates, _places, _speeds, _steering, _positioning, _estimators, _instruments, _propulsion):
         rule(scenario)
+    assembly.assemble(scenario)
+
+
+def _manoeuvre(scenario):
+    """Neither route nor estimator matters to a manoeuvre."""
+    _steps(scenario)
+    _rates(scenario)
+    if not assembly.boat(scenario).steers:
+        raise InputError(f"manoeuvre needs a boat that is steered, not vessel.kind {scenario.vessel.kind}")
     assembly.assemble(scenario)
 
 
@@ -44,9 +57,15 @@ def _rates(scenario):
 
 def _places(scenario):
     table = scenario.route
+    if scenario.orders:
+        for key in sorted(table.model_fields_set):
+            raise InputError(f"route.{key} has no effect with [[orders]], expected one of the two")
+        assembly.orders(scenario)
+        return
     if len(table.points) < 2:
         raise InputError(
-            f"route.waypoints is {list(table.waypoints)}, expected at least 2 entries, or a table [route.survey]"
+            f"route.waypoints is {list(table.waypoints)}, expected at least 2 entries, a table [route.survey] "
+            "or [[orders]]"
         )
     if table.corner_radius is not None and table.corners == "exact":
         raise InputError('route.corner_radius has no effect on exact corners, expected corners = "arc" or "clothoid"')
@@ -60,16 +79,26 @@ def _places(scenario):
 
 
 def _speeds(scenario):
+    if assembly.holds_places(scenario):
+        for key in sorted(scenario.speed.model_fields_set):
+            raise InputError(f"speed.{key} has no effect where orders hold a place")
+        return
     known, waypoints = assembly.boat(scenario), scenario.route.points
     commanded = {}
     if known.speed is None:
-        for key in ("cruise", "bandwidth"):
+        for key in ("cruise", "bandwidth", "force"):
             if key in scenario.speed.model_fields_set:
                 raise InputError(
                     f"speed.{key} has no effect on a vessel of kind {scenario.vessel.kind}, which has no speed control"
                 )
-    elif any(each.speed is None for each in waypoints[1:]):
+    elif scenario.speed.force is not None:
+        for key in sorted(scenario.speed.model_fields_set - {"force"}):
+            raise InputError(f"speed.{key} has no effect with speed.force, expected one of the two")
+    elif any(each.speed is None for each in waypoints[1:]) or any(each.speed is None for each in scenario.orders[:1]):
         commanded["speed.cruise"] = known.cruise
+    for k, each in enumerate(scenario.orders):
+        if each.speed is not None:
+            commanded[f"orders[{k}].speed"] = each.speed
     for k, each in enumerate(waypoints):
         if each.speed is not None:
             commanded[f"route.waypoints[{k}].speed"] = each.speed
@@ -112,14 +141,34 @@ def _steering(scenario):
         )
 
 
+def _positioning(scenario):
+    """Places are held by an estimator that knows the forces, which knows no other orders."""
+    kind, holds = scenario.estimator.kind, assembly.holds_places(scenario)
+    if holds and kind not in (*POSITIONING_KINDS, "truth"):
+        able = ", ".join((*POSITIONING_KINDS, "truth"))
+        raise InputError(f'estimator.kind is "{kind}", expected one of {able} where orders hold a place')
+    if not holds and kind in POSITIONING_KINDS:
+        raise InputError(f'estimator.kind "{kind}" needs places to hold, expected [[orders]] with north and east')
+    if not holds and scenario.positioning.model_fields_set:
+        raise InputError("positioning has no effect, expected [[orders]] with north and east")
+    if kind in POSITIONING_KINDS and scenario.compass is None:
+        raise InputError(f'estimator.kind "{kind}" needs a compass, expected a table [compass]')
+    for index, each in enumerate(scenario.orders):
+        if holds and each.speed is not None:
+            raise InputError(f"orders[{index}].speed has no effect where orders hold a place")
+
+
 def _estimators(scenario):
     heading, speed = scenario.estimator.heading, scenario.estimator.speed
     kind = scenario.vessel.kind
-    if scenario.estimator.kind in ("truth", "steering"):
+    of_vessel = scenario.estimator.kind in POSITIONING_KINDS
+    if not of_vessel and scenario.estimator.positioning.model_fields_set:
+        raise InputError(f'estimator.positioning has no effect with estimator.kind "{scenario.estimator.kind}"')
+    if of_vessel or scenario.estimator.kind in ("truth", "steering"):
         for name, table in (("heading", heading), ("speed", speed)):
             if table.model_fields_set:
                 raise InputError(f'estimator.{name} has no effect with estimator.kind "{scenario.estimator.kind}"')
-    if scenario.estimator.kind == "truth":
+    if of_vessel or scenario.estimator.kind == "truth":
         return
     if heading.kind != "tracker":
         if not assembly.boat(scenario).steers:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from steerway.simulation.bound import course_bound
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.loop import COLUMNS
+    from steerway.simulation.manoeuvres import limits, manoeuvre_of
     from steerway.simulation.outcome import errors, evaluated, leg_rms
     from steerway.simulation.run import origin
     from steerway.simulation.runs.campaign import gathered, write_campaign

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         CyberShip2,
     )
     from steerway.vessels.environment import Current, Environment
+    from steerway.vessels.low_speed import LowSpeedVessel
     from steerway.vessels.mariner import BOAT as MARINER_BOAT
     from steerway.vessels.mariner import BOAT_IN_CURRENT as MARINER_BOAT_IN_CURRENT
     from steerway.vessels.mariner import CRUISE_SPEED as MARINER_CRUISE_SPEED
@@ -84,6 +85,7 @@ __all__ = [
     "Environment",
     "GroundMotion",
     "HeadingModel",
+    "LowSpeedVessel",
     "Mariner",
     "Motorboat",
     "Nomoto",

@@ -9,7 +9,7 @@ State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground al
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -140,10 +140,16 @@ def _motion(state, curve, conditions):
     )
 
 
+_YAW_BANDWIDTH = 2.0
+"""rad/s: K_p = M3 ω² has to exceed 6.41 u² kN·m/rad. 1 rad/s is unstable above 7 m/s, 2 rad/s has 1.8 times what the
+top speed of 10.6 m/s takes."""
+
+
 class CaldasTable(ShaftKeys):
     """The keys of P3's USV in a scenario; it needs a compass, for it is unstable in yaw."""
 
     kind: Literal["caldas"] = "caldas"
+    length: ClassVar[float] = 15.0
     moment_limit: Positive = 400e3
 
     def build(self) -> Caldas:
@@ -159,7 +165,7 @@ class CaldasTable(ShaftKeys):
             nomoto_gain=time / _M3,
             nomoto_time=time,
             yaw_limit=self.moment_limit,
-            bandwidth=1.0,
+            bandwidth=_YAW_BANDWIDTH,
             propulsion=ShaftAndMoment(thrust_gain, shaft.high, shaft.low, self.moment_limit),
             lookahead=60.0,
             acceptance=25.0,

@@ -9,13 +9,17 @@ State N E ψ u v r: position in m, heading in rad, surge and sway through the wa
 """
 
 from collections.abc import Sequence
+from typing import ClassVar, Literal
 
 import numpy as np
 
+from steerway.control.boats import Boat
+from steerway.control.thrusters import Thrusters
 from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.vessels.low_speed import low_speed_boat
 from steerway.vessels.vessel import (
     CURRENT_EAST,
     CURRENT_NORTH,
@@ -24,6 +28,8 @@ from steerway.vessels.vessel import (
     MOMENT,
     Actuated,
     Actuator,
+    Positioned,
+    VesselTable,
     check_shapes,
     checked_method,
 )
@@ -45,6 +51,9 @@ THRUST = (
 )
 """Limits of propellers, rudders and bow thruster together: N, N, N·m."""
 _LIMITS = np.array([each.high for each in THRUST])
+
+_CRUISE = 0.6
+"""m/s, Froude number 0.17."""
 
 IDENTIFICATIONS = ("linear", "nonlinear")
 
@@ -142,3 +151,21 @@ def _motion(state, nonlinear, conditions):
     return GroundMotion(
         state[0], state[1], state[2], rates[0], rates[1], state[5], course_rate, state[3], state[4], 0.0, 0.0
     )
+
+
+class CyberShip2Table(VesselTable):
+    """The keys of CyberShip II in a scenario."""
+
+    kind: Literal["cybership2"] = "cybership2"
+    length: ClassVar[float] = LENGTH
+    identification: Literal["linear", "nonlinear"] = "linear"
+
+    def positioned(self) -> Positioned:
+        """M and D of P2; the thrusters are the three forces themselves."""
+        return Positioned(INERTIA, DAMPING, Thrusters(np.eye(3), [each.low for each in THRUST], _LIMITS))
+
+    def build(self) -> CyberShip2:
+        return CyberShip2(self.identification, self.method)
+
+    def boat(self) -> Boat:
+        return low_speed_boat(self.positioned(), _CRUISE)

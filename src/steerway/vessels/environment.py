@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.core.noise import Seed, markov_decay, markov_step, oscillator, oscillator_step
+from steerway.vessels.vessel import FORCE_NORTH
 
 AIR_DENSITY = 1.225
 _BLOCK = 512  # steps drawn at once; the numbers do not depend on it
@@ -74,6 +76,8 @@ _ANY_SIGN = ("direction", "arm", "drift")
 class Environment:
     """Current, wind, waves, and a constant `force` (north, east) N with a constant `moment` N·m.
 
+    Force and moment vary by a Gauss–Markov part: 1σ `force_std` (N, N, N·m), `force_time` s.
+
     Raises InputError for a negative speed, deviation or drag area, for a time constant, frequency or damping that is
     not positive, and for damping of 1 or more.
     """
@@ -83,6 +87,8 @@ class Environment:
     waves: Waves = Waves()
     force: tuple[float, float] = (0.0, 0.0)
     moment: float = 0.0
+    force_std: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force_time: float = 50.0
 
     def __post_init__(self):
         for name in ("current", "wind", "waves"):
@@ -93,6 +99,9 @@ class Environment:
                     raise InputError(f"environment.{name}.{key} is {value}, expected more than 0")
                 if key not in _ANY_SIGN and value < 0.0:
                     raise InputError(f"environment.{name}.{key} is {value}, expected 0 or more")
+        for std in self.force_std:
+            not_negative("environment.force_std", std)
+        positive("environment.force_time", self.force_time)
         if self.waves.damping >= 1.0:
             raise InputError(f"environment.waves.damping is {self.waves.damping}, expected less than 1")
 
@@ -130,13 +139,16 @@ class Sea:
                 wind.arm,
             ]
         )
+        self._push = _Push(environment, self._draws.spawn(1)[0], step) if any(environment.force_std) else None
         self._update(None)
 
     def advance(self, motion: GroundMotion | None = None) -> None:
         """One step on. `motion` of the vessel gives the relative wind; None: at rest, heading north."""
         if self._varies:
             _advance(self._wander, self._decays, self._swings, self._oscillator, self._next_row())
-        if self._varies or self._met:
+        if self._push is not None:
+            self._push.advance()
+        if self._varies or self._met or self._push is not None:
             self._update(motion)
 
     def _next_row(self):
@@ -150,7 +162,23 @@ class Sea:
         self.conditions, waves = _conditions_and_waves(
             self._mean, self._wander, self._swings, self._swing_stds, *moving
         )
+        if self._push is not None:
+            self.conditions[FORCE_NORTH:] += self._push.force
         self.waves = WaveMotion(*waves)
+
+
+class _Push:
+    """The force that varies, (3,), drawn from a stream of its own."""
+
+    def __init__(self, environment: Environment, draws, step: float):
+        self._draws, self._std = draws, np.array(environment.force_std)
+        self._decay = markov_decay(environment.force_time, step)
+        self.force = self._std * draws.standard_normal(3)
+
+    def advance(self) -> None:
+        normals = self._draws.standard_normal(3)
+        steps = zip(self.force.tolist(), self._std.tolist(), normals.tolist(), strict=True)
+        self.force = np.array([markov_step(value, self._decay, std, normal) for value, std, normal in steps])
 
 
 @kernel

@@ -11,7 +11,7 @@ amidships the ship turns slowly, as single-screw ships do.
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -206,6 +206,7 @@ class MarinerTable(VesselTable):
     """The keys of a Mariner-class ship in a scenario."""
 
     kind: Literal["mariner"] = "mariner"
+    length: ClassVar[float] = LENGTH
     cruise_speed: Positive = CRUISE_SPEED
 
     def build(self) -> Mariner:

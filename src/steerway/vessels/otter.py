@@ -343,6 +343,7 @@ class OtterTable(VesselTable):
     """The keys of an Otter in a scenario."""
 
     kind: Literal["otter"] = "otter"
+    length: ClassVar[float] = LENGTH
     payload_mass: Annotated[float, Field(strict=True, ge=0.0, le=45.0)] = 25.0
     payload_position: Triple = (0.05, 0.0, -0.35)
     edition: Literal["today", "2021"] = "today"

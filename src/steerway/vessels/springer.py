@@ -10,7 +10,7 @@ course at 57° takes −8 rpm; the physical one has 1 there, and heading is an i
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -24,7 +24,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.core.settings import Positive
-from steerway.estimation.heading.models import PAPER_YAW, PHYSICAL_YAW, RPM, SPEED, held
+from steerway.estimation.heading.models import PAPER_YAW, PHYSICAL_YAW, RPM, SPEED, HeadingModel, held
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, Actuated, Actuator, VesselTable, check_shapes
 
 LENGTH = 4.2
@@ -37,16 +37,25 @@ PLANTS = ("paper", "physical")
 class Springer(Actuated):
     """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
 
-    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water.
-    Raises InputError for what cannot be used.
+    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water. yaw:
+    another boat's response, in place of a plant. Raises InputError for what cannot be used.
     """
 
-    def __init__(self, plant: str = "physical", effectiveness: float = 1.0, bias: float = 0.0, speed: float = SPEED):
+    def __init__(
+        self,
+        plant: str = "physical",
+        effectiveness: float = 1.0,
+        bias: float = 0.0,
+        speed: float = SPEED,
+        yaw: HeadingModel | None = None,
+    ):
         one_of("springer.plant", plant, PLANTS)
         if not math.isfinite(effectiveness) or not math.isfinite(bias):
             raise InputError(f"springer: effectiveness {effectiveness} and bias {bias}, expected numbers")
         not_negative("springer.speed", speed)
-        self.yaw = (PAPER_YAW if plant == "paper" else PHYSICAL_YAW).scaled(effectiveness)
+        if yaw is not None and not (np.isfinite(yaw).all() and yaw.outputs[0] != 0.0):
+            raise InputError(f"springer.yaw is {tuple(yaw)}, expected numbers, and a first output other than 0")
+        self.yaw = (yaw or (PAPER_YAW if plant == "paper" else PHYSICAL_YAW)).scaled(effectiveness)
         limit, rate = MAX_DIFFERENCE_RPM * RPM, MAX_CHANGE_RPM * RPM
         self.actuators = (Actuator("propeller difference", -limit, limit, rate),)
         self._parameters = np.array([*self.yaw.poles, *self.yaw.inputs, *self.yaw.outputs, bias, speed, limit, rate])
@@ -122,6 +131,7 @@ class SpringerTable(VesselTable):
     """The keys of Springer in a scenario; `bias_rpm` is an error of n_d."""
 
     kind: Literal["springer"] = "springer"
+    length: ClassVar[float] = LENGTH
     plant: Literal["paper", "physical"] = "physical"
     effectiveness: Positive = 1.0
     bias_rpm: Annotated[float, Field(strict=True, ge=-100.0, le=100.0)] = 0.0

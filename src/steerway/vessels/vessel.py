@@ -8,11 +8,12 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from steerway.control.boats import Boat
+from steerway.control.thrusters import Thrusters
 from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
@@ -103,14 +104,24 @@ def euler(rates, state, step):
     return state + step * rates(state)
 
 
+class Positioned(NamedTuple):
+    """What dynamic positioning uses of a vessel: M and D (3, 3) of P2 (2), and the allocation to its thrusters."""
+
+    inertia: Any
+    damping: Any
+    thrusters: Thrusters
+
+
 class VesselTable(Table):
     """The table [vessel] of a scenario. A vessel adds its `kind` (a Literal with itself as default) and its keys.
 
-    `reference` is the kind of reference filter used where the scenario names none; see `guidance.shapers`.
+    `reference` is the kind of reference filter used where the scenario names none; see `guidance.reference`. `length`
+    in m, NaN where it is not known.
     """
 
     method: Literal["rk4", "euler"] = "rk4"
     reference: ClassVar[str] = "low-pass"
+    length: ClassVar[float] = math.nan
 
     @abstractmethod
     def build(self) -> Vessel:
@@ -119,6 +130,10 @@ class VesselTable(Table):
     @abstractmethod
     def boat(self) -> Boat:
         """The numbers and default gains its controllers use."""
+
+    def positioned(self) -> Positioned | None:
+        """What dynamic positioning uses, None for a vessel that is not moved in every direction."""
+        return None
 
     def boat_in_current(self) -> Boat:
         """The same for steering by an estimator that knows the orders, whose response to them has to fit well."""

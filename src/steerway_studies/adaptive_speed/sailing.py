@@ -14,6 +14,7 @@ from steerway.core import NORMAL_95, rms
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.identification import SurgeModel
 from steerway.sensors import Instrument, accelerometer
+from steerway.simulation import settling as settled_after
 from steerway.vessels import (
     CALDAS_LINEAR_DRAG,
     CALDAS_MASS,
@@ -194,11 +195,7 @@ TRANSIENT = 10.0
 
 def settling(time, speed, about: float) -> float:
     """s of the last exit from ±2 % of `about`, after time[0]; inf where it is still outside at the end."""
-    outside = np.flatnonzero(~(np.abs(speed - about) <= BAND * about))
-    if len(outside) == 0:
-        return 0.0
-    last = outside[-1]
-    return float("inf") if last == len(speed) - 1 else float(time[last + 1] - time[0])
+    return settled_after(time, speed - about, BAND * about)
 
 
 def overshoot_pct(speed, setpoint: float) -> float:

@@ -1,18 +1,16 @@
 """cybership-observers: P2, observers for dynamic positioning on CyberShip II, and the nine-state filter."""
 
-import math
 from functools import partial
 
 import numpy as np
 
-from steerway.core import NORMAL_95
 from steerway.estimation.positioning import DEMO_GAINS, saturated
 from steerway.report import BAD, OURS
 from steerway_studies.cybership_observers import observers, scenario, trials, tuning
 from steerway_studies.papers import positioning as printed
 from steerway_studies.parts import over_cases
 from steerway_studies.plots import TRUTH, Curve, Panel, bars, series, track
-from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
+from steerway_studies.study import Quantity, Results, Study, half_width, seeds_from, stage
 
 SEEDS = 400
 PILOTS = {
@@ -54,11 +52,6 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     results.figures |= figures(first_seed, results.numbers)
     results.remarks += REMARKS
     return results
-
-
-def half_width(values) -> float:
-    """Half the width of the 95 % confidence interval of a mean."""
-    return float(NORMAL_95 * values.std(ddof=1) / math.sqrt(len(values))) if len(values) > 1 else math.nan
 
 
 def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
@@ -222,6 +215,7 @@ def figures(seed: int, numbers: dict) -> dict:
 
 
 REMARKS = (
+    "Q is a spectral density of body accelerations here; the paper adds a 3 × 3 matrix without a unit to a 6 × 6 one.",
     "What the paper leaves out and we chose (scenario S*): Runge–Kutta steps of 0.1 s; GNSS at 1 Hz, white, 0.098 m; a "
     "compass at 10 Hz, 0.5°; a Gauss–Markov disturbance of (0.29 N, 0.29 N, 0.029 N·m) over 50 s in north, east and "
     "yaw, clipped at 2.5σ; no initial error; prediction at 10 Hz. The metric is the mean |error| over north and east, "

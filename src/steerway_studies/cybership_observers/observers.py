@@ -27,11 +27,7 @@ PRODUCT = replace(BASE, force_std=tuple(scenario.FORCE_STD), force_time=scenario
 RECIPE_B = 1.5e-3
 """The scale of Q under which Table III comes out."""
 
-TUNED_GAINS = ObserverGains(
-    cutoff=(0.333, 0.333, 1.0),
-    force=(0.013 * INERTIA[0, 0], 0.013 * INERTIA[1, 1], 0.03 * INERTIA[2, 2]),
-    velocity=(0.082 * INERTIA[0, 0], 0.082 * INERTIA[1, 1], 0.3 * INERTIA[2, 2]),
-)
+TUNED_GAINS = ObserverGains.of_inertia(INERTIA)
 
 
 PRINTED_NOISE = TimeVaryingNoise()

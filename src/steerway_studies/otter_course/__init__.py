@@ -11,6 +11,7 @@ import numpy as np
 from steerway.control import carried_bandwidth, place_poles
 from steerway.core import rms, wrap_array
 from steerway.report import BAD, QUIET, THEIRS
+from steerway.simulation import settling
 from steerway_studies.otter_course.boat import (
     BACK_AT,
     COMMAND,
@@ -63,28 +64,22 @@ def published_numbers(record: PublishedRun) -> dict[str, float]:
     """Of the published set-up without noise."""
     late, up = record.time >= COUNTED, record.time < BACK_AT
     overshoot = max((record.cog[up].max() - COMMAND) / COMMAND, -record.cog[~up].min() / COMMAND)
-    settling = max(
-        _settled(record.time[up], record.cog[up] - COMMAND),
-        _settled(record.time[~up], record.cog[~up]) - BACK_AT,
+    settled = max(
+        settling(record.time[up], record.cog[up] - COMMAND, BAND),
+        settling(record.time[~up], record.cog[~up], BAND),
     )
     return {
         "verbatim_sog_rms_mps": rms((record.estimated_sog - record.sog)[late]),
         "verbatim_cog_rms_deg": cog_rms_deg(record),
         "verbatim_rate_rms_dps": math.degrees(rms((record.estimated_rate - record.course_rate)[late])),
         "verbatim_overshoot_pct": 100.0 * overshoot,
-        "verbatim_settling_s": settling,
+        "verbatim_settling_s": settled,
     }
 
 
 def cog_rms_deg(record: PublishedRun) -> float:
     """RMS of the estimated COG, °."""
     return math.degrees(rms(wrap_array(record.estimated_cog - record.cog)[record.time >= COUNTED]))
-
-
-def _settled(time, error):
-    """The time from which the error stays within ± 1°."""
-    outside = np.flatnonzero(np.abs(error) > BAND)
-    return time[outside[-1] + 1] if len(outside) and outside[-1] + 1 < len(time) else time[0]
 
 
 def gain_numbers() -> dict[str, float]:

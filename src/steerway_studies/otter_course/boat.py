@@ -8,7 +8,7 @@ import numpy as np
 from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Autopilot, place_poles
 from steerway.core import wrap
 from steerway.estimation import FilterEstimator, FiveStateFilter, Profile
-from steerway.guidance import Mission, Reference, ReferenceModel, Route
+from steerway.guidance import LineOfSight, Order, Ordered, ReferenceModel
 from steerway.identification import YawModel, identify_yaw_from_fixes
 from steerway.pilot import Pilot, SteadyForce
 from steerway.sensors import Suite, white
@@ -94,19 +94,6 @@ def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) 
     return PublishedRun(*columns[:, :12].T, columns[:, 12:14], columns[:, 14:])
 
 
-class Ordered:
-    """A law that passes a course on, whatever the leg: the helmsman's order of P0 §5, after the run-in."""
-
-    def __init__(self, run_in: float):
-        self._time = -run_in
-
-    def step(self, leg, course, speed, dt) -> Reference:
-        """See `guidance.line_of_sight.GuidanceLaw`."""
-        desired = commanded(self._time + 1e-9)
-        self._time += dt
-        return Reference(desired, 0.0, 0.0)
-
-
 def product_profile(noise: float) -> Profile:
     """The product's filter for white fixes of this 1σ, m."""
     return Profile(name="otter-course", position_std=noise, **PRODUCT_MOTION)
@@ -121,10 +108,13 @@ def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, see
     gains = place_poles(1.0 / PRINTED_INERTIA, OTTER_NOMOTO[1], bandwidth)
     if yaw is not None:
         gains = _fed_forward(gains, yaw)
+    orders = [Order(run_in, COMMAND), Order(run_in + BACK_AT, 0.0)]
+    if run_in > 0.0:
+        orders.insert(0, Order(0.0, 0.0))
     pilot = Pilot(
         FilterEstimator(FiveStateFilter(product_profile(noise))),
-        Mission(Route([0.0, 10e3], [0.0, 0.0])),
-        Ordered(run_in),
+        Ordered(orders, SPEED),
+        LineOfSight(1.0),  # orders come before it
         Autopilot(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
         OTTER_PROPELLERS,
         SteadyForce(FORCE),

@@ -14,9 +14,9 @@ def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_
 
     Args:
         pos1, pos2: (n,) north and east in m ("NED") or latitude and longitude in rad ("LL"), one row a step; rows
-            0, z, 2z, … are used.
+            0, z, 2z, … are used, where they are known.
         h: sampling time, s.
-        z: steps from one measurement to the next.
+        z: steps from one measurement to the next; None for a position at any row, NaN at the others.
         frame: "NED" or "LL".
         q_d: (2, 2) covariance of the speed and course-rate noise, or its diagonal.
         r_d: (2, 2) covariance of the measurement, or its diagonal.
@@ -38,8 +38,6 @@ def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_
 
 class Ekf5States:
     """The same filter step by step, for a loop: what one call of Appendix A's function does. Parameters as there.
-
-    With z = None a position is read whenever one is given, for records whose fixes are not evenly spaced.
 
     Two forms that the text prints and Appendix A does not use, each wrong, for tests: `by_jacobian`, the predictor
     A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34`, the meridian radius of P0 (34).
@@ -70,9 +68,12 @@ class Ekf5States:
     def step(self, pos1=np.nan, pos2=np.nan) -> np.ndarray:
         """(5,) corrected state where a position was read, the prior elsewhere; `covariance` is its (5, 5)."""
         x, p = self._prior, self._prior_covariance
+        is_known = pos1 == pos1 and pos2 == pos2
+        if x is None and not is_known:
+            return np.full(5, np.nan)
         if x is None:
             x = np.array([pos1, pos2, 0.0, 0.0, 0.0])
-        if self._count % self._z == 0 if self._z else pos1 == pos1:
+        if is_known and (not self._z or self._count % self._z == 0):
             x, p = self._corrected(x, p, np.array([pos1, pos2]))
         self._count += 1
         rate, jacobian = self._model(x, *self._alphas)

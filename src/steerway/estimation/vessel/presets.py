@@ -14,7 +14,7 @@ PRESETS = (
     dict(
         name="mariner-usv",
         description="Mariner USV, 6 m, up to 12 m/s",
-        speed_noise=2e-2,
+        speed_noise=2e-1,
         course_rate_noise=2e-5,
         course_rate_decay=0.1,
         position_std=0.5,

@@ -1,12 +1,12 @@
 """Many seeds in one table: mean, spread and worst of every number."""
 
-import json
 import math
 from pathlib import Path
 
 import numpy as np
 
 from steerway.core.files import complete_or_absent, made_directory
+from steerway.simulation.runs.files import write_results
 
 
 def gathered(results: list[dict[str, float]]) -> dict[str, np.ndarray]:
@@ -42,9 +42,7 @@ def write_campaign(seeds, results, directory: Path, title: str, remarks=()) -> l
     rows = [pl.Series("seed", list(seeds)), *(pl.Series(n, v, nan_to_null=True) for n, v in columns.items())]
     with complete_or_absent(table) as file:
         pl.DataFrame(rows).write_parquet(file)
-    flat = {name: _median(values) for name, values in columns.items()} | {"seeds": len(results)}
-    with complete_or_absent(medians) as file:
-        file.write(json.dumps(flat, indent=2).encode() + b"\n")
+    write_results({name: _median(values) for name, values in columns.items()} | {"seeds": len(results)}, medians)
     write_page(
         page,
         title,

@@ -106,6 +106,86 @@ def steering_figure(run: Run) -> Figure:
     return _finished(figure, axes)
 
 
+def orders_figure(run: Run) -> Figure:
+    """Course or heading and speed, as ordered and as made good."""
+    run = _thinned(run)
+    figure = Figure(figsize=(11.0, 7.0), layout="constrained")
+    course, speed = axes = figure.subplots(2, 1, sharex=True)
+    by_course = np.full(len(run), np.mean(run["by_course"]) > 0.5)
+    estimated = np.where(by_course, run["estimated_cog"], run["estimated_heading"])
+    true = np.where(by_course, run.true_cog, run["true_heading"])
+    shown = (
+        (run["desired_angle"], THEIRS, "ordered"),
+        (run["reference_angle"], QUIET, "reference"),
+        (estimated, OURS, "estimated"),
+        (true, TRUE, "true"),
+    )
+    for angle, color, label in shown:
+        course.plot(run.time, _unwound(angle), color=color, linewidth=1.0, label=label)
+    course.set_ylabel("course (°)" if by_course.all() else "heading (°)")
+    for values, color, label in (
+        (_known_speed(run), THEIRS, "ordered"),
+        (run["estimated_sog"], OURS, "estimated"),
+        (run.true_sog, TRUE, "true"),
+    ):
+        speed.plot(run.time, values, color=color, linewidth=1.0, label=label)
+    speed.set_ylabel("SOG (m/s)")
+    return _finished(figure, axes)
+
+
+def manoeuvre_figure(run: Run, course: float) -> Figure:
+    """Track and heading of a manoeuvre that begins on a course (rad)."""
+    began = int(np.argmax(run["yaw"] != 0.0))
+    run = _thinned(run.rows(slice(max(began - 1, 0), None)))
+    figure = Figure(figsize=(11.0, 9.0), layout="constrained")
+    place, turned, yaw = figure.subplot_mosaic([["place"], ["turned"], ["yaw"]], height_ratios=[2.2, 1.0, 0.7]).values()
+    place.plot(run["true_east"], run["true_north"], color=TRUE, linewidth=1.2)
+    place.plot(run["true_east"][0], run["true_north"][0], "o", color=TRUE, markersize=6, label="helm put over")
+    place.set_aspect("equal", adjustable="datalim")
+    place.set_xlabel("east (m)")
+    place.set_ylabel("north (m)")
+    turned.plot(run.time, _unwound(run["true_heading"] - course), color=TRUE, linewidth=1.0, label="change of heading")
+    turned.set_ylabel("change of\nheading (°)")
+    yaw.plot(run.time, run["yaw"], color=OURS, linewidth=1.0, label="helm, as the autopilot's output")
+    turned.sharex(yaw)
+    return _finished(figure, [place, turned, yaw])
+
+
+def places_figure(run: Run) -> Figure:
+    """Place and heading in dynamic positioning, and the errors of what is estimated and of what the receiver reads."""
+    run = _thinned(run)
+    figure = Figure(figsize=(11.0, 11.0), layout="constrained")
+    axes = figure.subplots(5, 1, sharex=True)
+    away, bearing = run["leg_distance"], run["leg_bearing"]
+    ordered = {
+        "north": run["estimated_north"] + away * np.cos(bearing),
+        "east": run["estimated_east"] + away * np.sin(bearing),
+        "heading": _unwound(run["desired_angle"]),
+    }
+    for each, (name, values) in zip(axes, ordered.items(), strict=False):
+        each.plot(run.time, values, color=THEIRS, linewidth=1.0, label="ordered")
+        for whose, color in (("estimated", OURS), ("true", TRUE)):
+            shown = run[f"{whose}_{name}"]
+            each.plot(
+                run.time, _unwound(shown) if name == "heading" else shown, color=color, linewidth=1.0, label=whose
+            )
+        each.set_ylabel("heading (°)" if name == "heading" else f"{name} (m)")
+    for each, name in zip(axes[3:], ("north", "east"), strict=True):
+        true = run[f"true_{name}"]
+        each.plot(run.time, run[f"read_{name}"] - true, ".", color=THEIRS, markersize=3.0, label="fix − true")
+        each.plot(run.time, run[f"estimated_{name}"] - true, color=OURS, linewidth=0.9, label="estimated − true")
+        each.set_ylabel(f"{name} error (m)")
+    return _finished(figure, axes)
+
+
+def _unwound(angle):
+    """Degrees without jumps, (n,)."""
+    known = np.isfinite(angle)
+    unwound = np.full(len(angle), np.nan)
+    unwound[known] = np.degrees(np.unwrap(angle[known]))
+    return unwound
+
+
 def actuators_figure(run: Run, actuators) -> Figure:
     """The commands of the actuators."""
     run = _thinned(run)
@@ -119,8 +199,16 @@ def actuators_figure(run: Run, actuators) -> Figure:
             if np.isfinite(limit):
                 each.axhline(scale * limit, color=BAD, linewidth=0.8, linestyle="--")
         each.plot([], [], color=BAD, linewidth=0.8, linestyle="--", label="limits")
-        each.set_ylabel(f"{actuator.name}\n({'°' if rudder else 'rad/s'})")
+        each.set_ylabel(actuator.name + _unit(actuator.name))
     return _finished(figure, axes)
+
+
+def _unit(name):
+    """Of an actuator, by the last word of its name."""
+    units = {"rudder": "°", "force": "N", "moment": "N·m"}
+    if name.startswith("thruster"):
+        return "\n(N)"
+    return f"\n({'rev/s' if name == 'shaft speed' else units.get(name.split()[-1], 'rad/s')})"
 
 
 def _finished(figure, axes):

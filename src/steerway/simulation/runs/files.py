@@ -1,6 +1,8 @@
 """The files of a run: a table with units in its column names, the log of its receiver, its page."""
 
+import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -135,15 +137,24 @@ def write_log(run: Run, path: Path, begins: float, origin) -> int:
     return fixes
 
 
+def write_results(numbers: Mapping[str, float | None], path: Path) -> None:
+    """Named numbers as JSON; null for what is not a finite number."""
+    known = {name: value if value is not None and math.isfinite(value) else None for name, value in numbers.items()}
+    with complete_or_absent(path) as file:
+        file.write(json.dumps(known, indent=2).encode() + b"\n")
+
+
 def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
-    """run.parquet, index.html and, on request, run.nmea in `directory`; returns what was written.
+    """run.parquet, results.json, index.html and, on request, run.nmea in `directory`; returns what was written.
 
     Raises InputError for a directory that cannot be written.
     """
     directory = made_directory(directory)
     table, page, log = directory / "run.parquet", directory / "index.html", directory / "run.nmea"
+    results = directory / "results.json"
+    write_results(simulated.numbers, results)
     write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin)
     if nmea:
         write_log(simulated.run, log, begins(simulated.scenario), simulated.origin)
     write_run_page(simulated, page, remarks)
-    return [table, page, *([log] if nmea else [])]
+    return [table, page, *([log] if nmea else []), results]

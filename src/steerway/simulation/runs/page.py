@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from steerway.report.page import write_page
+from steerway.simulation.assembly import holds_places
+from steerway.simulation.manoeuvres import limits, measured
 
 _TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
 _ERRORS = (
@@ -16,6 +18,9 @@ _STEERING = (
     "Commanded course, course made good and heading; speed; cross-track error. The crab angle, from the bow to the "
     "course made good, is caused by current and wind; course control compensates it without measuring it."
 )
+_ORDERS = "Ordered course (or heading) and speed, the reference that the autopilot follows, and the true motion."
+_PLACES = "Place and heading, as ordered, estimated and true; the errors of the estimate, and of the receiver's fixes."
+_MANOEUVRE = "The track from where the helm is first put over, and the heading with what is ordered of the actuators."
 _ACTUATORS = "Commands of the actuators, with their limits."
 
 
@@ -29,8 +34,11 @@ def write_run_page(sailed, path: Path, remarks=()) -> None:
     tables = [
         ("Estimated against true", ("", "RMS error"), comparison(sailed.numbers)),
         ("Summary", ("", ""), summary(sailed.numbers)),
-        ("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages),
     ]
+    if scenario.manoeuvre is not None:
+        tables = [(scenario.manoeuvre, ("", "measured", "IMO limit, for ships of 100 m and more"), manoeuvred(sailed))]
+    elif passages:
+        tables.append(("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages))
     write_page(path, scenario.name, tables, lambda: _figures(sailed), remarks, scenario.description)
 
 
@@ -38,12 +46,35 @@ def _figures(sailed):
     from steerway.simulation.runs import figures
 
     run = sailed.run
+    if sailed.scenario.manoeuvre is not None:
+        steered = [(figures.manoeuvre_figure(run, sailed.assembly.pilot.mission.orders[0].course), _MANOEUVRE)]
+    elif holds_places(sailed.scenario):
+        steered = [(figures.places_figure(run), _PLACES)]
+    elif sailed.scenario.orders:
+        steered = [(figures.orders_figure(run), _ORDERS), (figures.errors_figure(run), _ERRORS)]
+    else:
+        steered = [
+            (figures.track_figure(run, route_of(sailed)), _TRACK),
+            (figures.errors_figure(run), _ERRORS),
+            (figures.steering_figure(run), _STEERING),
+        ]
     return [
-        (figures.track_figure(run, route_of(sailed)), _TRACK),
-        (figures.errors_figure(run), _ERRORS),
-        (figures.steering_figure(run), _STEERING),
+        *steered,
         (figures.actuators_figure(run, sailed.assembly.vessel.actuators), _ACTUATORS),
     ]
+
+
+def manoeuvred(sailed) -> list[tuple[str, str, str]]:
+    """(what, measured, limit) of a manoeuvre."""
+    vessel, pilot = sailed.scenario.vessel, sailed.assembly.pilot
+    allowed = limits(pilot.manoeuvre, vessel.length, pilot.mission.cruise)
+    units = {"deg": "°", "dps": "°/s", "m": "m", "s": "s", "lengths": "lengths", "pct": "%"}
+    rows = []
+    for key, value in measured(sailed.run, pilot, vessel.length).items():
+        words, unit = key.rsplit("_", 1)
+        limit = f"{allowed[key]:.1f}" if math.isfinite(allowed.get(key, math.nan)) else ""
+        rows.append((words.replace("_", " "), _with_unit(value, units[unit], 2), limit))
+    return rows
 
 
 def route_of(sailed) -> tuple[np.ndarray, np.ndarray]:
@@ -73,16 +104,45 @@ def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
     """The run as (what, value) pairs."""
     return [
         ("time", _with_unit(numbers["duration_s"], "s", 1)),
+        *_answers(numbers),
+        *_under_way(numbers),
+    ]
+
+
+_ANSWERS = {
+    "settling_s": ("settling after an order, longest", "s", 1),
+    "position_mae_m": ("estimated position, mean |error| over north and east", "m", 4),
+    "overshoot_pct": ("overshoot, largest", "%", 1),
+    "rudder_max_deg": ("largest rudder", "°", 1),
+    "rudder_rate_max_dps": ("largest rudder rate asked for", "°/s", 2),
+}
+
+
+def _answers(numbers):
+    """What only some runs have."""
+    return [(words, _with_unit(numbers[key], *unit)) for key, (words, *unit) in _ANSWERS.items() if key in numbers]
+
+
+def _under_way(numbers):
+    """Of a run that does not hold places: of its legs, if it has any, and how it is steered."""
+    if "position_mae_m" in numbers:
+        return []
+    steered = [
+        ("largest crab angle", _with_unit(numbers["crab_angle_max_deg"], "°", 1)),
+        ("switches between course and heading control", f"{numbers['hand_overs']:.0f}"),
+    ]
+    if not math.isfinite(numbers["cross_track_rms_m"]) and not numbers["waypoints_reached"]:
+        return steered
+    return [
         ("waypoints", f"{numbers['waypoints_reached']:.0f} reached, {numbers['waypoints_missed']:.0f} missed"),
         (
             "cross-track error, true",
             f"RMS {numbers['cross_track_rms_m']:.2f} m, maximum {numbers['cross_track_max_m']:.1f} m",
         ),
         ("cross-track error, as estimated", _with_unit(numbers["estimated_cross_track_rms_m"], "m RMS", 2)),
-        ("largest crab angle", _with_unit(numbers["crab_angle_max_deg"], "°", 1)),
-        ("switches between course and heading control", f"{numbers['hand_overs']:.0f}"),
+        *steered,
     ]
 
 
 def _with_unit(value, unit, decimals) -> str:
-    return "unknown" if math.isnan(value) else f"{value:.{decimals}f} {unit}"
+    return "unknown" if not math.isfinite(value) else f"{value:.{decimals}f} {unit}"

@@ -1,0 +1,88 @@
+"""Courses and speeds ordered at given times, in place of a route: a helmsman's orders, and steps for trials."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from steerway.core.errors import InputError
+from steerway.core.leg import LegState
+from steerway.core.settings import NotNegative, Number, Table
+from steerway.guidance.mission_log import Passage
+from steerway.guidance.waypoints import Mission, Phase
+
+
+class Order(NamedTuple):
+    """What is ordered from `time` (s) on: rad, m/s, m. NaN: no place, the boat's usual speed."""
+
+    time: float
+    course: float = 0.0  # or heading, where that is steered by
+    speed: float = math.nan
+    north: float = math.nan
+    east: float = math.nan
+
+
+class OrderTable(Table):
+    """One of the [[orders]] of a scenario, from `time` (s) on; what is left out stays as it was ordered before.
+
+    `course_deg`: a course, or a heading where `guidance.steer_by` is "heading"; `speed` in m/s. Vessels in dynamic
+    positioning are ordered a place (`north`, `east` in m) and a heading (`course_deg`).
+    """
+
+    time: NotNegative = 0.0
+    course_deg: Number | None = None
+    speed: NotNegative | None = None
+    north: Number | None = None
+    east: Number | None = None
+
+
+def orders_of(tables: Sequence[OrderTable], first: Order) -> tuple[Order, ...]:
+    """The orders of tables; `first` is in force before them. Raises InputError for times that do not rise from 0."""
+    orders: list[Order] = []
+    for index, table in enumerate(tables):
+        before = orders[-1] if orders else first
+        if table.time < before.time or (orders and table.time == before.time):
+            raise InputError(f"orders[{index}].time is {table.time:g} s, expected more than {before.time:g} s")
+        if not orders and table.time > 0.0:
+            orders.append(first)
+        course = before.course if table.course_deg is None else math.radians(table.course_deg)
+        others = (
+            old if new is None else new
+            for old, new in zip(before[2:], (table.speed, table.north, table.east), strict=True)
+        )
+        orders.append(Order(table.time, course, *others))
+    return tuple(orders)
+
+
+class Ordered:
+    """Gives the orders in force where a `Mission` gives legs; steps are those of `pilot.LegSource`.
+
+    orders: in order of time, the first from 0 s on; see `orders_of`. cruise: the boat's usual speed, m/s.
+    """
+
+    phase = Phase.UNDER_WAY
+    following = math.nan
+    passages: tuple[Passage, ...] = ()
+    missions: tuple[Mission, ...] = ()
+
+    def __init__(self, orders: Sequence[Order], cruise: float = math.nan):
+        self.orders, self.cruise = tuple(orders), cruise
+        self.lead = self.preview = math.nan
+        self._time = math.nan
+
+    @property
+    def now(self) -> Order:
+        """The order in force."""
+        # Times are sums of steps, so that one may come a rounding error early.
+        started = [each for each in self.orders if each.time <= self._time + 1e-9]
+        return started[-1] if started else self.orders[0]
+
+    @property
+    def given_course(self) -> float:
+        """The course, or heading, in force, rad."""
+        return self.now.course
+
+    def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
+        """The ordered speed, and no leg; the first step is at 0 s. See `waypoints.Mission.step`."""
+        self._time = 0.0 if math.isnan(self._time) else self._time + dt
+        speed = self.now.speed
+        return LegState(0, *[math.nan] * 6, self.cruise if math.isnan(speed) else speed)

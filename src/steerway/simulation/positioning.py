@@ -1,0 +1,143 @@
+"""Dynamic positioning in a scenario: the pilot that holds ordered places and headings, its estimators and its keys."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from steerway.control.positioning import PositionPID, by_bandwidth
+from steerway.control.thrusters import Thrusters
+from steerway.core.estimate import Estimate, Estimator, Measurements
+from steerway.core.kinematics import in_body, over_ground
+from steerway.core.settings import Flag, NotNegative, Positive, Table
+from steerway.estimation.positioning.passive import ObserverGains, PassiveObserver
+from steerway.estimation.positioning.time_varying import TimeVaryingNoise
+from steerway.estimation.positioning.vessel_filter import Observer, VesselFilter, VesselNoise
+from steerway.guidance.ordered import Ordered
+from steerway.guidance.reference import Reference
+from steerway.pilot import Mode, Orders
+from steerway.vessels.vessel import Positioned
+
+KINDS = ("vessel-filter", "tekf", "passive-observer")
+"""Estimators of a vessel by its M, D and forces: Kalman filter, P2's time-varying filter (TEKF), its rival."""
+
+
+class PositioningEstimatorTable(Table):
+    """What an estimator of [estimator] kind "vessel-filter", "tekf" or "passive-observer" takes for its noise.
+
+    position_std m of a fix and heading_std_deg of a compass reading; force_std of the environment's force in north,
+    east (N) and yaw (N·m) and its time constant (s), estimated where not 0; wave_std m and wave_frequency rad/s of what
+    waves add to a fix: these for "vessel-filter". process_noise: factor on the Q of P2 (19), for "tekf".
+    """
+
+    position_std: Positive = 0.1
+    heading_std_deg: Positive = 0.5
+    force_std: tuple[NotNegative, NotNegative, NotNegative] = (0.0, 0.0, 0.0)
+    force_time: Positive = 50.0
+    wave_std: NotNegative = 0.0
+    wave_frequency: Positive = 0.8
+    process_noise: Annotated[float, Field(strict=True, gt=0.0, le=1e6)] = 1.0
+
+    def observer(self, kind: str, vessel: Positioned, fix_interval: float) -> Observer:
+        """The observer of a kind for fixes so many s apart."""
+        inertia, damping, _ = vessel
+        if kind == "passive-observer":
+            return PassiveObserver(inertia, damping, ObserverGains.of_inertia(inertia), fix_interval=fix_interval)
+        noise = VesselNoise(
+            force_std=self.force_std,
+            force_time=self.force_time,
+            wave_std=self.wave_std,
+            wave_frequency=self.wave_frequency,
+            position_std=self.position_std,
+            heading_std=math.radians(self.heading_std_deg),
+        )
+        if kind == "vessel-filter":
+            return VesselFilter(inertia, damping, noise)
+        # P2 estimates no force and has no gate.
+        noise = replace(noise, force_std=(0.0, 0.0, 0.0), wave_std=0.0)
+        varying = TimeVaryingNoise(scale=self.process_noise, yaw=self.process_noise)
+        return VesselFilter(inertia, damping, noise, math.inf, None, varying)
+
+
+class PositioningTable(Table):
+    """The PID of P2 (30)–(33): K_p = ω² M, K_d = 2ζω M, K_i = `integral` ω K_p. bandwidth ω in rad/s, by default 2/T in
+    surge; `anti_windup` false lets the integral wind up at the limits, as in the paper.
+    """
+
+    bandwidth: Positive | None = None
+    damping: Positive = 1.0
+    integral: NotNegative = 0.1
+    anti_windup: Flag = True
+
+    def controller(self, vessel: Positioned) -> PositionPID:
+        """The controller for a vessel, its limits those of the thrusters in each direction alone."""
+        inertia, damping, thrusters = vessel
+        limits = [float(thrusters.allocate(1e12 * direction)[1][k]) for k, direction in enumerate(np.eye(3))]
+        bandwidth = self.bandwidth or 2.0 * damping[0][0] / inertia[0][0]
+        gains = by_bandwidth(inertia, bandwidth, self.damping, self.integral, limits)
+        return PositionPID(gains, self.anti_windup)
+
+
+class PositioningEstimator:
+    """An observer of a vessel's motion as an `Estimator`; it begins at a place and heading that are known."""
+
+    def __init__(self, observer: Observer, north: float, east: float, heading: float):
+        self.observer = observer
+        observer.start(north, east, heading)
+        self._force: Sequence[float] | None = None
+
+    def order(self, force: Sequence[float]) -> None:
+        """The force (surge N, sway N, yaw N·m) that the thrusters give until the next step."""
+        self._force = force
+
+    def step(self, measurements: Measurements, dt: float) -> Estimate:
+        """The motion now. What is measured at the first step, before any force, is not used."""
+        if self._force is not None:
+            self.observer.predict(np.asarray(self._force), dt)
+            self.observer.update_heading(measurements.heading)
+            self.observer.update(measurements.north, measurements.east)
+        north, east, heading, (surge, sway, yaw_rate), _ = self.observer.motion
+        velocity_north, velocity_east = over_ground(surge, sway, heading)
+        sog, cog = math.hypot(velocity_north, velocity_east), math.atan2(velocity_east, velocity_north)
+        return Estimate(north, east, sog, cog, *[math.nan] * 5, heading, yaw_rate)
+
+
+class PositioningPilot:
+    """Holds the place and heading of the order in force. The loop drives it as a `pilot.Pilot`."""
+
+    finished = False
+
+    def __init__(self, estimator: Estimator, mission: Ordered, controller: PositionPID, thrusters: Thrusters):
+        self.estimator, self.mission, self.controller = estimator, mission, controller
+        self._thrusters = thrusters
+        self._tell = getattr(estimator, "order", lambda force: None)
+
+    def step(self, measurements: Measurements, dt: float) -> Orders:
+        """The thrusts now, dt s after the step before."""
+        estimate = self.estimator.step(measurements, dt)
+        leg = self.mission.step(estimate.north, estimate.east, dt)
+        order = self.mission.now
+        ahead, abeam = in_body(
+            estimate.sog * math.cos(estimate.cog), estimate.sog * math.sin(estimate.cog), estimate.heading
+        )
+        wanted = self.controller.step(
+            (order.north, order.east, order.course),
+            estimate.north,
+            estimate.east,
+            estimate.heading,
+            (ahead, abeam, estimate.yaw_rate),
+            dt,
+        )
+        thrusts, achieved = self._thrusters.allocate(wanted)
+        self._tell(achieved)
+        away = math.hypot(order.north - estimate.north, order.east - estimate.east)
+        bearing = math.atan2(order.east - estimate.east, order.north - estimate.north)
+        leg = leg._replace(distance=away, bearing=bearing, speed=math.nan)
+        desired = Reference(order.course, 0.0, 0.0)
+        force, yaw = float(wanted[0]), float(wanted[2])
+        return Orders(
+            tuple(thrusts.tolist()), estimate, leg, desired, desired, math.nan, force, yaw, Mode.UNDER_WAY, False
+        )

@@ -1,0 +1,184 @@
+"""A vessel at low speed by its matrices M and D, with any number of thrusters: M ν̇ + D ν = B f + Rᵀ(ψ) b; P2 (1)–(2).
+
+State N E ψ u v r, as of `cybership2`. The velocities are through the water, which a current carries along.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field
+
+from steerway.control.boats import Boat
+from steerway.control.speed_pi import SpeedPIGains
+from steerway.control.thrusters import Thrusters, thruster_matrix
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.core.settings import NotNegative, Number, Positive, Table, Triple
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    FORCE_EAST,
+    FORCE_NORTH,
+    MOMENT,
+    Actuated,
+    Actuator,
+    Positioned,
+    VesselTable,
+    check_shapes,
+    checked_method,
+)
+
+
+class LowSpeedVessel(Actuated):
+    """The vessel for the loop. Command: a thrust (N) for each thruster.
+
+    Raises InputError for matrices that are not (3, 3) or that no body has: M and D + Dᵀ have to be positive definite.
+    """
+
+    def __init__(self, inertia: ArrayLike, damping: ArrayLike, thrusters: Thrusters, method: str = "rk4"):
+        inertia, damping = array_of("inertia", inertia, (3, 3)), array_of("damping", damping, (3, 3))
+        for name, matrix in (("inertia", inertia), ("damping", damping)):
+            if not np.linalg.eigvalsh(matrix + matrix.T).min() > 0.0:
+                raise InputError(f"vessel.{name} is {matrix.tolist()}, expected a positive definite matrix")
+        ends = zip(thrusters.low.tolist(), thrusters.high.tolist(), strict=True)
+        self.actuators = tuple(Actuator(f"thruster {k}", low, high) for k, (low, high) in enumerate(ends, 1))
+        self._thrusters = thrusters
+        self._inverse, self._damping = np.ascontiguousarray(np.linalg.inv(inertia)), np.ascontiguousarray(damping)
+        self._runge_kutta = checked_method(method)
+
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
+        return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
+
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 6, conditions)
+        limits = self._thrusters
+        force = limits.matrix @ np.clip(np.asarray(command, dtype=np.float64), limits.low, limits.high)
+        return _step(state, force, self._inverse, self._damping, conditions, step, self._runge_kutta)
+
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 6, conditions)
+        return _motion(state, self._inverse, self._damping, conditions)
+
+
+@kernel
+def _rates(state, force, inverse, damping, conditions):
+    heading, velocity = state[2], state[3:6]
+    x, y = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
+    push = np.array([x + force[0], y + force[1], conditions[MOMENT] + force[2]])
+    for i in range(3):
+        push[i] -= damping[i, 0] * velocity[0] + damping[i, 1] * velocity[1] + damping[i, 2] * velocity[2]
+    north, east = over_ground(velocity[0], velocity[1], heading)
+    out = np.empty(6)
+    out[0] = north + conditions[CURRENT_NORTH]
+    out[1] = east + conditions[CURRENT_EAST]
+    out[2] = velocity[2]
+    for i in range(3):
+        out[3 + i] = inverse[i, 0] * push[0] + inverse[i, 1] * push[1] + inverse[i, 2] * push[2]
+    return out
+
+
+@kernel
+def _step(state, force, inverse, damping, conditions, step, by_runge_kutta):
+    k1 = _rates(state, force, inverse, damping, conditions)
+    if not by_runge_kutta:
+        return state + step * k1
+    k2 = _rates(state + 0.5 * step * k1, force, inverse, damping, conditions)
+    k3 = _rates(state + 0.5 * step * k2, force, inverse, damping, conditions)
+    k4 = _rates(state + step * k3, force, inverse, damping, conditions)
+    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@kernel
+def _motion(state, inverse, damping, conditions):
+    still = np.zeros(3)
+    rates = _rates(state, still, inverse, damping, conditions)
+    before = _rates(state - SHORTLY * rates, still, inverse, damping, conditions)
+    after = _rates(state + SHORTLY * rates, still, inverse, damping, conditions)
+    acceleration = (after - before) / (2.0 * SHORTLY)
+    course_rate = turning_rate(rates[0], rates[1], acceleration[0], acceleration[1])
+    return GroundMotion(
+        state[0], state[1], state[2], rates[0], rates[1], state[5], course_rate, state[3], state[4], 0.0, 0.0
+    )
+
+
+_FASTEST = 0.35
+"""rad/s: the course estimate of a boat of 0.8 m/s carries 0.7 rad/s with fixes of 0.15 m at 5 Hz."""
+_MOST = 1e12
+"""N or N·m, more than any thrusters give."""
+
+
+def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:
+    """The boat as `pilot.Pilot` steers it along a route: surge and yaw by K = 1/D_33, T = M_33/D_33, bandwidth 1/T.
+
+    A hull that answers within seconds is steered no faster than an estimated course allows, and than it damps itself.
+    """
+    inertia, damping, thrusters = positioned
+    *_, ahead, _ = thrusters.step(_MOST, 0.0)
+    *_, moment = thrusters.step(0.0, _MOST)
+    time = inertia[2][2] / damping[2][2]
+    return Boat(
+        nomoto_gain=1.0 / damping[2][2],
+        nomoto_time=time,
+        yaw_limit=moment,
+        bandwidth=max(min(1.0 / time, _FASTEST), 0.5 / time),
+        propulsion=thrusters,
+        lookahead=10.0 * cruise * time,
+        acceptance=2.0 * cruise * time,
+        cruise=cruise,
+        top_speed=ahead / damping[0][0],
+        profile="small-usv",
+        speed=SpeedPIGains(
+            inertia[0][0],
+            damping[0][0],
+            bandwidth=damping[0][0] / inertia[0][0],
+            limit=ahead,
+            acceleration=0.1 * cruise,
+        ),
+    )
+
+
+class ThrusterTable(Table):
+    """A fixed thruster, m ahead and to starboard of the origin; it pushes towards `angle_deg` with up to `limit` N.
+
+    `limit_astern` N in the opposite direction, by default as much.
+    """
+
+    ahead: Number = 0.0
+    starboard: Number = 0.0
+    angle_deg: Number = 0.0
+    limit: Positive
+    limit_astern: NotNegative | None = None
+
+
+class LowSpeedTable(VesselTable):
+    """The keys of a vessel by its inertia M and damping D (kg, kg·m, kg·m², and the same per second) and thrusters."""
+
+    kind: Literal["low-speed"] = "low-speed"
+    inertia: tuple[Triple, Triple, Triple] = ((85.0, 0.0, 0.0), (0.0, 165.0, 10.0), (0.0, 10.0, 40.0))
+    damping: tuple[Triple, Triple, Triple] = ((80.0, 0.0, 0.0), (0.0, 160.0, 0.0), (0.0, 0.0, 25.0))
+    thrusters: Annotated[tuple[ThrusterTable, ...], Field(min_length=1)] = (
+        ThrusterTable(ahead=-0.8, starboard=-0.4, limit=100.0),
+        ThrusterTable(ahead=-0.8, starboard=0.4, limit=100.0),
+        ThrusterTable(ahead=0.8, angle_deg=90.0, limit=50.0),
+        ThrusterTable(ahead=-0.8, angle_deg=90.0, limit=50.0),
+    )
+    cruise: Positive = 0.8
+
+    def positioned(self) -> Positioned:
+        """M, D and the thrusters."""
+        places = [(each.ahead, each.starboard, math.radians(each.angle_deg)) for each in self.thrusters]
+        low = [-(each.limit if each.limit_astern is None else each.limit_astern) for each in self.thrusters]
+        thrusters = Thrusters(thruster_matrix(places), low, [each.limit for each in self.thrusters])
+        return Positioned(self.inertia, self.damping, thrusters)
+
+    def build(self) -> LowSpeedVessel:
+        return LowSpeedVessel(*self.positioned(), self.method)
+
+    def boat(self) -> Boat:
+        return low_speed_boat(self.positioned(), self.cruise)

@@ -1,0 +1,37 @@
+"""P4's Kalman filter (5)–(7) as printed: of the compass alone, with the heading for a known input. For tests.
+
+The heading is what is sought, so that only a simulation can feed it. The studies' filter and the product's have four
+states, vehicle and compass, and the propellers' difference for an input.
+"""
+
+import numpy as np
+
+from steerway.sensors import TCM2, CompassModel
+
+STATE_VARIANCE, READING_VARIANCE = 1.0, 2.0
+"""deg², (7)."""
+
+
+class PrintedCompassKalman:
+    """One step a tick of 1/40 s; angles in degrees. `covariance` is that of the two compass states, (2, 2)."""
+
+    def __init__(self, model: CompassModel = TCM2):
+        self._a = np.array([[model.a1, model.a2], [model.shift, 0.0]])
+        self._b, self._c = np.array([model.b, 0.0]), np.array([model.k, 0.0])
+        self.state = np.zeros(2)
+        self.covariance = np.eye(2)
+
+    @property
+    def heading(self) -> float:
+        """The estimated reading, which for a gain of 1 at rest is the heading, degrees."""
+        return float(self._c @ self.state)
+
+    def step(self, heading: float, reading: float) -> float:
+        """Predict with the `heading` for input, (5); correct by a `reading`, (6). Returns the estimate."""
+        self.state = self._a @ self.state + self._b * heading
+        self.covariance = self._a @ self.covariance @ self._a.T + STATE_VARIANCE * np.eye(2)
+        variance = float(self._c @ self.covariance @ self._c) + READING_VARIANCE
+        gain = self.covariance @ self._c / variance
+        self.state = self.state + gain * (reading - self.heading)
+        self.covariance = self.covariance - np.outer(gain, self._c @ self.covariance)
+        return self.heading

@@ -1,0 +1,98 @@
+"""The papers' scenarios whole, as a user sails them: `steerway simulate examples/pN.toml -o DIR`."""
+
+import json
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from steerway.guidance.testing import OrderTable
+from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario, sail_scenario
+from tests.command_line import run
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+LONGEST = 60.0
+"""s of one run on two cores, kernels compiled."""
+
+
+@pytest.fixture
+def results(tmp_path):
+    """results.json of a paper's scenario, by the command line, in no more than a minute."""
+
+    def of(name):
+        began = time.perf_counter()
+        code, _, errors = run("simulate", EXAMPLES / f"{name}.toml", "-o", tmp_path)
+        assert not code, errors
+        assert time.perf_counter() - began < LONGEST
+        assert (tmp_path / "index.html").stat().st_size > 50_000
+        return json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+
+    return of
+
+
+def test_p0_settles_on_both_orders(results):
+    found = results("p0")
+    assert 9.2 <= found["settling_s"] <= 10.2 and found["overshoot_pct"] < 5.0
+
+
+def test_p1_passes_all_waypoints_without_saturation(results):
+    found = results("p1")
+    assert (found["waypoints_reached"], found["waypoints_missed"]) == (5.0, 0.0)
+    assert found["rudder_rate_max_dps"] < 5.0 and found["rudder_max_deg"] < 39.9
+
+
+def test_p3_settles_at_every_speed(results):
+    found = results("p3")
+    assert max(found[f"settling_s_{speed}"] for speed in (3, 6, 9)) < 40.0
+    assert found["overshoot_pct"] <= 2.0
+
+
+@pytest.mark.parametrize("speed", [3.0, 6.0, 9.0])
+@pytest.mark.parametrize("controller", ["adaptive", "disturbance-observer", "pi"])
+def test_p3_settles_from_rest_with_every_controller(controller, speed, request):
+    if (controller, speed) == ("pi", 3.0):
+        request.applymarker(
+            pytest.mark.xfail(strict=True, reason="PI overshoots by 5.7 %: its integral fills while the boat is slow")
+        )
+    found = from_rest(controller, speed)
+    assert found[f"settling_s_{speed:g}"] < 40.0
+    assert found["overshoot_pct"] <= 2.0
+
+
+def test_pi_overshoots_at_3_mps_by_no_more_than_measured():
+    assert from_rest("pi", 3.0)["overshoot_pct"] < 5.7
+
+
+def from_rest(controller, speed):
+    """Numbers of P3's boat that is ordered one speed."""
+    scenario = load_scenario(EXAMPLES / "p3.toml")
+    changed = scenario.speed.model_copy(update={"controller": controller})
+    orders = (OrderTable(speed=speed),)
+    return sail_scenario(scenario.model_copy(update={"speed": changed, "orders": orders, "duration": 80.0})).numbers
+
+
+def test_p4_reaches_all_waypoints(results):
+    found = results("p4")
+    assert (found["waypoints_reached"], found["waypoints_missed"]) == (7.0, 0.0)
+
+
+def test_p2_holds_its_place(results):
+    found = results("p2")
+    assert 0.068 < found["position_mae_m"] < 0.088  # 5 % to 95 % of seeds
+
+
+@pytest.mark.parametrize(
+    "kind, noise, low, high",
+    [
+        ("tekf", "process_noise = 1.5e-3", 0.075, 0.079),
+        ("vessel-filter", "force_std = [0.29, 0.29, 0.029]", 0.046, 0.052),
+    ],
+)
+def test_p2_has_the_mean_errors_of_the_study(kind, noise, low, high):
+    """Table III's by recipe B, and the nine-state filter's beside its bound of 0.0490 m."""
+    text = (EXAMPLES / "p2.toml").read_text(encoding="utf-8")
+    text = text.replace('"tekf"', f'"{kind}"').replace("process_noise = 1.5e-3", noise)
+    numbers = over_seeds(partial(numbers_of_seed, parse_scenario(text)), range(1, 81))
+    assert low < np.mean([each["position_mae_m"] for each in numbers]) < high

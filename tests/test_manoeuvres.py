@@ -1,0 +1,111 @@
+"""Zigzag, turning circle and pull-out against Nomoto's equation, and against MARINER's known turn."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from scipy.optimize import brentq
+
+from steerway import InputError
+from steerway.simulation import parse_scenario, sail_scenario
+from steerway.simulation.testing import limits, manoeuvre_of
+from tests.command_line import run
+
+GAIN, TIME, SPEED = 0.1, 10.0, 3.0
+NOMOTO = f"""
+duration = 1500.0
+step = 0.02
+manoeuvre = "KIND"
+[vessel]
+kind = "nomoto"
+gain = {GAIN}
+time_constant = {TIME}
+speed = {SPEED}
+"""
+P1 = Path(__file__).parent.parent / "examples" / "p1.toml"
+
+
+def numbers(kind, text=NOMOTO):
+    return sail_scenario(parse_scenario(text.replace("KIND", kind))).numbers
+
+
+def test_a_zigzag_overshoots_as_the_equation_says():
+    helm, change = math.radians(20.0), math.radians(10.0)
+    settled = GAIN * helm
+    executed = brentq(lambda t: settled * (t - TIME * -math.expm1(-t / TIME)) - change, 0.1, 100.0)
+    rate = settled * -math.expm1(-executed / TIME)
+    overshoot = TIME * rate - settled * TIME * math.log(1.0 + rate / settled)
+    found = numbers("zigzag:20/10")
+    assert found["initial_turning_s"] == pytest.approx(executed, abs=0.03)
+    assert found["initial_turning_m"] == pytest.approx(SPEED * executed, abs=0.1)
+    late = 2.0 * 0.02 * math.degrees(rate)  # the helm goes over on the first step past the change
+    assert found["overshoot_1_deg"] == pytest.approx(math.degrees(overshoot), abs=late)
+    assert found["finished"] == 1.0 and "overshoot_4_deg" in found and "overshoot_5_deg" not in found
+
+
+def test_a_turning_circle_has_the_diameter_of_its_rate():
+    found = numbers("turning-circle:-15")
+    rate = GAIN * math.radians(15.0)
+    assert found["steady_yaw_rate_dps"] == pytest.approx(math.degrees(rate), rel=1e-6)
+    assert found["steady_diameter_m"] == pytest.approx(2.0 * SPEED / rate, rel=1e-6)
+    # A first-order yaw response runs T further before it turns.
+    assert found["advance_m"] == pytest.approx(SPEED / rate + SPEED * TIME, rel=0.05)
+    assert found["speed_loss_pct"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_after_a_pull_out_a_stable_ship_goes_straight():
+    found = numbers("pull-out:20")
+    assert abs(found["residual_yaw_rate_first_dps"]) < 1e-6 > found["residual_difference_dps"]
+
+
+def test_an_unstable_ship_goes_on_turning_to_either_side():
+    """P3's hull: at 3 m/s its yaw is unstable without a controller."""
+    text = 'duration = 900.0\nstep = 0.05\nmanoeuvre = "pull-out:5"\n[vessel]\nkind = "caldas"\n'
+    assert numbers("", text)["residual_difference_dps"] > 1.0
+
+
+def test_mariner_turns_at_15_degrees_as_in_the_author_s_toolbox():
+    """A steady radius of 711 m with the rudder 15° to port."""
+    text = 'duration = 1500.0\nstep = 0.1\nmanoeuvre = "turning-circle:-15"\n[vessel]\nkind = "mariner"\n'
+    found = numbers("", text)
+    assert 0.5 * found["steady_diameter_m"] == pytest.approx(711.0, abs=1.0)
+    assert found["advance_lengths"] == pytest.approx(found["advance_m"] / 160.93)
+
+
+def test_a_boat_without_a_rudder_gives_a_share_of_its_moment():
+    text = 'duration = 300.0\nstep = 0.02\nmanoeuvre = "zigzag:10/20"\n[vessel]\nkind = "otter"\n'
+    sailed = sail_scenario(parse_scenario(text))
+    largest = sailed.scenario.vessel.boat().yaw_limit
+    assert abs(sailed.run["yaw"]).max() == pytest.approx(0.1 * largest)
+    before = sailed.run["yaw"] == 0.0
+    assert sailed.run.true_sog[before][-1] == pytest.approx(1.2, abs=0.02)  # it has come to its cruise speed
+
+
+def test_imo_allows_more_to_long_slow_ships():
+    ten = manoeuvre_of("zigzag:10/10")
+    assert limits(ten, 100.0, 12.0)["overshoot_1_deg"] == 10.0
+    assert limits(ten, 200.0, 10.0)["overshoot_1_deg"] == 15.0 and limits(ten, 200.0, 10.0)["overshoot_2_deg"] == 32.5
+    assert limits(ten, 400.0, 8.0)["overshoot_2_deg"] == 40.0
+    assert limits(manoeuvre_of("zigzag:20/20"), 1.0, 1.0) == {"overshoot_1_deg": 25.0}
+    assert limits(manoeuvre_of("turning-circle:35"), 1.0, 1.0)["tactical_diameter_lengths"] == 5.0
+
+
+def test_the_command_line_takes_a_manoeuvre_in_place_of_the_route(tmp_path):
+    code, _, errors = run("simulate", P1, "-o", tmp_path, "--manoeuvre", "zigzag:20/20")
+    assert not code, errors
+    found = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert 0.0 < found["overshoot_1_deg"] < 25.0
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "zigzag:20/20" in page and "25.0" in page and "IMO" in page
+
+
+@pytest.mark.parametrize("kind", ["zigzag", "zigzag:10", "zigzag:10/ten", "circle:35", "pull-out:0", "zigzag:10/200"])
+def test_what_no_manoeuvre_is_is_refused(kind):
+    with pytest.raises(InputError, match=f"manoeuvre is '{kind}', expected"):
+        numbers(kind)
+
+
+def test_a_boat_that_cannot_turn_makes_none():
+    with pytest.raises(InputError, match=r"needs a boat that is steered, not vessel\.kind surge"):
+        numbers("", 'manoeuvre = "zigzag:10/10"\n[vessel]\nkind = "surge"\n')
