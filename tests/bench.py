@@ -9,6 +9,7 @@ current. A line a run: what each corner was, and the legs. Exits with 1 where on
 import argparse
 import asyncio
 import math
+import multiprocessing
 import re
 import sys
 import tempfile
@@ -60,8 +61,8 @@ class Limits(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One run: m/s, degrees towards which the current sets, degrees of each corner, degrees/s; ekf: s until the vehicle
-    takes GUIDED.
+    """One run: m/s, degrees towards which the current sets, degrees of each corner, degrees/s; told: degrees/s that
+    the vehicle says it turns, NaN: what it does; ekf: s until it takes GUIDED.
     """
 
     current: float = 0.5
@@ -70,6 +71,7 @@ class Case(NamedTuple):
     seed: int = 1
     corner: float = 90.0
     turn_rate: float = 80.0
+    told: float = math.nan
     speed: float = 2.0
     acceptance: float = 4.0
     ekf: float = 10.0
@@ -129,7 +131,10 @@ class Found(NamedTuple):
     def words(self) -> str:
         """Legs and corners in a line."""
         legs = " ".join(f"{leg:.2f}" for leg in self.legs)
-        corners = ", ".join(f"{each.closest:.1f}/{each.outside:.1f} ({each.turned:+.0f}°)" for each in self.corners)
+        corners = ", ".join(
+            f"{each.closest:.1f}/{each.outside:.1f} ({each.turned:+.0f}° of {each.planned:+.0f}°)"
+            for each in self.corners
+        )
         return f"legs {legs} m RMS, corners {corners}, {self.seconds:.0f} s"
 
 
@@ -157,6 +162,7 @@ def course_of(case: Case, directory: str | Path) -> Course:
         lines += ["[[waypoint]]", f"lat_deg = {lat!r}", f"lon_deg = {lon!r}"]
     mission.write_text("\n".join(lines))
     vehicle = f"?cruise=2.0&ekf={case.ekf}&compass={int(case.compass)}"
+    vehicle += f"&turn={case.turn_rate if math.isnan(case.told) else case.told}"
     # With a profile nothing is inferred beside the run, by a thread whose pace is not that of the virtual clock.
     return Course(scenario, mission, route(case.corner), Settings(profile="small-usv"), vehicle)
 
@@ -243,13 +249,14 @@ def main() -> None:
     options.add_argument("--seeds", type=int, nargs="+", default=[1])
     options.add_argument("--corner", type=float, nargs="+", default=[90.0], help="degrees of each turn")
     options.add_argument("--turn-rate", type=float, nargs="+", default=[80.0], help="the vehicle's largest, degrees/s")
+    options.add_argument("--told", type=float, default=math.nan, help="what the vehicle says of it, degrees/s")
     options.add_argument("--speed", type=float, default=2.0, help="of the route, m/s")
     options.add_argument("--acceptance", type=float, default=4.0, help="m")
     options.add_argument("--jobs", type=int, default=1)
     chosen = options.parse_args()
     cases = [
         Case(current, (chosen.first + 360.0 * k / chosen.directions) % 360.0, compass, seed, corner, rate)._replace(
-            speed=chosen.speed, acceptance=chosen.acceptance
+            told=chosen.told, speed=chosen.speed, acceptance=chosen.acceptance
         )
         for current in chosen.current
         for corner in chosen.corner
@@ -259,7 +266,7 @@ def main() -> None:
         for seed in chosen.seeds
     ]
     missed = 0
-    with ProcessPoolExecutor(chosen.jobs) as workers:
+    with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as workers:
         for found in workers.map(sail, cases):
             misses = found.misses(Limits())
             missed += bool(misses)

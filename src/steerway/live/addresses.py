@@ -87,7 +87,7 @@ def signed(text: str, key_file: str | None) -> str:
 def vehicle(text: str) -> Uri:
     """The address of a simulated MAVLink vehicle, with or without `mavlink:` before it."""
     address = uri.parse(text if text.startswith("mavlink:") else f"mavlink:{text}", ("mavlink",), PORTS)
-    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud", "cruise", "ekf", "compass")))
+    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud", "cruise", "ekf", "compass", "turn")))
 
 
 def datagrams(text: str) -> Uri:

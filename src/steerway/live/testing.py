@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
     from steerway.live.autopilot.supervisor import Supervisor
+    from steerway.live.autopilot.turn_limit import TurnLimit
     from steerway.live.build_service import launch as launch_launch
     from steerway.live.control_port import ControlPort, control_address
     from steerway.live.controls import Controls

@@ -37,7 +37,7 @@ class Limits(Table):
 class BoatTable(Table):
     """How the boat responds to commands; see `steerway.live.autopilot.piloting`."""
 
-    max_yaw_rate_dps: Positive = 20.0  # largest that is commanded
+    max_yaw_rate_dps: Positive | None = None  # largest that is commanded; None: the vehicle's own, else 20
     yaw_time: NotNegative = 1.5  # s, time constant of the yaw rate with propellers
     rate_time: Positive = 1.3  # s, of the yaw rate with a loop of its own
     yaw_munk: NotNegative = 0.0  # s²/m², loss of damping with the speed squared
@@ -45,6 +45,7 @@ class BoatTable(Table):
     full_yaw_rate_dps: Positive = 90.0  # with one propeller ahead, the other astern
     top_speed_mps: Positive = 3.0  # at full thrust
     surge_time: Positive = 1.5  # s, time constant of the speed
+    slip_time: NotNegative = 0.2  # s in which the motion through the water follows the bow
     reverse: Flag = False  # whether the propellers turn astern
 
 

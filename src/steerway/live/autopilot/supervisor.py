@@ -4,9 +4,11 @@ A state machine that observes the pilot (`pilot.Observer`). It has no clock and 
 it returns an order; fixes and links are reported to it.
 """
 
+import logging
 import math
 
 from steerway.build import DEFAULT_KINDS
+from steerway.control.turns import Turn
 from steerway.core.angles import wrap
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate
@@ -20,12 +22,14 @@ from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import YAW_RATE, boat_of, pilot_of
+from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_turns, pilot_of
+from steerway.live.autopilot.turn_limit import TurnLimit
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.pilot import Mode, Pilot, Steered
 from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
+LOG = logging.getLogger("steerway.live")
 _SLOWEST = 1.5
 """Of the profile's steerageway: the least speed that is demanded."""
 _SLOWEST_TURN = 0.5
@@ -71,14 +75,18 @@ class Supervisor:
         self._vehicle = ""
         self._is_finished = True  # a start begins the route from its first leg
         self._is_new = False  # started, and no step since
+        self._measured_at = self._thrust = math.nan
+        self._turn: Turn | None = None  # that was said last
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
         self._guard = LimitGuard(route.settings.limits, route.fence)
-        self._receiver, self._response = ReceiverMonitor(), None
+        self._receiver, self._response, self._turns = ReceiverMonitor(), None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
             self._response = ResponseMonitor(boat.nomoto_time, boat.cruise)
+            declared = route.settings.boat.max_yaw_rate_dps
+            self._turns = TurnLimit(None if declared is None else math.radians(declared))
         self._monitors = [each for each in (self._receiver, self._response) if each]
 
     @property
@@ -114,6 +122,11 @@ class Supervisor:
         """Why the vehicle that carries out the orders could not be steered, "" when it could; under way it says so."""
         self._vehicle = obstacle
 
+    def turns(self, limit: float) -> None:
+        """The vehicle's own limit of its yaw rate, rad/s."""
+        if self._turns is not None:
+            self._turns.vehicle(limit)
+
     def refused(self, reason: str) -> None:
         """The vehicle was not taken over: stopped, or ready again later where `engage` had started it."""
         if self._was_engaged and self.state in UNDER_WAY:
@@ -140,6 +153,8 @@ class Supervisor:
         self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
         if self._response is None:
             return
+        self._turns.turned(measured.yaw_rate, measured.time - self._measured_at)
+        self._measured_at = measured.time
         estimate = self.pilot.estimator.step(row, 0.0)
         current = estimate.current_north, estimate.current_east
         self._response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
@@ -159,12 +174,15 @@ class Supervisor:
         self._trouble = self._watch.step(row, dt)
         if self._response is not None:
             self._response.order(self.pilot.estimator.ordered, dt)
+            self._turns.order(self.pilot.estimator.ordered, self._thrust, dt)
+            limit_turns(self.pilot, self._turns.rate)
         if self._is_new and self._is_finished:
             self.guide.restart()
         self.guide.row = row
         done = self.pilot.step(row, dt)
         course = done.desired.angle
         self.leg = self.guide.shown(done.leg, course)
+        self._thrust = done.command[1] if done.command else math.nan
         if done.command and self.state in UNDER_WAY:
             return Order(self.state, self.reason, True, *done.command, course, done.speed)
         return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
@@ -172,6 +190,7 @@ class Supervisor:
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
         """See `pilot.Observer`: whether to steer, by what is known and where the boat is."""
         cross_track = math.nan if self.guide.finished else leg.cross_track
+        self._say_turn(leg)
         self._speed = self.guide.slowed(leg)
         if self.state in UNDER_WAY:
             self._go_on(row, cross_track, dt)
@@ -230,6 +249,14 @@ class Supervisor:
             doubts = (each.doubt for each in self._monitors)
             self.reason = self._watch.degradation(row) or next(filter(None, doubts), "")
             self.state = State.DEGRADED if self.reason else State.RUNNING
+
+    def _say_turn(self, leg):
+        """Log a turn that begins, with the side and the distance at which it passes the waypoint."""
+        turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
+        if turn is not None and turn is not self._turn:
+            degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
+            LOG.info("turns by %+.0f° into leg %d, %s", degrees, leg.target, passes)
+        self._turn = turn
 
     def _wait(self):
         self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")

@@ -34,6 +34,8 @@ class Commanded(Protocol):
 
     def vehicle(self, obstacle: str) -> None: ...
 
+    def turns(self, limit: float) -> None: ...
+
     def refused(self, reason: str) -> None: ...
 
     def stop(self, reason: str) -> None: ...
@@ -91,6 +93,8 @@ class Companion(Output):
             LOG.warning("%s: the vehicle is now system %d", self.link.uri.text, self.guided.vehicle[0])
             self.decoder = MavlinkDecoder(self._place)
         self.link.system = self.guided.vehicle[0]
+        if message.get_type() == "PARAM_VALUE" and self.supervisor is not None:
+            self.supervisor.turns(self.guided.turn_limit)
         if message.get_type() == "STATUSTEXT" and message.severity <= self.link.messages.MAV_SEVERITY_WARNING:
             LOG.warning("vehicle: %s", message.text)
         if self._deliver is not None:
