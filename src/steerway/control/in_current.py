@@ -7,6 +7,7 @@ up for by the others, and the course has none.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -221,10 +222,7 @@ class InCurrent:
         """
         current, speed = (estimate.current_north, estimate.current_east), estimate.water_speed
         after = self.water_speed(following, leg.speed, estimate) if math.isfinite(leg.speed) else speed
-        limits = TurnLimits(model.bandwidth, model.max_rate, model.max_acceleration)
-        most = self._fastest(estimate) if self.over_ground else math.inf
-        speeds = TurnSpeeds(speed, after, self.speed_time, most, self.slip_time)
-        turn = plan_turn(leg.direction, following, current, limits, speeds, self.pivot)
+        turn = self.planned(leg.direction, following, (speed, after), current, model, self._fastest(estimate))
         left = leg.remaining - turn.lead
         begins = (
             estimate.north + left * math.cos(leg.direction) + leg.cross_track * math.sin(leg.direction),
@@ -232,6 +230,21 @@ class InCurrent:
         )
         self._next = leg.target + 1, turn, begins
         return turn.lead
+
+    def planned(
+        self,
+        direction: float,
+        following: float,
+        speeds: Sequence[float],
+        current: tuple[float, float],
+        model: ReferenceModel,
+        fastest: float | None = None,
+    ) -> Turn:
+        """The turn between two legs (rad) at the speeds through the water before it and in it (m/s), in a current."""
+        limits = TurnLimits(model.bandwidth, model.max_rate, model.max_acceleration)
+        most = (self.top_speed if fastest is None else fastest) if self.over_ground else math.inf
+        motion = TurnSpeeds(*speeds, self.speed_time, most, self.slip_time)
+        return plan_turn(direction, following, current, limits, motion, self.pivot)
 
     def progress(self, course: float, estimate: Estimate) -> float:
         """The fastest that the boat can be along a course over ground, m/s; not above 0 where the current is too

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from steerway.simulation.reading import load_scenario, parse_scenario
     from steerway.simulation.run import Sailed, numbers_of_seed, sail_scenario
     from steerway.simulation.scenario import Scenario
+    from steerway.simulation.short_legs import short_leg
     from steerway.simulation.unfinished import Unfinished
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "parse_scenario",
     "sail",
     "sail_scenario",
+    "short_leg",
     "steering_pilot",
 ]
 __getattr__, __dir__ = on_demand(__name__)
