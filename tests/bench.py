@@ -14,13 +14,15 @@ import re
 import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
+from unittest import mock
 
 import numpy as np
 
 from steerway.core.testing import displaced
-from steerway.live.testing import Settings
+from steerway.live.testing import RunningBoat, Settings
 from steerway.simulation.testing import OriginTable
 from tests.square import GUIDED, Course, cross_track, rms, sailed, seen
 
@@ -62,7 +64,8 @@ class Limits(NamedTuple):
 
 class Case(NamedTuple):
     """One run: m/s, degrees towards which the current sets, degrees of each corner, degrees/s; told: degrees/s that
-    the vehicle says it turns, NaN: what it does; ekf: s until it takes GUIDED.
+    the vehicle says it turns, NaN: what it does; ekf: s until it takes GUIDED; dead: s after the
+    start at which the motor dies.
     """
 
     current: float = 0.5
@@ -75,6 +78,7 @@ class Case(NamedTuple):
     speed: float = 2.0
     acceptance: float = 4.0
     ekf: float = 10.0
+    dead: float = math.inf
 
     @property
     def words(self) -> str:
@@ -109,6 +113,7 @@ class Found(NamedTuple):
     legs: list[float]
     corners: list[Corner]
     why: str = ""
+    off: float = math.nan  # m, largest distance from the route while steered
 
     def misses(self, limits: Limits) -> list[str]:
         """What is beyond a limit, in words."""
@@ -135,7 +140,7 @@ class Found(NamedTuple):
             f"{each.closest:.1f}/{each.outside:.1f} ({each.turned:+.0f}° of {each.planned:+.0f}°)"
             for each in self.corners
         )
-        return f"legs {legs} m RMS, corners {corners}, {self.seconds:.0f} s"
+        return f"legs {legs} m RMS, corners {corners}, {self.seconds:.0f} s, {self.off:.1f} m off at most"
 
 
 def route(corner: float) -> tuple[tuple[float, float], ...]:
@@ -179,7 +184,8 @@ def sail(case: Case) -> Found:
     with tempfile.TemporaryDirectory() as directory:
         course = course_of(case, directory)
         try:
-            run, log = sailed(course, _to_the_end)
+            with mock.patch.object(RunningBoat, "_command", _dying(case.dead)):
+                run, log = sailed(course, _to_the_end)
         except AssertionError as error:
             return Found(case, False, math.nan, [], [], str(error))
     stops = [line for line in log.splitlines() if "stopped" in line]
@@ -188,7 +194,28 @@ def sail(case: Case) -> Found:
     legs = [rms(leg) for leg in cross_track(run, course.corners, AROUND) if len(leg)]
     steered = run.filter(run["mode"] == GUIDED)
     seconds = float(steered["time_s"][-1] - steered["time_s"][0]) if len(steered) else math.nan
-    return Found(case, finished, seconds, legs, corners_of(steered, course.corners, log), why)
+    off = _off_route(steered, course.corners) if len(steered) else math.nan
+    return Found(case, finished, seconds, legs, corners_of(steered, course.corners, log), why, off)
+
+
+def _dying(dead):
+    """The boat's commands, which do nothing from a time (s) on."""
+    command = RunningBoat._command
+    return lambda boat, now: command(boat, now) if now < dead else boat._loops.rest()
+
+
+def _off_route(run, points):
+    """Largest distance (m) from all legs, of what was sailed since the first leg was reached."""
+    most, reached = 0.0, False
+    for place in zip(run["true_north_m"], run["true_east_m"], strict=True):
+        nearest = math.inf
+        for start, stop in pairwise(points):
+            along, across = seen(place, start, stop)
+            length = math.dist(start, stop)
+            nearest = min(nearest, math.hypot(across, along - min(length, max(0.0, along))))
+        reached |= nearest < 2.0
+        most = max(most, nearest) if reached else most
+    return most
 
 
 def corners_of(run, points, log: str = "") -> list[Corner]:
@@ -250,13 +277,14 @@ def main() -> None:
     options.add_argument("--corner", type=float, nargs="+", default=[90.0], help="degrees of each turn")
     options.add_argument("--turn-rate", type=float, nargs="+", default=[80.0], help="the vehicle's largest, degrees/s")
     options.add_argument("--told", type=float, default=math.nan, help="what the vehicle says of it, degrees/s")
+    options.add_argument("--dead", type=float, default=math.inf, help="s after the start at which the motor dies")
     options.add_argument("--speed", type=float, default=2.0, help="of the route, m/s")
     options.add_argument("--acceptance", type=float, default=4.0, help="m")
     options.add_argument("--jobs", type=int, default=1)
     chosen = options.parse_args()
     cases = [
         Case(current, (chosen.first + 360.0 * k / chosen.directions) % 360.0, compass, seed, corner, rate)._replace(
-            told=chosen.told, speed=chosen.speed, acceptance=chosen.acceptance
+            dead=chosen.dead, told=chosen.told, speed=chosen.speed, acceptance=chosen.acceptance
         )
         for current in chosen.current
         for corner in chosen.corner

@@ -145,5 +145,7 @@ waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 80.0, east = 0.0 }}, {{ n
 
 def test_a_leg_shorter_than_its_turns_in_the_current_is_refused_by_name():
     parse_scenario(SHORT_LEGS.format(current=0.0).replace("east = 9.0", "east = 40.0"))
-    with pytest.raises(InputError, match=r"leg to route.waypoints\[2\] is 9 m long, expected at least \d+ m, which its"):
+    with pytest.raises(
+        InputError, match=r"leg to route.waypoints\[2\] is 9 m long, expected at least \d+ m, which its"
+    ):
         parse_scenario(SHORT_LEGS.format(current=1.0))

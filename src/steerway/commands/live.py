@@ -74,6 +74,10 @@ def live(
     engage: Annotated[
         bool | None, typer.Option("--engage/--no-engage", help="Start the autopilot as soon as it is ready.")
     ] = None,
+    from_here: Annotated[
+        bool | None,
+        typer.Option("--from-here/--no-from-here", help="Begin the route although its first leg is over 2 km away."),
+    ] = None,
     latency: Annotated[
         float | None, typer.Option("--latency", metavar="S", help="Least latency of the receiver's fixes, s.")
     ] = None,
@@ -146,6 +150,7 @@ def live(
         "record": record,
         "max_dead_reckoning": max_dead_reckoning,
         "engage": engage,
+        "from_here": from_here,
         "latency": latency,
         "accuracy": False if no_accuracy else None,
         "helm": helm,

@@ -35,6 +35,9 @@ _DEPARTURE = 10.0
 """s for which a boat goes straight ahead at the most; turns show the rest."""
 _LONGEST_WITHOUT_WAY = 60.0
 """s without coming nearer to the waypoint, of a boat whose yaw rate answers within 1 s."""
+_CARRIED, _CARRIED_TIME = 4.0, 8.0
+"""Radii of the tightest turn, and s at the boat's speed, the larger: further away from the waypoint than she was on the
+leg, a boat under way has been carried off. On squares in 65 % of her speed turns take her back by up to 12 m."""
 LEAST_WAY = 0.03
 """Share of the boat's speed that it has to make along a leg."""
 _KEPT_SIDE = 0.5 * math.pi
@@ -112,8 +115,8 @@ class InCurrent:
 
     def restart(self) -> None:
         """The boat begins to steer."""
-        self._carried_off = self._without_way = self._departing = 0.0
-        self._target, self._nearest, self._before = -1, math.inf, math.inf
+        self._carried_off = self._without_way = self._departing = self._carried_back = 0.0
+        self._target, self._nearest, self._before, self._closest = -1, math.inf, math.inf, math.inf
         self.turning: Turn | None = None  # from the last leg into this one
         self._path, self._left, self._seen = None, 0.0, math.nan  # of that turn; rad left of it, the reference so far
         self._next: tuple[int, Turn | None, tuple[float, float]] = (-1, None, (0.0, 0.0))
@@ -124,9 +127,16 @@ class InCurrent:
         """Why the boat cannot go on along the leg, "" while it can."""
         if self._carried_off > _PATIENCE:
             return "the current exceeds the boat's speed"
+        if self._carried_back > self._allowed_back:
+            return f"the boat is carried away from the waypoint, by {self._carried_back:.0f} m"
         if self._without_way > _LONGEST_WITHOUT_WAY * max(1.0, self.response.time):
             return f"no way is made towards the waypoint for {self._without_way:.0f} s"
         return ""
+
+    @property
+    def _allowed_back(self):
+        """m that the boat may be carried away from the waypoint."""
+        return max(_CARRIED * self.top_speed / self.turn_rate, _CARRIED_TIME * self.top_speed)
 
     def watch(self, leg: LegState, estimate: Estimate, dt: float) -> None:
         """Judge whether the boat comes nearer to the waypoint of a leg, or by the estimate could."""
@@ -135,6 +145,7 @@ class InCurrent:
         if is_new:
             self._target, self._nearest, self._before = leg.target, leg.distance, leg.distance
             self._begin_turn(leg.target)
+            self._closest = leg.distance
         self._turned_for += dt
         if self.turning is not None and self._turned_for >= self.turning.time:
             self._path = None
@@ -143,7 +154,11 @@ class InCurrent:
         self._before = leg.distance if nearer else self._before
         self._nearest = leg.distance if gains else self._nearest
         self._without_way = 0.0 if nearer else self._without_way + dt
-        fastest = self.progress(leg.direction, estimate) + estimate.current_std
+        self._closest = min(self._closest, leg.distance)
+        self._carried_back = leg.distance - self._closest if leg.remaining > 0.0 else 0.0
+        # A gain above 1 may be a wrong split of the motion; who is faster than declared comes nearer all the same.
+        believed = estimate._replace(speed_gain=min(estimate.speed_gain, 1.0))
+        fastest = self.progress(leg.direction, believed) + estimate.current_std
         able = fastest > least or estimate.heading_std > SURE
         self._carried_off = 0.0 if able or gains else self._carried_off + dt
 

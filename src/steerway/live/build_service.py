@@ -57,7 +57,15 @@ def launch(settings: Settings) -> None:
         route = GeodeticRoute.load(settings.mission)
         of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
         supervisor = Supervisor(
-            route, of_pilot, longest, settings.engage, takes, kinds, measured, settings.estimator.heading
+            route,
+            of_pilot,
+            longest,
+            settings.engage,
+            takes,
+            kinds,
+            measured,
+            settings.estimator.heading,
+            settings.from_here,
         )
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")

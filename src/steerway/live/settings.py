@@ -63,6 +63,7 @@ class Settings(Table):
     mission: str | None = None
     record: str | None = None
     engage: Flag = False
+    from_here: Flag = False
     max_dead_reckoning: Positive = 10.0
     latency: NotNegative = 0.0
     accuracy: Flag = True

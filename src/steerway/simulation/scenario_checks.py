@@ -8,8 +8,8 @@ from steerway.guidance.route import LONGEST_LEG
 from steerway.guidance.route_table import route_of
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation import assembly
-from steerway.simulation.short_legs import short_leg
 from steerway.simulation.scenario import Scenario
+from steerway.simulation.short_legs import short_leg
 from steerway.vessels.kinds import TABLES
 
 MOST_STEPS = 20_000_000

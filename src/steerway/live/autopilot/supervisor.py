@@ -17,7 +17,7 @@ from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
-from steerway.live.autopilot.guide import Guide
+from steerway.live.autopilot.guide import ROUTE, Guide
 from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
@@ -35,6 +35,9 @@ _SLOWEST = 1.5
 _SLOWEST_TURN = 0.5
 """Share of the route's speed that is kept in a sharp turn."""
 
+_FAR = 2000.0
+"""m from the boat to the first leg, beyond which it has to be asked for."""
+_LOST, _AGAIN = " is lost", "; it is back, and the autopilot can be started again"
 _NO_NUMBER = "the estimate is no number"
 
 
@@ -49,6 +52,7 @@ class Supervisor:
     kinds:   of the autopilot and of the speed controller; see `build.build_pilot`.
     measured: gives the speed that is held; None: the row's.
     heading: which filter gives the heading; see `piloting.pilot_of`.
+    from_here: whether the first leg may be as far away as it is.
     """
 
     def __init__(
@@ -61,6 +65,7 @@ class Supervisor:
         kinds: tuple[str, str] = DEFAULT_KINDS,
         measured: MeasuredSpeed | None = None,
         heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
+        from_here: bool = False,
     ):
         profile = Profile.named(profile) if isinstance(profile, str) else profile
         self.pilot = pilot_of(route, profile, takes, kinds, heading, self)
@@ -70,7 +75,7 @@ class Supervisor:
         self.hands_back = route.settings.safe == "hand-back"
         self.measured = measured
         self._slowest = _SLOWEST * profile.steerageway
-        self._engage = engage
+        self._engage, self._from_here = engage, from_here
         self._was_engaged = False  # started by `engage`, not by hand
         self._vehicle = ""
         self._is_finished = True  # a start begins the route from its first leg
@@ -80,7 +85,7 @@ class Supervisor:
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
-        self._guard = LimitGuard(route.settings.limits, route.fence)
+        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead)
         self._receiver, self._response, self._turns = ReceiverMonitor(), None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
@@ -196,7 +201,10 @@ class Supervisor:
             self._go_on(row, cross_track, dt)
         self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, cross_track) or self._vehicle
         if self.state in (State.IDLE, State.READY):
+            self._obstacle = self._obstacle or self._far(leg)
             self._wait()
+        elif self.state is State.STOPPED and not self._obstacle and self.reason.endswith(_LOST):
+            self.reason += _AGAIN
         if self.state not in UNDER_WAY or self._is_new:
             return Mode.IDLE
         return Mode.HOLDING if self.guide.phase is Phase.HOLDING else Mode.UNDER_WAY
@@ -249,6 +257,16 @@ class Supervisor:
             doubts = (each.doubt for each in self._monitors)
             self.reason = self._watch.degradation(row) or next(filter(None, doubts), "")
             self.state = State.DEGRADED if self.reason else State.RUNNING
+
+    def _far(self, leg):
+        """Why a route does not begin here: its first leg is further away than a mission usually begins."""
+        if self._from_here or self.guide.mode != ROUTE or not self._is_finished:
+            return ""
+        beyond = max(-leg.along_track, -leg.remaining, 0.0)
+        away = math.hypot(leg.cross_track, beyond)
+        if not away > _FAR:
+            return ""
+        return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
     def _say_turn(self, leg):
         """Log a turn that begins, with the side and the distance at which it passes the waypoint."""

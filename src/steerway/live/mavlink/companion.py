@@ -80,6 +80,8 @@ class Companion(Output):
     def tick(self, row: Row, leg=None, order: Order | None = None) -> None:
         """See Output."""
         self._order, self._ordered = order, time.monotonic()
+        if order is not None and order.engaged:
+            self.link.send(self.guided.targets_due(self._ordered, order))
 
     def unreachable(self) -> str:
         """Why no order reaches the vehicle, "" when they do."""

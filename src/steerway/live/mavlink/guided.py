@@ -169,7 +169,7 @@ class Guided:
         order = order or Order(State.IDLE)
         self._judge(now, order)
         due += self._requests(now)
-        due += self._steering(now, order)
+        due += self.targets_due(now, order)
         return due
 
     def last_messages(self, hands_back: bool) -> list:
@@ -247,7 +247,8 @@ class Guided:
             return RoverMode.HOLD
         return RoverMode.MANUAL if self.phase is Takeover.RETURNING and guided else None
 
-    def _steering(self, now, order):
+    def targets_due(self, now: float, order: Order) -> list:
+        """The target to send now, none or one, while the vehicle is under control; see `due`."""
         if now - self._target < 0.9 * _TARGET_PERIOD or self.phase not in (Takeover.STEERING, Takeover.STOPPING):
             return []
         self._target = now
