@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.guide import Guide
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
     from steerway.live.autopilot.measured import MeasuredHeading, MeasuredSpeed, measured_speed
-    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable
+    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable, OnStop
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.autopilot.turn_limit import TurnLimit

@@ -115,6 +115,10 @@ class Guide:
         self.place = self._known("latitude", "position"), self._known("longitude", "position")
         self.mode = POSITION
 
+    def go_back(self) -> None:
+        """Hold the rally place, or without one the route's beginning."""
+        self.place, self.mode = self.route.rally or self.route.places[0], POSITION
+
     def follow(self, leg: int | None = None) -> None:
         """Follow the route again: go on, or from a leg (1 is the first). Raises InputError for a leg that is none."""
         legs = len(self.route.latitude) - 1

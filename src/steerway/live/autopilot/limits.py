@@ -8,6 +8,7 @@ from steerway.live.rows import Row
 
 LASTING = 0.5
 """s for which speed or distance has to be beyond a limit, since an estimate scatters."""
+_OFF = "the boat is "
 _LONGEST_STEP = 0.2
 """s of a step that count: what was seen once does not last because the step is late."""
 WIDE = 3.0
@@ -34,17 +35,24 @@ class LimitGuard:
         """The autopilot is started."""
         self._under_way = 0.0
         self._beyond = 0.0
+        self._is_off_route = False
         self._was_near = False  # within half of the usual limit since the start
 
     def obstacle(self, row: Row, cross_track: float) -> str:
         """Why not to start here, so many m off the leg; "" for no reason."""
         return self._left(row) or self._beyond_limit(row, cross_track, 0.0)
 
+    @property
+    def is_off_route(self) -> bool:
+        """Whether the last step stopped for the distance from the leg."""
+        return self._is_off_route
+
     def step(self, row: Row, cross_track: float, is_held: bool, dt: float) -> str:
         """Why to stop, "" while all limits are kept. is_held: whether a position is held."""
         self._under_way = 0.0 if is_held else self._under_way + dt
         self._was_near |= abs(cross_track) < 0.5 * self._usual
         beyond = self._beyond_limit(row, cross_track, self._low if self._under_way > ACCELERATING else 0.0)
+        self._is_off_route = beyond.startswith(_OFF)
         self._beyond = self._beyond + min(dt, _LONGEST_STEP) if beyond else 0.0
         return self._left(row) or (beyond if self._beyond >= LASTING else "")
 
@@ -60,5 +68,5 @@ class LimitGuard:
             return f"speed is {row.sog:.2f} m/s, the least {low:g} m/s"
         wide = min(self._wide, self._usual if self._was_near else math.inf)
         if abs(cross_track) > wide:
-            return f"the boat is {abs(cross_track):.1f} m off the leg, the limit {wide:g} m"
+            return f"{_OFF}{abs(cross_track):.1f} m off the leg, the limit {wide:g} m"
         return ""

@@ -31,7 +31,21 @@ class Limits(Table):
 
     min_sog_mps: Positive | None = None
     max_sog_mps: Positive | None = None
-    cross_track: Positive | None = None  # m to either side of the leg
+    cross_track: Positive | None = (
+        None  # m to either side of the leg; None: three lookaheads, for a boat that was on it
+    )
+    operator_lost: Positive | None = None  # s without a helm page, a control client or a ground station
+
+
+Instead = Literal["stop", "hand-back", "hold", "return"]
+"""The safe output, no orders, holding the position, or holding it at the rally place."""
+
+
+class OnStop(Table):
+    """What is done in place of a stop for a reason that leaves the boat able to steer."""
+
+    operator: Instead = "stop"  # no operator was heard for `operator_lost`
+    off_route: Instead = "stop"  # beyond the cross-track limit
 
 
 class BoatTable(Table):
@@ -61,6 +75,8 @@ class MissionTable(RouteKeys):
     at_end: Literal["stop", "hold"] = "stop"
     hold_radius: Positive = 5.0  # m within which the boat may drift about a position
     safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
+    on_stop: OnStop = OnStop()
+    rally: PlaceTable | None = Field(None, description="where `return` goes; the route's beginning without it")
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
 
@@ -75,8 +91,8 @@ class GeodeticRoute:
     """Waypoints in latitude and longitude (n,), rad, in the order in which they are sailed.
 
     settings: the keys of the mission file. waypoints: tables with what differs from them on the leg to each.
-    fence: the area that the boat must not leave.
-    Raises InputError for a route that leaves its fence.
+    fence: the area that the boat must not leave. rally: where she returns to, None for the route's beginning.
+    Raises InputError for a route that leaves its fence, and a rally place outside of it.
     """
 
     latitude: np.ndarray
@@ -84,10 +100,13 @@ class GeodeticRoute:
     settings: MissionTable = field(default_factory=MissionTable)
     waypoints: Sequence[WaypointTable] = ()
     fence: Fence | None = None
+    rally: tuple[float, float] | None = None
 
     def __post_init__(self):
         if self.fence is None:
             return
+        if self.rally is not None and not self.fence.holds(*self.rally):
+            raise InputError("the rally place lies outside of the fence, expected one inside of it")
         for k, place in enumerate(self.places):
             if not self.fence.holds(*place):
                 raise InputError(f"waypoint {k} lies outside of the fence, expected a route inside of it")
@@ -158,7 +177,8 @@ class GeodeticRoute:
         origin = None if table.origin is None else table.origin.globe(None, "origin")
         latitude, longitude = np.array([each.globe(origin, f"waypoint[{k}]") for k, each in enumerate(waypoints)]).T
         corners = [each.globe(origin, f"fence[{k}]") for k, each in enumerate(fence)]
-        return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None)
+        rally = None if table.rally is None else table.rally.globe(origin, "rally")
+        return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None, rally)
 
 
 def _from_gpx(text):

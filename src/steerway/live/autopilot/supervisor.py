@@ -17,7 +17,7 @@ from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
-from steerway.live.autopilot.guide import ROUTE, Guide
+from steerway.live.autopilot.guide import POSITION, ROUTE, Guide
 from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
@@ -72,7 +72,10 @@ class Supervisor:
         self.leg: Leg | None = None  # of the last tick, None when the route is finished
         self.state = State.IDLE
         self.reason = "no position yet"
-        self.hands_back = route.settings.safe == "hand-back"
+        self._safe, self._on_stop = route.settings.safe, route.settings.on_stop
+        self.hands_back = self._safe == "hand-back"
+        self._silent, self._operator_lost = 0.0, route.settings.limits.operator_lost or math.inf
+        self._instead = ""  # why a position is held in place of the route
         self.measured = measured
         self._slowest = _SLOWEST * profile.steerageway
         self._engage, self._from_here = engage, from_here
@@ -110,6 +113,7 @@ class Supervisor:
             raise InputError(f"the autopilot cannot be started: {self._obstacle}")
         self.state, self.reason = State.RUNNING, ""
         self._is_new, self._was_engaged, self._engage = True, self._engage, False
+        self.hands_back, self._instead, self._silent = self._safe == "hand-back", "", 0.0
 
     def stop(self, reason: str = "stopped by command") -> None:
         """The safe output from now on, until started again. A pending `engage` is withdrawn."""
@@ -126,6 +130,10 @@ class Supervisor:
     def vehicle(self, obstacle: str) -> None:
         """Why the vehicle that carries out the orders could not be steered, "" when it could; under way it says so."""
         self._vehicle = obstacle
+
+    def operator_heard(self) -> None:
+        """A helm page, a control client or a ground station gave a sign of life."""
+        self._silent = 0.0
 
     def turns(self, limit: float) -> None:
         """The vehicle's own limit of its yaw rate, rad/s."""
@@ -249,13 +257,19 @@ class Supervisor:
             trouble = trouble or "the route is finished"
         if self.pilot.in_current is not None:
             trouble = trouble or self.pilot.in_current.trouble
-        trouble = trouble or self._guard.step(row, cross_track, is_held, dt)
+        limit = self._guard.step(row, cross_track, is_held, dt)
+        self._silent += dt
+        if self.guide.mode != POSITION:
+            self._instead = ""
+        if not trouble and self._holds_instead(limit):
+            limit = ""
+        trouble = trouble or limit
         trouble = trouble or next(filter(None, (each.trouble for each in self._monitors)), "")
         if trouble:
             self.stop(trouble)
-        else:
+        elif self.state in UNDER_WAY:
             doubts = (each.doubt for each in self._monitors)
-            self.reason = self._watch.degradation(row) or next(filter(None, doubts), "")
+            self.reason = self._watch.degradation(row) or next(filter(None, doubts), "") or self._instead
             self.state = State.DEGRADED if self.reason else State.RUNNING
 
     def _far(self, leg):
@@ -275,6 +289,26 @@ class Supervisor:
             degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
             LOG.info("turns by %+.0f° into leg %d, %s", degrees, leg.target, passes)
         self._turn = turn
+
+    def _holds_instead(self, limit):
+        """Whether a limit, or the loss of the operator, is answered by holding a position: as the mission says."""
+        if self._instead:
+            return not limit
+        lost = self._silent > self._operator_lost
+        if not (lost or self._guard.is_off_route and limit):
+            return False
+        reason = f"no operator was heard for {self._operator_lost:g} s" if lost else limit
+        instead = self._on_stop.operator if lost else self._on_stop.off_route
+        if instead in ("stop", "hand-back"):
+            self.hands_back = instead == "hand-back" or self.hands_back
+            self.stop(reason)
+            return False
+        if instead == "hold":
+            self.guide.hold_position()
+        else:
+            self.guide.go_back()
+        self._instead = f"{reason}: {'the position is held' if instead == 'hold' else 'the boat returns'}"
+        return True
 
     def _wait(self):
         self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")

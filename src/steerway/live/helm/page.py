@@ -66,6 +66,7 @@ class Page:
         ui.add_body_html(f"<script>{_text('page.js')}</script>")
         self._build()
         ui.timer(_LOOK, self._look)
+        ui.on("helmHere", lambda: self._board.order("present", self._client.ip or ""))
 
     def _build(self):
         with _box("banner"):

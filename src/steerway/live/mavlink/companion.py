@@ -36,6 +36,8 @@ class Commanded(Protocol):
 
     def turns(self, limit: float) -> None: ...
 
+    def operator_heard(self) -> None: ...
+
     def refused(self, reason: str) -> None: ...
 
     def stop(self, reason: str) -> None: ...
@@ -89,6 +91,9 @@ class Companion(Output):
 
     def _receive(self, message):
         now, before = time.monotonic(), self.guided.vehicle
+        is_heartbeat = message.get_type() == "HEARTBEAT"
+        if is_heartbeat and message.type == self.link.messages.MAV_TYPE_GCS and self.supervisor is not None:
+            self.supervisor.operator_heard()
         if not self.guided.receive(message, now):
             return False
         if before not in (None, self.guided.vehicle):
