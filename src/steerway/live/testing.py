@@ -7,11 +7,13 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.live import addresses, build_service, uri
     from steerway.live.autopilot import piloting
-    from steerway.live.autopilot.fence import Fence
+    from steerway.live.autopilot.fence import Fence, NoGo
     from steerway.live.autopilot.guide import Guide
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
+    from steerway.live.autopilot.limits import LimitGuard
     from steerway.live.autopilot.measured import MeasuredHeading, MeasuredSpeed, measured_speed
     from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable, OnStop
+    from steerway.live.autopilot.mission_items import MissionItem, items_of, mission_of
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.autopilot.turn_limit import TurnLimit

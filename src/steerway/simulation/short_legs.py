@@ -13,7 +13,8 @@ from steerway.guidance.route import Route
 def short_leg(boat: Boat, route: Route, current: tuple[float, float], stays: Sequence[float] = ()) -> str:
     """A sentence that names the first leg which is shorter than its turns, and the least length; "" for none.
 
-    current: north and east, m/s. stays: s at each waypoint, where the boat stops in place of a turn. Corners that are curves are checked with the route.
+    current: north and east, m/s. stays: s at each waypoint, where the boat stops in place of a
+    turn. Corners that are curves are checked with the route.
     """
     steering, model = boat.in_current(), boat.autopilot_in_current().shaper
     steering_rate = steering.turn_rate

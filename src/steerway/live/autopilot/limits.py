@@ -1,8 +1,9 @@
 """Limits of a boat under way: speed, distance from the leg, fence."""
 
 import math
+from collections.abc import Sequence
 
-from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.fence import Fence, NoGo
 from steerway.live.autopilot.mission import Limits
 from steerway.live.rows import Row
 
@@ -23,8 +24,10 @@ class LimitGuard:
     Where the mission gives no cross-track limit there is a usual one, for a boat that was on its leg.
     """
 
-    def __init__(self, limits: Limits, fence: Fence | None = None, lookahead: float = math.inf):
-        self._fence = fence
+    def __init__(
+        self, limits: Limits, fence: Fence | None = None, lookahead: float = math.inf, no_go: Sequence[NoGo] = ()
+    ):
+        self._areas: list[Fence | NoGo] = [*([] if fence is None else [fence]), *no_go]
         self._low = limits.min_sog_mps or 0.0
         self._high = limits.max_sog_mps or math.inf
         self._wide = limits.cross_track or math.inf
@@ -57,9 +60,10 @@ class LimitGuard:
         return self._left(row) or (beyond if self._beyond >= LASTING else "")
 
     def _left(self, row):
-        if self._fence is None or not row.valid:
+        if not row.valid:
             return ""
-        return self._fence.trouble(row.latitude, row.longitude, row.sog, row.cog)
+        here = row.latitude, row.longitude, row.sog, row.cog
+        return next(filter(None, (each.trouble(*here) for each in self._areas)), "")
 
     def _beyond_limit(self, row, cross_track, low):
         if row.sog > self._high:

@@ -20,7 +20,8 @@ from steerway.core.errors import InputError
 from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml, refusal
 from steerway.guidance.laws import COURSE_LAWS
 from steerway.guidance.route_table import PlaceTable, RouteKeys, WaypointTable
-from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.fence import Fence, NoGo
+from steerway.live.autopilot.mission_items import read_plan, read_waypoints
 
 LOOKAHEAD = 20.0
 """m, the default: some ten lengths of a small boat."""
@@ -84,6 +85,7 @@ class MissionTable(RouteKeys):
 class MissionFile(MissionTable):
     waypoint: list[WaypointTable] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
     fence: list[PlaceTable] = Field([])
+    no_go: list[list[PlaceTable]] = Field([], description="polygons that the boat must not enter")
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +93,9 @@ class GeodeticRoute:
     """Waypoints in latitude and longitude (n,), rad, in the order in which they are sailed.
 
     settings: the keys of the mission file. waypoints: tables with what differs from them on the leg to each.
-    fence: the area that the boat must not leave. rally: where she returns to, None for the route's beginning.
-    Raises InputError for a route that leaves its fence, and a rally place outside of it.
+    fence: the area that the boat must not leave; no_go: areas that she must not enter. rally: where
+    she returns to, None for the route's beginning.
+    Raises InputError for a route that leaves its fence or enters such an area, and a rally place outside of it.
     """
 
     latitude: np.ndarray
@@ -101,8 +104,15 @@ class GeodeticRoute:
     waypoints: Sequence[WaypointTable] = ()
     fence: Fence | None = None
     rally: tuple[float, float] | None = None
+    no_go: tuple[NoGo, ...] = ()
 
     def __post_init__(self):
+        for area in self.no_go:
+            for k, place in enumerate(self.places):
+                if area.holds(*place) or (k and area.is_crossed_by(self.places[k - 1], place)):
+                    raise InputError(
+                        f"the leg to waypoint {max(k, 1)} enters {area.name}, expected a route outside of it"
+                    )
         if self.fence is None:
             return
         if self.rally is not None and not self.fence.holds(*self.rally):
@@ -110,7 +120,7 @@ class GeodeticRoute:
         for k, place in enumerate(self.places):
             if not self.fence.holds(*place):
                 raise InputError(f"waypoint {k} lies outside of the fence, expected a route inside of it")
-            if k and self.fence.leg_leaves(self.places[k - 1], place):
+            if k and self.fence.is_crossed_by(self.places[k - 1], place):
                 raise InputError(f"the leg to waypoint {k} crosses the fence, expected a route inside of it")
 
     @cached_property
@@ -144,41 +154,53 @@ class GeodeticRoute:
             ".gpx": _from_gpx,
             ".geojson": _from_geojson,
             ".json": _from_geojson,
+            ".plan": read_plan,
+            ".waypoints": read_waypoints,
         }
         reader = readers.get(Path(path).suffix.lower())
         if reader is None:
             raise InputError(f"route {path} has an unknown ending, expected one of {', '.join(readers)}")
         try:
-            table = MissionFile(**reader(Path(path).read_text(encoding="utf-8")))
+            keys = reader(Path(path).read_text(encoding="utf-8"))
+        except InputError as error:
+            raise error if str(error).startswith("route ") else InputError(f"route {path}: {error}") from None
         except OSError as error:
             raise InputError(f"route {path} cannot be read: {error.strerror}") from None
-        except ValidationError as error:
-            raise refusal(f"route {path}", error, MissionFile) from None
-        except InputError:
-            raise
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
+        try:
+            table = MissionFile(**keys)
+        except ValidationError as error:
+            raise refusal(f"route {path}", error, MissionFile) from None
         if len(table.waypoint) < 2 and table.survey is None:
             found = len(table.waypoint)
             raise InputError(f"route {path} has {found} waypoints, expected at least 2, or a table [survey]")
         try:
             lines = [] if table.survey is None else table.survey.points()
             waypoints = [*table.waypoint, *(WaypointTable(**each) for each in lines)]
-            return cls.of(waypoints, table.fence, table)
+            return cls.of(waypoints, table.fence, table, table.no_go)
         except InputError as error:
             raise InputError(f"route {path}: {error}") from None
 
     @classmethod
     def of(
-        cls, waypoints: Sequence[WaypointTable], fence: Sequence[PlaceTable] = (), settings: MissionTable | None = None
+        cls,
+        waypoints: Sequence[WaypointTable],
+        fence: Sequence[PlaceTable] = (),
+        settings: MissionTable | None = None,
+        no_go: Sequence[Sequence[PlaceTable]] = (),
     ):
         """A route from tables. Raises InputError for a place that is not whole, and for a fence as `Fence`."""
         table = settings or MissionTable()
         origin = None if table.origin is None else table.origin.globe(None, "origin")
         latitude, longitude = np.array([each.globe(origin, f"waypoint[{k}]") for k, each in enumerate(waypoints)]).T
         corners = [each.globe(origin, f"fence[{k}]") for k, each in enumerate(fence)]
+        areas = tuple(
+            NoGo([each.globe(origin, f"no_go[{j}][{k}]") for k, each in enumerate(area)], f"no_go[{j}]")
+            for j, area in enumerate(no_go)
+        )
         rally = None if table.rally is None else table.rally.globe(origin, "rally")
-        return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None, rally)
+        return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None, rally, areas)
 
 
 def _from_gpx(text):

@@ -88,7 +88,7 @@ class Supervisor:
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
-        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead)
+        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead, route.no_go)
         self._receiver, self._response, self._turns = ReceiverMonitor(), None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
@@ -295,7 +295,7 @@ class Supervisor:
         if self._instead:
             return not limit
         lost = self._silent > self._operator_lost
-        if not (lost or self._guard.is_off_route and limit):
+        if not (lost or (self._guard.is_off_route and limit)):
             return False
         reason = f"no operator was heard for {self._operator_lost:g} s" if lost else limit
         instead = self._on_stop.operator if lost else self._on_stop.off_route
