@@ -98,6 +98,14 @@ def live(
         str | None,
         typer.Option("--helm-origin", metavar="https://HOST", help="Address of the helm page behind a TLS proxy."),
     ] = None,
+    missions: Annotated[
+        str | None,
+        typer.Option(
+            "--missions",
+            metavar="ADDRESS",
+            help="Where ground stations upload and download the mission: udpin:127.0.0.1:14560.",
+        ),
+    ] = None,
     mavlink_signing: Annotated[
         str | None,
         typer.Option("--mavlink-signing", metavar="FILE", help="Sign MAVLink with the passphrase in a file."),
@@ -156,6 +164,7 @@ def live(
         "helm": helm,
         "helm_token_file": helm_token_file,
         "helm_origin": helm_origin,
+        "missions": missions,
         "mavlink_signing": mavlink_signing,
         "control": control,
         "control_token_file": control_token_file,

@@ -90,6 +90,12 @@ def vehicle(text: str) -> Uri:
     return SCHEMES["mavlink"].check(uri.with_options(address, ("baud", "cruise", "ekf", "compass", "turn")))
 
 
+def ground_station(text: str) -> Uri:
+    """The address of ground stations, with or without `mavlink:` before it."""
+    address = uri.parse(text if text.startswith("mavlink:") else f"mavlink:{text}", ("mavlink",), PORTS)
+    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud",)))
+
+
 def datagrams(text: str) -> Uri:
     """An address on which datagrams are received."""
     return uri.with_port(uri.with_options(uri.parse(text, ("udp",), PORTS), ()))

@@ -70,6 +70,7 @@ class Settings(Table):
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
     helm_origin: str | None = None
+    missions: str | None = None
     mavlink_signing: str | None = None
     control: str | None = None
     control_token_file: str | None = None

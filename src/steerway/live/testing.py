@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from steerway.live.mavlink.dialect import RoverMode, dialect, key_of, mode_name
     from steerway.live.mavlink.guided import Guided, Takeover
     from steerway.live.mavlink.link import MavlinkLink
+    from steerway.live.mavlink.missions import MissionLink, MissionServer
     from steerway.live.mavlink.readiness import Readiness
     from steerway.live.n2k import device, writing
     from steerway.live.n2k.device import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, N2kDecoder, N2kDevice, name_of

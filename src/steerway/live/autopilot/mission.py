@@ -21,7 +21,7 @@ from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_tom
 from steerway.guidance.laws import COURSE_LAWS
 from steerway.guidance.route_table import PlaceTable, RouteKeys, WaypointTable
 from steerway.live.autopilot.fence import Fence, NoGo
-from steerway.live.autopilot.mission_items import read_plan, read_waypoints
+from steerway.live.autopilot.mission_items import MissionItem, mission_of, read_plan, read_waypoints
 
 LOOKAHEAD = 20.0
 """m, the default: some ten lengths of a small boat."""
@@ -145,6 +145,20 @@ class GeodeticRoute:
 
     def _column(self, name, otherwise):
         return np.array([getattr(each, name) or otherwise for each in self.tables])
+
+    def with_items(self, items: Sequence[MissionItem]) -> "GeodeticRoute":
+        """A route of mission items, the first of which is the home position, with all else of this one.
+
+        Raises InputError for what cannot be sailed here.
+        """
+        home = (items[0].latitude, items[0].longitude) if items and items[0].latitude else None
+        keys = mission_of(items[1:], home)
+        waypoints = [WaypointTable(**each) for each in keys["waypoint"]]
+        if len(waypoints) < 2:
+            raise InputError(f"the mission has {len(waypoints)} waypoints, expected at least 2")
+        latitude, longitude = np.array([each.globe(None, f"waypoint[{k}]") for k, each in enumerate(waypoints)]).T
+        settings = self.settings.model_copy(update={"survey": None, "at_end": keys.get("at_end", "stop")})
+        return GeodeticRoute(latitude, longitude, settings, waypoints, self.fence, self.rally, self.no_go)
 
     @classmethod
     def load(cls, path: str | Path) -> "GeodeticRoute":

@@ -6,6 +6,7 @@ it returns an order; fixes and links are reported to it.
 
 import logging
 import math
+from collections.abc import Sequence
 
 from steerway.build import DEFAULT_KINDS
 from steerway.control.turns import Turn
@@ -22,6 +23,7 @@ from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.mission_items import MissionItem
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_turns, pilot_of
 from steerway.live.autopilot.turn_limit import TurnLimit
 from steerway.live.autopilot.watch import Watch
@@ -134,6 +136,13 @@ class Supervisor:
     def operator_heard(self) -> None:
         """A helm page, a control client or a ground station gave a sign of life."""
         self._silent = 0.0
+
+    def take_mission(self, items: Sequence[MissionItem]) -> None:
+        """Another route, of uploaded items; what is learned of the current is kept. InputError for what cannot be."""
+        self.guide.exchange(items, self.state in UNDER_WAY)
+        if self.pilot.in_current is not None:
+            self.pilot.in_current.restart()
+        self._guard.start()
 
     def turns(self, limit: float) -> None:
         """The vehicle's own limit of its yaw rate, rad/s."""
