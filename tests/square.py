@@ -17,6 +17,7 @@ from tests import hastened
 from tests.ports import free_port, until
 
 ROOT = Path(__file__).parent.parent
+START = 1_719_835_200.0  # Unix time
 GUIDED = 15.0
 TURN = 10.0  # m of a leg that belong to the turn before it
 REACHED = 4.0  # m from a corner at which it is rounded
@@ -83,7 +84,7 @@ def sailed(course, act, by="mavlink"):
     with mock.patch.object(logger, "level", logging.INFO):
         logger.addHandler(handler)
         try:
-            hastened.run(both())
+            hastened.run(both(), START)
         finally:
             logger.removeHandler(handler)
     return boat.table(), text.getvalue()

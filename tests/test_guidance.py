@@ -218,7 +218,7 @@ def test_a_long_approach_does_not_wind_the_crab_angle_up():
 @pytest.mark.parametrize("direction", [0.3, 2.0])
 def test_an_early_turn_ends_on_the_next_leg(direction, current):
     following = direction + 1.5
-    path, time = turn_path(direction, following, 1.2, *current, 1.0, 0.2, 0.2)
+    path, time = turn_path(direction, 1.5, 1.2, *current, 1.0, 0.2, 0.2)
     lead = wheel_over(direction, following, *path[-1])
     begin = np.array([-lead * math.cos(direction), -lead * math.sin(direction)])
     _, across = track_errors(*(begin + path[-1]), 0.0, 0.0, following)

@@ -205,7 +205,7 @@ def test_a_fence_knows_inside_and_ahead():
     assert fence.trouble(*inside, 8.0, -math.pi / 2.0).startswith("the fence is about to be left")
     assert fence.trouble(*inside, 6.0, -math.pi / 2.0) == ""
     assert fence.trouble(*inside, math.nan, math.nan) == ""
-    assert fence.leg_leaves(*places((90.0, 80.0), (10.0, 80.0))) and not fence.leg_leaves(
+    assert fence.is_crossed_by(*places((90.0, 80.0), (10.0, 80.0))) and not fence.is_crossed_by(
         *places((90.0, 20.0), (5.0, 5.0))
     )
     with pytest.raises(InputError, match="crosses itself between corners 0 and 2"):

@@ -126,3 +126,26 @@ def test_a_file_that_is_not_there_and_a_profile_beside_the_scenario(tmp_path):
     Profile.named("otter").model_copy(update={"position_std": 0.123}).save(tmp_path / "mine.toml")
     (tmp_path / "scene.toml").write_text(ROUTE + '[estimator]\nprofile = "mine.toml"', encoding="utf-8")
     assert pilot(load_scenario(tmp_path / "scene.toml")).estimator.filter.profile.position_std == 0.123
+
+
+SHORT_LEGS = """
+duration = 60.0
+[vessel]
+kind = "motorboat"
+[estimator]
+kind = "steering"
+[environment.current]
+speed = {current}
+direction_deg = 90.0
+[route]
+waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 80.0, east = 0.0 }}, {{ north = 80.0, east = 9.0 }},
+             {{ north = 0.0, east = 9.0 }}]
+"""
+
+
+def test_a_leg_shorter_than_its_turns_in_the_current_is_refused_by_name():
+    parse_scenario(SHORT_LEGS.format(current=0.0).replace("east = 9.0", "east = 40.0"))
+    with pytest.raises(
+        InputError, match=r"leg to route.waypoints\[2\] is 9 m long, expected at least \d+ m, which its"
+    ):
+        parse_scenario(SHORT_LEGS.format(current=1.0))

@@ -303,7 +303,8 @@ class Pilot:
 
     def _steer_in_current(self, desired, speed, estimate, dt):
         speed = self.in_current.water_speed(desired.angle, speed, estimate)
-        return self._through_water(self.in_current.heading(desired, speed, estimate), speed, estimate, dt)
+        heading = self.in_current.heading(desired, speed, estimate, self.autopilot.shaper.reference)
+        return self._through_water(heading, speed, estimate, dt)
 
     def _through_water(self, heading, speed, estimate, dt):
         """The commands for a heading and a speed through the water."""

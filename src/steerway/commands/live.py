@@ -74,6 +74,10 @@ def live(
     engage: Annotated[
         bool | None, typer.Option("--engage/--no-engage", help="Start the autopilot as soon as it is ready.")
     ] = None,
+    from_here: Annotated[
+        bool | None,
+        typer.Option("--from-here/--no-from-here", help="Begin the route although its first leg is over 2 km away."),
+    ] = None,
     latency: Annotated[
         float | None, typer.Option("--latency", metavar="S", help="Least latency of the receiver's fixes, s.")
     ] = None,
@@ -93,6 +97,14 @@ def live(
     helm_origin: Annotated[
         str | None,
         typer.Option("--helm-origin", metavar="https://HOST", help="Address of the helm page behind a TLS proxy."),
+    ] = None,
+    missions: Annotated[
+        str | None,
+        typer.Option(
+            "--missions",
+            metavar="ADDRESS",
+            help="Where ground stations upload and download the mission: udpin:127.0.0.1:14560.",
+        ),
     ] = None,
     mavlink_signing: Annotated[
         str | None,
@@ -146,11 +158,13 @@ def live(
         "record": record,
         "max_dead_reckoning": max_dead_reckoning,
         "engage": engage,
+        "from_here": from_here,
         "latency": latency,
         "accuracy": False if no_accuracy else None,
         "helm": helm,
         "helm_token_file": helm_token_file,
         "helm_origin": helm_origin,
+        "missions": missions,
         "mavlink_signing": mavlink_signing,
         "control": control,
         "control_token_file": control_token_file,

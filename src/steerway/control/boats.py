@@ -45,8 +45,9 @@ class Boat:
 
     In a current: turn_acceleration (rad/s²) of the reference, by default half of what the limit of the output gives;
     turn_share: of `turn_rate` at which turns are planned, the rest being left to the controller; surge_time: time
-    constant of the speed in a planned turn, s. takes_rates: whether the boat is a vehicle with loops of its own, which
-    is ordered a yaw rate and a speed over ground. sample: s between the steps of a predictive or LQG autopilot, by
+    constant of the speed in a planned turn, s; slip_time: that of the motion through the water, which follows the bow
+    there, s. takes_rates: whether the boat is a vehicle with loops of its own, which is ordered a yaw rate and a speed
+    over ground. sample: s between the steps of a predictive or LQG autopilot, by
     default as of `HeadingResponse.of_nomoto`.
     """
 
@@ -75,6 +76,7 @@ class Boat:
     turn_acceleration: float | None = None
     turn_share: float = 1.0
     surge_time: float = 2.0
+    slip_time: float = 0.0
     takes_rates: bool = False
     sample: float | None = None
 
@@ -137,6 +139,7 @@ class Boat:
             self.takes_rates,
             self.pivot,
             self.surge_time,
+            self.slip_time,
         )
 
     def position_hold(self, radius: float) -> PositionHold | None:

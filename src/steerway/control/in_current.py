@@ -7,17 +7,20 @@ up for by the others, and the course has none.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from steerway.control.course import AnglePID, AnglePIDGains
 from steerway.control.handover import Autopilot
+from steerway.control.turns import Turn, TurnLimits, TurnSpeeds, plan_turn
+from steerway.core.angles import wrap
 from steerway.core.checks import positive
 from steerway.core.estimate import Estimate
 from steerway.core.kinematics import heading_for, water_speed_for
 from steerway.core.leg import LegState
 from steerway.guidance.reference import Reference, ReferenceModel
-from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
+from steerway.guidance.wheel_over import ahead_on, off_path
 
 _ORDERED_NOISE = 0.3
 """Share of the largest rate that the noise of the estimate may order. Chosen, as the numbers below; `steerway
@@ -32,10 +35,17 @@ _DEPARTURE = 10.0
 """s for which a boat goes straight ahead at the most; turns show the rest."""
 _LONGEST_WITHOUT_WAY = 60.0
 """s without coming nearer to the waypoint, of a boat whose yaw rate answers within 1 s."""
+_CARRIED, _CARRIED_TIME = 4.0, 8.0
+"""Radii of the tightest turn, and s at the boat's speed, the larger: further away from the waypoint than she was on the
+leg, a boat under way has been carried off. On squares in 65 % of her speed turns take her back by up to 12 m."""
 LEAST_WAY = 0.03
 """Share of the boat's speed that it has to make along a leg."""
+_KEPT_SIDE = 0.5 * math.pi
+"""rad of a turn: while more is left the bow turns to the side planned."""
 _SHORTEST = 0.3
 """Least share of the lookahead."""
+_QUICKEST = 2.0
+"""Most by which the reference is quicker than declared. On squares 2.5 overshoots by 2 m, 1.5 and 2 do not."""
 _LEAST = 0.1
 """Least share of the bandwidth."""
 
@@ -83,7 +93,8 @@ class InCurrent:
     response: to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits of the speed
     through the water; below the slowest she hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
     of the heading loop with a perfect estimate, rad/s. over_ground: whether the speed that is controlled is that over
-    ground along the bow, else that through the water. pivot: as of `Boat`. speed_time: time constant of the speed, s.
+    ground along the bow, else that through the water. pivot, slip_time: as of `Boat`. speed_time: time constant of the
+    speed, s.
     """
 
     response: YawResponse
@@ -95,6 +106,7 @@ class InCurrent:
     over_ground: bool = False
     pivot: float = 0.0
     speed_time: float = 2.0
+    slip_time: float = 0.0
 
     def __post_init__(self):
         for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
@@ -103,18 +115,28 @@ class InCurrent:
 
     def restart(self) -> None:
         """The boat begins to steer."""
-        self._carried_off = self._without_way = self._departing = 0.0
-        self._target, self._nearest, self._before = -1, math.inf, math.inf
-        self._turn, self._turning, self._next_turn = None, 0.0, (-1, None, None, 0.0)
+        self._carried_off = self._without_way = self._departing = self._carried_back = 0.0
+        self._target, self._nearest, self._before, self._closest = -1, math.inf, math.inf, math.inf
+        self.turning: Turn | None = None  # from the last leg into this one
+        self._path, self._left, self._seen = None, 0.0, math.nan  # of that turn; rad left of it, the reference so far
+        self._next: tuple[int, Turn | None, tuple[float, float]] = (-1, None, (0.0, 0.0))
+        self._turned_for = 0.0  # s
 
     @property
     def trouble(self) -> str:
         """Why the boat cannot go on along the leg, "" while it can."""
         if self._carried_off > _PATIENCE:
             return "the current exceeds the boat's speed"
+        if self._carried_back > self._allowed_back:
+            return f"the boat is carried away from the waypoint, by {self._carried_back:.0f} m"
         if self._without_way > _LONGEST_WITHOUT_WAY * max(1.0, self.response.time):
             return f"no way is made towards the waypoint for {self._without_way:.0f} s"
         return ""
+
+    @property
+    def _allowed_back(self):
+        """m that the boat may be carried away from the waypoint."""
+        return max(_CARRIED * self.top_speed / self.turn_rate, _CARRIED_TIME * self.top_speed)
 
     def watch(self, leg: LegState, estimate: Estimate, dt: float) -> None:
         """Judge whether the boat comes nearer to the waypoint of a leg, or by the estimate could."""
@@ -122,19 +144,32 @@ class InCurrent:
         is_new = leg.target != self._target
         if is_new:
             self._target, self._nearest, self._before = leg.target, leg.distance, leg.distance
-            into, path, begins, time = self._next_turn
-            self._turn, self._turning = (path + begins, time) if into == leg.target else (None, 0.0)
-        self._turning -= dt
-        if self._turning <= 0.0:
-            self._turn = None
+            self._begin_turn(leg.target)
+            self._closest = leg.distance
+        self._turned_for += dt
+        if self.turning is not None and self._turned_for >= self.turning.time:
+            self._path = None
         nearer = is_new or leg.distance < self._before - least * _LONGEST_WITHOUT_WAY
         gains = is_new or leg.distance < self._nearest - least * _PATIENCE
         self._before = leg.distance if nearer else self._before
         self._nearest = leg.distance if gains else self._nearest
         self._without_way = 0.0 if nearer else self._without_way + dt
-        fastest = self.progress(leg.direction, estimate) + estimate.current_std
+        self._closest = min(self._closest, leg.distance)
+        self._carried_back = leg.distance - self._closest if leg.remaining > 0.0 else 0.0
+        # A gain above 1 may be a wrong split of the motion; who is faster than declared comes nearer all the same.
+        believed = estimate._replace(speed_gain=min(estimate.speed_gain, 1.0))
+        fastest = self.progress(leg.direction, believed) + estimate.current_std
         able = fastest > least or estimate.heading_std > SURE
         self._carried_off = 0.0 if able or gains else self._carried_off + dt
+
+    def _begin_turn(self, target):
+        """The leg to a waypoint is new: the turn into it that was planned, if any, is under way."""
+        into, turn, begins = self._next
+        self.turning, self._turned_for, self._seen = (turn if into == target else None), 0.0, math.nan
+        self._path, self._left = None, 0.0
+        if self.turning is not None:
+            self._left = self.turning.angle
+            self._path = self.turning.path + begins if self.turning.lead > 0.0 else None
 
     def departs(self, estimate: Estimate, dt: float) -> bool:
         """Whether the boat has to go straight ahead, until it is known which way that is."""
@@ -158,11 +193,26 @@ class InCurrent:
         along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
         return (along,) if self.over_ground else ()
 
-    def heading(self, desired: Reference, water_speed: float, estimate: Estimate) -> Reference:
-        """The heading that makes a course good."""
+    def heading(
+        self, desired: Reference, water_speed: float, estimate: Estimate, reference: Reference | None = None
+    ) -> Reference:
+        """The heading that makes a course good; with a reference that follows it, one that turns it as planned."""
         fastest = max(estimate.water_speed, 0.7 * water_speed)
-        heading, _ = heading_for(desired.angle, fastest, estimate.current_north, estimate.current_east)
-        return Reference(float(heading), 0.0, 0.0)
+        heading = float(heading_for(desired.angle, fastest, estimate.current_north, estimate.current_east)[0])
+        if reference is not None and self._left != 0.0:
+            heading = self._to_the_side(heading, reference.angle)
+        return Reference(heading, 0.0, 0.0)
+
+    def _to_the_side(self, heading, reached):
+        """The heading itself, or while more than 90° of a turn are left one ahead of the reference to its side."""
+        self._left -= 0.0 if math.isnan(self._seen) else wrap(reached - self._seen)
+        self._seen = reached
+        side = math.copysign(1.0, self.turning.angle)
+        if side * self._left < _KEPT_SIDE:
+            self._left = 0.0
+            return heading
+        left = wrap(heading - reached)
+        return wrap(reached + ahead_on(left if side * left > 0.0 else left + side * math.tau))
 
     def with_shorter_lookahead(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
         """The leg for a guidance law whose lookahead is meant for a speed over ground (m/s): shorter where the boat is
@@ -172,11 +222,11 @@ class InCurrent:
         In a turn it is the distance from the turn's path.
         """
         off = leg.cross_track
-        if self._turn is not None:
-            turned, is_over = off_path(self._turn, estimate.north, estimate.east)
+        if self._path is not None:
+            turned, is_over = off_path(self._path, estimate.north, estimate.east)
             # Off the path by the turn's radius, and nearer to the leg: the boat does not turn as planned.
             lost = abs(turned) > max(abs(off), estimate.water_speed / self.turn_rate)
-            self._turn, off = (None, off) if is_over or lost else (self._turn, turned)
+            self._path, off = (None, off) if is_over or lost else (self._path, turned)
         slower = min(1.0, max(_SHORTEST, estimate.sog / speed)) if speed > 0.0 else 1.0
         return leg._replace(cross_track=off / slower)
 
@@ -187,18 +237,29 @@ class InCurrent:
         """
         current, speed = (estimate.current_north, estimate.current_east), estimate.water_speed
         after = self.water_speed(following, leg.speed, estimate) if math.isfinite(leg.speed) else speed
-        headings = heading_for(leg.direction, speed, *current)[0], heading_for(following, after, *current)[0]
-        limits = model.bandwidth, model.max_rate, model.max_acceleration
-        speeds = after, self.speed_time, self._fastest(estimate) if self.over_ground else math.inf
-        path, time = turn_path(*headings, speed, *current, *limits, self.pivot, *speeds)
-        lead = float(wheel_over(leg.direction, following, *path[-1]))
-        left = leg.remaining - lead
+        turn = self.planned(leg.direction, following, (speed, after), current, model, self._fastest(estimate))
+        left = leg.remaining - turn.lead
         begins = (
             estimate.north + left * math.cos(leg.direction) + leg.cross_track * math.sin(leg.direction),
             estimate.east + left * math.sin(leg.direction) - leg.cross_track * math.cos(leg.direction),
         )
-        self._next_turn = leg.target + 1 if lead > 0.0 else -1, path, begins, time
-        return lead
+        self._next = leg.target + 1, turn, begins
+        return turn.lead
+
+    def planned(
+        self,
+        direction: float,
+        following: float,
+        speeds: Sequence[float],
+        current: tuple[float, float],
+        model: ReferenceModel,
+        fastest: float | None = None,
+    ) -> Turn:
+        """The turn between two legs (rad) at the speeds through the water before it and in it (m/s), in a current."""
+        limits = TurnLimits(model.bandwidth, model.max_rate, model.max_acceleration)
+        most = (self.top_speed if fastest is None else fastest) if self.over_ground else math.inf
+        motion = TurnSpeeds(*speeds, self.speed_time, most, self.slip_time)
+        return plan_turn(direction, following, current, limits, motion, self.pivot)
 
     def progress(self, course: float, estimate: Estimate) -> float:
         """The fastest that the boat can be along a course over ground, m/s; not above 0 where the current is too
@@ -230,8 +291,15 @@ class InCurrent:
         return self.identified(estimate).order(rate, acceleration, estimate.water_speed, estimate.yaw_bias)
 
     def tune(self, autopilot: Autopilot, estimate: Estimate) -> None:
-        """Limit the rate to what the estimate carries now, and the bandwidth of a controller that has one."""
-        autopilot.shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)
+        """Limit the rate to what the estimate carries now, and the bandwidth of a controller that has one.
+
+        The reference follows the identified response: it is as much quicker than declared as the boat is.
+        """
+        shaper = autopilot.shaper
+        shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)
+        if self._left == 0.0 and self._path is None:
+            quicker = min(_QUICKEST, max(1.0, 1.0 / estimate.yaw_time)) if estimate.yaw_time > 0.0 else _QUICKEST
+            shaper.bandwidth = 2.0 * self.bandwidth * quicker
         if not isinstance(autopilot.controller, AnglePID):
             return
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)

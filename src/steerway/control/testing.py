@@ -12,5 +12,6 @@ if TYPE_CHECKING:
     from steerway.control.heading_steering import steering
     from steerway.control.holding import PositionHold
     from steerway.control.positioning import by_bandwidth
+    from steerway.control.turns import TurnLimits, TurnSpeeds, plan_turn
 
 __getattr__, __dir__ = on_demand(__name__)

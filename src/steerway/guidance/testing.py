@@ -12,6 +12,6 @@ if TYPE_CHECKING:
     from steerway.guidance.reference import SHAPERS
     from steerway.guidance.route_table import PlaceTable, WaypointTable
     from steerway.guidance.voyage import Voyage
-    from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
+    from steerway.guidance.wheel_over import off_path, passing, turn_path, wheel_over
 
 __getattr__, __dir__ = on_demand(__name__)

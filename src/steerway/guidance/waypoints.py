@@ -119,6 +119,11 @@ class Mission:
             self.following = math.nan
         return leg
 
+    @property
+    def target(self) -> int | None:
+        """Index of the waypoint under way, None before a position was known."""
+        return self._target
+
     def skip(self, why: str = "skipped") -> None:
         """Give up the waypoint under way as missed, on the word of an outer judge or a person."""
         if self.phase is Phase.UNDER_WAY and self._target is not None:

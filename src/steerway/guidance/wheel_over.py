@@ -18,10 +18,22 @@ _MOST_POINTS = 3000
 Chosen."""
 
 
+_AHEAD = 2.5
+"""rad by which a command goes ahead of the bow at the most, so that the shortest way to it is that of the turn."""
+_IN_LINE = 0.1
+"""Sine of the angle between two legs below which a turn cannot be begun so as to end on the next leg."""
+
+
+@kernel
+def ahead_on(left: float) -> float:
+    """The next command's way ahead of the reference, of a turn of which so much is left; rad, + to starboard."""
+    return min(_AHEAD, max(-_AHEAD, left))
+
+
 @kernel
 def turn_path(
     heading: float,
-    to: float,
+    turn: float,
     water_speed: float,
     current_north: float,
     current_east: float,
@@ -32,23 +44,30 @@ def turn_path(
     after: float = math.nan,
     speed_time: float = 2.0,
     along_most: float = math.inf,
+    slip_time: float = 0.0,
 ) -> tuple[Floats, float]:
     """((n, 2) north and east in m, s) over ground of a turn by the reference model of these limits from the origin.
 
-    Until the heading is within 1° of the last. pivot: m from the boat's position ahead to the point that moves along
+    turn: angle by which the bow turns (rad, + to starboard), which may be more than half a circle. The path ends where
+    1° of it is left. pivot: m from the boat's position ahead to the point that moves along
     the bow. after: speed through the water (m/s) that is asked for in the turn and tended to with the time constant
-    speed_time (s), NaN where it stays as it is; along_most: the largest over ground along the bow, m/s.
+    speed_time (s), NaN where it stays as it is; along_most: the largest over ground along the bow, m/s. slip_time: time
+    constant with which the direction of the motion through the water follows the bow, s.
     """
     dt = 0.02 / bandwidth
-    angle, rate, acceleration = heading, 0.0, 0.0
+    angle, rate, acceleration, left = heading, 0.0, 0.0, turn
+    follows, abeam = 1.0 if slip_time <= dt else dt / slip_time, 0.0  # rad by which the motion is behind the bow
     path = np.zeros((_MOST_POINTS, 2))
     north = east = 0.0  # of the point that moves along the bow, from where it was
     n = 1
-    while n < _MOST_POINTS and abs(wrap(to - angle)) > 0.02:
+    while n < _MOST_POINTS and abs(left) > 0.02:
+        before = angle
         angle, rate, acceleration = third_order(
-            angle, rate, acceleration, to, bandwidth, 1.0, max_rate, max_acceleration, dt
+            angle, rate, acceleration, angle + ahead_on(left), bandwidth, 1.0, max_rate, max_acceleration, dt
         )
-        c, s = math.cos(angle), math.sin(angle)
+        left -= wrap(angle - before)
+        abeam = (abeam + wrap(angle - before)) * (1.0 - follows)
+        c, s = math.cos(angle - abeam), math.sin(angle - abeam)
         if math.isfinite(after):
             tends_to = min(after, along_most - current_north * c - current_east * s)
             water_speed += dt / speed_time * (max(tends_to, 0.0) - water_speed)
@@ -67,10 +86,29 @@ def wheel_over(direction: float, following: float, north: float, east: float) ->
     direction and following of the two legs, rad. 0 where the legs are (nearly) in line, as for turning round.
     """
     sine = math.sin(wrap(following - direction))
-    if abs(sine) < 0.1:
+    if abs(sine) < _IN_LINE:
         return 0.0
     across = east * math.cos(following) - north * math.sin(following)
     return max(0.0, -across / sine)
+
+
+@kernel
+def passing(path: Floats, lead: float, direction: float, following: float) -> tuple[float, float, float]:
+    """(largest distance from the two legs, least distance from the waypoint, way along the next leg at the end), m.
+
+    Of a path (n, 2) that begins `lead` m before the waypoint between legs of two directions (rad).
+    """
+    widest, nearest, along = 0.0, math.inf, 0.0
+    before_n, before_e = math.cos(direction), math.sin(direction)
+    after_n, after_e = math.cos(following), math.sin(following)
+    for k in range(len(path)):
+        north, east = path[k, 0] - lead * before_n, path[k, 1] - lead * before_e
+        along = north * after_n + east * after_e
+        behind = north * before_n + east * before_e
+        first = math.hypot(east * before_n - north * before_e, max(behind, 0.0))
+        second = math.hypot(east * after_n - north * after_e, min(along, 0.0))
+        widest, nearest = max(widest, min(first, second)), min(nearest, math.hypot(north, east))
+    return widest, nearest, along
 
 
 @kernel

@@ -87,7 +87,13 @@ def signed(text: str, key_file: str | None) -> str:
 def vehicle(text: str) -> Uri:
     """The address of a simulated MAVLink vehicle, with or without `mavlink:` before it."""
     address = uri.parse(text if text.startswith("mavlink:") else f"mavlink:{text}", ("mavlink",), PORTS)
-    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud", "cruise", "ekf", "compass")))
+    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud", "cruise", "ekf", "compass", "turn")))
+
+
+def ground_station(text: str) -> Uri:
+    """The address of ground stations, with or without `mavlink:` before it."""
+    address = uri.parse(text if text.startswith("mavlink:") else f"mavlink:{text}", ("mavlink",), PORTS)
+    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud",)))
 
 
 def datagrams(text: str) -> Uri:

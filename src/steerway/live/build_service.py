@@ -19,6 +19,7 @@ from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import RecordedLearning
 from steerway.live.link_kinds import Context
 from steerway.live.links.link import Input
+from steerway.live.mavlink.missions import MissionLink
 from steerway.live.navigator import Navigator
 from steerway.live.process import until_stopped
 from steerway.live.service import RATE, Service
@@ -57,7 +58,15 @@ def launch(settings: Settings) -> None:
         route = GeodeticRoute.load(settings.mission)
         of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
         supervisor = Supervisor(
-            route, of_pilot, longest, settings.engage, takes, kinds, measured, settings.estimator.heading
+            route,
+            of_pilot,
+            longest,
+            settings.engage,
+            takes,
+            kinds,
+            measured,
+            settings.estimator.heading,
+            settings.from_here,
         )
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")
@@ -72,6 +81,8 @@ def launch(settings: Settings) -> None:
     service = Service(navigator, outputs, rate or RATE, settings.latency, supervisor, recorder)
     if control is not None:
         links.append(ControlPort(service.controls, control))
+    if settings.missions is not None:
+        links.append(_missions(settings, supervisor))
     if page is not None:
         links.append(HelmPage(service, page, route))
     if replayed:
@@ -80,6 +91,13 @@ def launch(settings: Settings) -> None:
     else:
         _made_ready(kinds, settings.estimator)
         until_stopped(service.run(inputs, links))
+
+
+def _missions(settings, supervisor):
+    """The link on which ground stations give missions. Raises InputError where nothing is steered."""
+    if supervisor is None:
+        raise InputError("--missions changes the route that is steered along, expected --mission FILE with it")
+    return MissionLink(addresses.ground_station(settings.missions), supervisor)
 
 
 def _page(settings):

@@ -9,6 +9,8 @@ from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.rows import UNDER_WAY, Row, lost
 
 LOG = logging.getLogger("steerway.live")
+PRESENT = "present"
+"""The request that asks for nothing."""
 _TURNS = 1e6  # rad; of a larger number the angle is not known to a degree
 _LARGEST = math.radians(90.0)  # of one adjustment of the course
 
@@ -22,7 +24,7 @@ class Mark(NamedTuple):
 
 
 class Controls:
-    """Requests by name: start, stop, hold-course, adjust, hold-position, route, leg, mob, mob-over.
+    """Requests by name: start, stop, hold-course, adjust, hold-position, route, leg, mob, mob-over, present.
 
     Without a supervisor (no mission) only the mark of a man overboard can be set.
     """
@@ -44,8 +46,16 @@ class Controls:
             "mob-over": self._mob_over,
         }
 
+    def present(self) -> None:
+        """A page or a program that commands gave a sign of life."""
+        if self.supervisor is not None:
+            self.supervisor.operator_heard()
+
     def do(self, what: str, value: object, who: str) -> None:
         """Carry out a request. Raises InputError that says why it is refused."""
+        self.present()
+        if what == PRESENT:
+            return
         request = self._requests.get(what) if isinstance(what, str) else None
         if request is None:
             raise InputError(f"request is {what!r}, expected one of {', '.join(self._requests)}")

@@ -7,6 +7,7 @@ rows at any speed.
 import asyncio
 import logging
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -28,6 +29,7 @@ from steerway.live.tick_timing import FixClock, Pulse
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
 _BEHIND = 1.0  # s by which ticks may be late before they are skipped
+_SAID, _NUMBER = 5.0, re.compile(r"[-+]?\d+(\.\d+)?")  # s between two reasons of a state in the log; what may differ
 _YIELD = 256  # rows of a replay after which other tasks run
 
 
@@ -68,6 +70,7 @@ class Service:
         self.controls = Controls(supervisor)
         self.pulse = Pulse()
         self._sent_until = -math.inf
+        self._said: tuple[tuple[State, str] | None, float] = None, -math.inf  # state and reason logged last, and when
         self._ticked = math.nan  # time of the last tick, by the clock that times the supervisor
 
     def receive(self, rows: Iterable[InputRow], arrived: float | None = None) -> None:
@@ -197,11 +200,18 @@ class Service:
         dt = now - self._ticked if math.isfinite(self._ticked) else 0.0
         self._ticked = now
         order = self.supervisor.step(row, dt)
-        before = self.latest.order
-        if before is None or order.state is not before.state:
-            log = LOG.warning if order.state is State.STOPPED else LOG.info
-            log("autopilot %s%s", order.state, f": {order.reason}" if order.reason else "")
+        self._say(order, now)
         return order
+
+    def _say(self, order, now):
+        """Log a state at once, and another reason of it, numbers aside, at most every few seconds."""
+        before, said = self._said
+        words = order.state, _NUMBER.sub("", order.reason)
+        if words == before or (before is not None and order.state is before[0] and now - said < _SAID):
+            return
+        self._said = words, now
+        log = LOG.warning if order.state is State.STOPPED else LOG.info
+        log("autopilot %s%s", order.state, f": {order.reason}" if order.reason else "")
 
     async def _tick_for_ever(self):
         beat, self.pulse = _now(), Pulse()

@@ -63,12 +63,14 @@ class Settings(Table):
     mission: str | None = None
     record: str | None = None
     engage: Flag = False
+    from_here: Flag = False
     max_dead_reckoning: Positive = 10.0
     latency: NotNegative = 0.0
     accuracy: Flag = True
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
     helm_origin: str | None = None
+    missions: str | None = None
     mavlink_signing: str | None = None
     control: str | None = None
     control_token_file: str | None = None

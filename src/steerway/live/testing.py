@@ -7,13 +7,16 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.live import addresses, build_service, uri
     from steerway.live.autopilot import piloting
-    from steerway.live.autopilot.fence import Fence
+    from steerway.live.autopilot.fence import Fence, NoGo
     from steerway.live.autopilot.guide import Guide
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
+    from steerway.live.autopilot.limits import LimitGuard
     from steerway.live.autopilot.measured import MeasuredHeading, MeasuredSpeed, measured_speed
-    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable
+    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable, OnStop
+    from steerway.live.autopilot.mission_items import MissionItem, items_of, mission_of
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
     from steerway.live.autopilot.supervisor import Supervisor
+    from steerway.live.autopilot.turn_limit import TurnLimit
     from steerway.live.build_service import launch as launch_launch
     from steerway.live.control_port import ControlPort, control_address
     from steerway.live.controls import Controls
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
     from steerway.live.mavlink.dialect import RoverMode, dialect, key_of, mode_name
     from steerway.live.mavlink.guided import Guided, Takeover
     from steerway.live.mavlink.link import MavlinkLink
+    from steerway.live.mavlink.missions import MissionLink, MissionServer
     from steerway.live.mavlink.readiness import Readiness
     from steerway.live.n2k import device, writing
     from steerway.live.n2k.device import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, N2kDecoder, N2kDevice, name_of

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from steerway.simulation.responses import settling
     from steerway.simulation.run import Sailed, numbers_of_seed, sail_scenario
     from steerway.simulation.scenario import Scenario
+    from steerway.simulation.short_legs import short_leg
     from steerway.simulation.unfinished import Unfinished
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "sail",
     "sail_scenario",
     "settling",
+    "short_leg",
     "steering_pilot",
 ]
 __getattr__, __dir__ = on_demand(__name__)

@@ -5,10 +5,12 @@ import math
 from steerway.core.errors import InputError
 from steerway.core.settings import kind_of
 from steerway.guidance.route import LONGEST_LEG
+from steerway.guidance.route_table import route_of
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation import assembly
 from steerway.simulation.positioning import KINDS as POSITIONING_KINDS
 from steerway.simulation.scenario import Scenario
+from steerway.simulation.short_legs import short_leg
 from steerway.vessels.kinds import TABLES
 
 MOST_STEPS = 20_000_000
@@ -24,6 +26,7 @@ def check(scenario: Scenario) -> None:
     for rule in (_steps, _rates, _places, _speeds, _steering, _positioning, _estimators, _instruments, _propulsion):
         rule(scenario)
     assembly.assemble(scenario)
+    _legs(scenario)
 
 
 def _manoeuvre(scenario):
@@ -76,6 +79,20 @@ def _places(scenario):
                 f"route.waypoints[{index}] is {math.hypot(north, east) / 1e3:.0f} km from the origin at "
                 f"{origin[0]:g}°, {origin[1]:g}°, expected at most {LONGEST_LEG / 1e3:.0f} km (metres, degrees?)"
             )
+
+
+def _legs(scenario):
+    """Where the boat steers by an estimated current and turns early: legs that are shorter than her turns."""
+    known = assembly.boat(scenario)
+    if scenario.estimator.kind != "steering" or not known.steers:
+        return
+    current = scenario.environment.current
+    towards = math.radians(current.direction_deg)
+    flow = current.speed * math.cos(towards), current.speed * math.sin(towards)
+    table = scenario.route
+    route = route_of(table, assembly.places(scenario), table.points, known)
+    if trouble := short_leg(known, route, flow, [each.stay for each in table.points]):
+        raise InputError(trouble)
 
 
 def _speeds(scenario):

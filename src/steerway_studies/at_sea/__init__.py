@@ -51,8 +51,10 @@ def _pooled(runs: list[JudgedRun]) -> float:
 
 
 def numbers_of(found: list[JudgedRun]) -> dict[str, float]:
-    """Routes finished, distances from the legs and at the corners."""
+    """Routes finished, distances from the legs and at the corners, of the runs that were not refused."""
+    refused, found = sum(each.refused for each in found), [each for each in found if not each.refused]
     n = {
+        "refused": refused,
         "finished_pct_50": 100.0 * float(np.mean([each.finished for each in found if each.case.share in SHARES[:3]])),
         "finished_pct_80": 100.0 * float(np.mean([each.finished for each in found if each.case.share in SHARES[3:]])),
         "own_gate_stops": sum(each.own_stop for each in found),
@@ -68,7 +70,10 @@ def numbers_of(found: list[JudgedRun]) -> dict[str, float]:
             for errors in ("rtk", "white"):
                 part = [each for each in steady if (each.case.craft, each.case.receiver.errors) == (craft, errors)]
                 n[f"leg_rms_{words}_{craft}_{errors}_m"] = _pooled(part)
-    n["mariner_leg_rms_lengths"] = _pooled([each for each in usual if each.case.craft == "mariner"]) / SHIP_LENGTH
+    ships = [each for each in usual if each.case.craft == "mariner"]
+    n["mariner_leg_rms_lengths"] = _pooled(ships) / SHIP_LENGTH
+    every = [each.legs / SHIP_LENGTH for each in found if each.case.craft == "mariner"]
+    n["mariner_legs_mean"], n["mariner_legs_most"] = (float(np.mean(every)), max(every)) if every else (math.nan,) * 2
     for craft in CRAFT:
         corners = [each.corners for each in usual if each.case.craft == craft]
         n[f"corner_radii_{craft}"] = float(np.nanmax(corners)) if corners else math.nan
@@ -76,6 +81,7 @@ def numbers_of(found: list[JudgedRun]) -> dict[str, float]:
 
 
 QUANTITIES = [
+    Quantity("refused", "runs refused before sailing: a leg shorter than its turns", ""),
     Quantity("finished_pct_50", "routes finished, currents up to 50 %", "%", "", "≥ 99.5"),
     Quantity("finished_pct_80", "routes finished, currents of 80 %", "%", "", "≥ 97"),
     Quantity("own_gate_stops", "runs that the autopilot aboard had stopped by its own gate", "", "", "0"),
@@ -93,6 +99,8 @@ QUANTITIES = [
         )
     ),
     Quantity("mariner_leg_rms_lengths", "Mariner, RMS distance in ship lengths, currents ≤ 50 %", "", "", "≤ 0.1"),
+    Quantity("mariner_legs_mean", "the same in all currents, mean of the runs", "", "", "≤ 0.1"),
+    Quantity("mariner_legs_most", "the same in all currents, the largest of a run", "", "", "≤ 0.5"),
     *(
         Quantity(f"corner_radii_{craft}", f"{craft}: largest distance at corners, in turn radii", "", "", "≤ 1.5")
         for craft in CRAFT

@@ -10,7 +10,7 @@ from steerway.core import rms
 from steerway.guidance import LineOfSight, Mission, Route, lawnmower
 from steerway.pilot import Mode, Pilot
 from steerway.sensors import Gnss, Suite
-from steerway.simulation import Run, Start, sail, steering_pilot
+from steerway.simulation import Run, Start, sail, short_leg, steering_pilot
 from steerway.vessels import (
     MARINER_BOAT_IN_CURRENT,
     MOTORBOAT_BOAT,
@@ -117,6 +117,7 @@ class JudgedRun(NamedTuple):
     legs: float  # RMS distance from the legs, after settling
     corners: float  # largest distance from the route at the corners, in turn radii
     time: float
+    refused: bool = False  # before sailing: a leg is shorter than its turns
 
 
 class Gated:
@@ -147,17 +148,23 @@ def _receiver(case) -> Gnss:
 def pilot(case: Case) -> Pilot:
     """The autopilot of a case."""
     boat = CRAFT[case.craft].boat
-    points = waypoints(case)
-    route = Route(points[:, 0], points[:, 1], boat.acceptance)
-    made = steering_pilot(boat, Mission(route), LineOfSight(boat.lookahead))
+    made = steering_pilot(boat, Mission(_route(case)), LineOfSight(boat.lookahead))
     made.estimator = Gated(made.estimator)
     return made
+
+
+def _route(case):
+    points = waypoints(case)
+    return Route(points[:, 0], points[:, 1], CRAFT[case.craft].boat.acceptance)
+
+
+def _current(case):
+    return Current(case.share * CRAFT[case.craft].boat.cruise, case.direction)
 
 
 def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
     """A run from rest."""
     craft = CRAFT[case.craft]
-    current = Current(case.share * craft.boat.cruise, case.direction)
     made = pilot(case)
     longest = sum(np.hypot(*np.diff(waypoints(case), axis=0).T)) / (0.1 * craft.boat.cruise)
     start = Start(0.0, 0.0, 0.3, craft.boat.cruise if case.craft == "mariner" else 0.0)
@@ -168,14 +175,18 @@ def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
         longest,
         craft.step,
         start=start,
-        environment=Environment(current),
+        environment=Environment(_current(case)),
         seed=seed,
     )
     return run, made
 
 
 def judged(case: Case, seed: int) -> JudgedRun:
-    """Sail and judge."""
+    """Sail and judge; a route with a leg that is shorter than its turns in the current is refused."""
+    flow = _current(case)
+    velocity = flow.speed * math.cos(flow.direction), flow.speed * math.sin(flow.direction)
+    if short_leg(CRAFT[case.craft].boat, _route(case), velocity):
+        return JudgedRun(case, False, False, math.nan, math.nan, 0.0, True)
     run, made = sailed(case, seed)
     interval = 1.0 / case.receiver.rate
     allowed = min(max(GATE[0], 3.0 * interval), GATE[1])

@@ -1,4 +1,4 @@
-"""The fence: a polygon that the boat must not leave, and whether it is about to."""
+"""Polygons: the fence that the boat must not leave, areas that she must not enter, and whether she is about to."""
 
 import math
 from collections.abc import Sequence
@@ -10,40 +10,35 @@ AHEAD = 3.0
 """s ahead on the present course within which the boat must not cross the fence."""
 
 
-class Fence:
+class Polygon:
     """A simple polygon of places (latitude, longitude), rad, closed by itself; InputError for any other polygon."""
 
-    def __init__(self, places: Sequence[tuple[float, float]]):
+    def __init__(self, places: Sequence[tuple[float, float]], name: str = "the fence"):
+        self.name = name
         if len(places) > 1 and tuple(places[0]) == tuple(places[-1]):
             places = places[:-1]
         if len(places) < 3:
-            raise InputError(f"the fence has {len(places)} corners, expected at least 3")
+            raise InputError(f"{name} has {len(places)} corners, expected at least 3")
         self.places = tuple(places)
         self._origin = float(places[0][0]), float(places[0][1])
         corners = [displacement(*place, *self._origin) for place in places]
         self._edges = [(*corner, *after) for corner, after in zip(corners, corners[1:] + corners[:1], strict=True)]
         self._refuse_crossings()
 
-    def trouble(self, latitude: float, longitude: float, sog: float = 0.0, cog: float = 0.0) -> str:
-        """Why to stop here, "" while the boat is inside and stays there for `AHEAD`."""
-        north, east = displacement(latitude, longitude, *self._origin)
-        if not self._holds(north, east):
-            return "the fence is left"
+    def is_met(self, latitude: float, longitude: float, sog: float, cog: float) -> bool:
+        """Whether the boat crosses an edge on her course within `AHEAD`."""
         way = sog * AHEAD
-        if (
-            math.isfinite(way)
-            and math.isfinite(cog)
-            and self.is_crossed(north, east, north + way * math.cos(cog), east + way * math.sin(cog))
-        ):
-            return f"the fence is about to be left, within {AHEAD:g} s"
-        return ""
+        if not (math.isfinite(way) and math.isfinite(cog)):
+            return False
+        north, east = displacement(latitude, longitude, *self._origin)
+        return self.is_crossed(north, east, north + way * math.cos(cog), east + way * math.sin(cog))
 
     def holds(self, latitude: float, longitude: float) -> bool:
         """Whether a place is inside."""
         return self._holds(*displacement(latitude, longitude, *self._origin))
 
-    def leg_leaves(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
-        """Whether the straight leg between two places (latitude, longitude) crosses the fence."""
+    def is_crossed_by(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        """Whether the straight leg between two places (latitude, longitude) crosses an edge."""
         return self.is_crossed(*displacement(*start, *self._origin), *displacement(*end, *self._origin))
 
     def is_crossed(self, north_0: float, east_0: float, north_1: float, east_1: float) -> bool:
@@ -65,7 +60,35 @@ class Fence:
         for i in range(count):
             for j in range(i + 2, count - (i == 0)):
                 if _cross(*self._edges[i], *self._edges[j]):
-                    raise InputError(f"the fence crosses itself between corners {i} and {j}, expected a simple polygon")
+                    raise InputError(
+                        f"{self.name} crosses itself between corners {i} and {j}, expected a simple polygon"
+                    )
+
+
+class Fence(Polygon):
+    """The area that the boat must not leave."""
+
+    def trouble(self, latitude: float, longitude: float, sog: float = 0.0, cog: float = 0.0) -> str:
+        """Why to stop here, "" while the boat is inside and stays there for `AHEAD`."""
+        if not self.holds(latitude, longitude):
+            return "the fence is left"
+        return (
+            f"the fence is about to be left, within {AHEAD:g} s" if self.is_met(latitude, longitude, sog, cog) else ""
+        )
+
+
+class NoGo(Polygon):
+    """An area that the boat must not enter."""
+
+    def trouble(self, latitude: float, longitude: float, sog: float = 0.0, cog: float = 0.0) -> str:
+        """Why to stop here, "" while the boat is outside and stays there for `AHEAD`."""
+        if self.holds(latitude, longitude):
+            return f"the boat is inside of {self.name}"
+        return (
+            f"{self.name} is about to be entered, within {AHEAD:g} s"
+            if self.is_met(latitude, longitude, sog, cog)
+            else ""
+        )
 
 
 def _cross(a_north, a_east, b_north, b_east, c_north, c_east, d_north, d_east):

@@ -1,6 +1,7 @@
 """What is followed aboard: the route, or what the skipper asks for in its place: a course, a position, another leg."""
 
 import math
+from collections.abc import Sequence
 
 from steerway.control.boats import Boat
 from steerway.core.angles import wrap
@@ -10,6 +11,7 @@ from steerway.core.leg import UNKNOWN_LEG, Leg, LegState
 from steerway.guidance.route_table import route_of
 from steerway.guidance.waypoints import Mission, Passing, Phase
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.mission_items import SPEED, MissionItem, items_of
 from steerway.live.rows import lost
 
 ROUTE, COURSE, POSITION = MODES = ("route", "course", "position")
@@ -22,6 +24,8 @@ _BRAKING = 0.1
 """m/s², at which the last waypoint is approached."""
 _SLOWEST = 0.6
 """Share of the route's speed at which it is reached: a boat at rest has no course."""
+_SAME = 1.0
+"""m between two places that count as one waypoint."""
 _UNKNOWN = LegState(0, *[math.nan] * 7)
 
 
@@ -36,12 +40,9 @@ class Guide:
     """
 
     def __init__(self, route: GeodeticRoute, boat: Boat):
-        self.route, self._origin = route, route.places[0]
-        places = [displacement(*place, *self._origin) for place in route.places]
-        pairs = zip(route.tables, route.speed.tolist(), strict=True)
-        tables = [each.model_copy(update={"speed": speed}) for each, speed in pairs]
-        self.mission = Mission(route_of(route.settings, places, tables, boat), Passing(time_factor=None))
-        self.speed = float(route.speed.min())
+        self._origin, self._boat = route.places[0], boat
+        self._items: list[MissionItem] = []  # that were uploaded
+        self._take(route)
         self.radius = max(_LEAST_RADIUS, _TURNS * self.speed / boat.turn_rate)
         self.mode = ROUTE
         self.course = math.nan  # that is held
@@ -50,6 +51,55 @@ class Guide:
         self.row = lost(math.nan)  # of the tick
         self.finished = False  # the last waypoint was passed before this tick
         self._leg = 0  # to go on from; 0: the one under way
+
+    def _take(self, route):
+        places = [displacement(*place, *self._origin) for place in route.places]
+        pairs = zip(route.tables, route.speed.tolist(), strict=True)
+        tables = [each.model_copy(update={"speed": speed}) for each, speed in pairs]
+        self.mission = Mission(route_of(route.settings, places, tables, self._boat), Passing(time_factor=None))
+        self.speed = float(route.speed.min())
+        self.route = route
+
+    @property
+    def items(self) -> Sequence[MissionItem]:
+        """The route as mission items, home first: as they were given, where they were."""
+        route = self.route
+        return self._items or items_of(route.places, route.speed.tolist(), route.settings.at_end)
+
+    @property
+    def item_under_way(self) -> int:
+        """Index of the item whose waypoint is sailed to."""
+        return self._waypoint_items()[self.target]
+
+    def go_to_item(self, index: int) -> None:
+        """Go on to the waypoint of an item. Raises InputError for one that is none."""
+        waypoints = self._waypoint_items()
+        if index not in waypoints:
+            raise InputError(f"item {index} is no waypoint, expected one of {', '.join(map(str, waypoints))}")
+        self.follow(max(1, waypoints.index(index)))
+
+    def _waypoint_items(self):
+        """Indices of the items that are waypoints, without home."""
+        return [k for k, each in enumerate(self.items) if k and each.command != SPEED]
+
+    def exchange(self, items: Sequence[MissionItem], under_way: bool) -> None:
+        """The route of uploaded items in place of the present one, in the same plane; InputError for what cannot be.
+
+        Under way the leg to the same waypoint goes on, where the other route has it, else the first is begun.
+        """
+        towards = self.route.places[self.target] if under_way and self.mission.phase is Phase.UNDER_WAY else None
+        route = self.route.with_items(items)
+        self._take(route)
+        self._items = list(items)
+        if under_way:
+            near = [displacement(*place, *towards) if towards else (math.inf, 0.0) for place in route.places]
+            same = [k for k, each in enumerate(near) if k and math.hypot(*each) < _SAME]
+            self._leg = same[0] if same else 1
+
+    @property
+    def target(self) -> int:
+        """Index of the waypoint that is sailed to."""
+        return max(1, self.mission.target or 0)
 
     @property
     def phase(self) -> Phase:
@@ -114,6 +164,10 @@ class Guide:
         """Hold the present position. Raises InputError where that is unknown."""
         self.place = self._known("latitude", "position"), self._known("longitude", "position")
         self.mode = POSITION
+
+    def go_back(self) -> None:
+        """Hold the rally place, or without one the route's beginning."""
+        self.place, self.mode = self.route.rally or self.route.places[0], POSITION
 
     def follow(self, leg: int | None = None) -> None:
         """Follow the route again: go on, or from a leg (1 is the first). Raises InputError for a leg that is none."""

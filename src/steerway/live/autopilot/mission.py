@@ -20,7 +20,8 @@ from steerway.core.errors import InputError
 from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml, refusal
 from steerway.guidance.laws import COURSE_LAWS
 from steerway.guidance.route_table import PlaceTable, RouteKeys, WaypointTable
-from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.fence import Fence, NoGo
+from steerway.live.autopilot.mission_items import MissionItem, mission_of, read_plan, read_waypoints
 
 LOOKAHEAD = 20.0
 """m, the default: some ten lengths of a small boat."""
@@ -31,13 +32,27 @@ class Limits(Table):
 
     min_sog_mps: Positive | None = None
     max_sog_mps: Positive | None = None
-    cross_track: Positive | None = None  # m to either side of the leg
+    cross_track: Positive | None = (
+        None  # m to either side of the leg; None: three lookaheads, for a boat that was on it
+    )
+    operator_lost: Positive | None = None  # s without a helm page, a control client or a ground station
+
+
+Instead = Literal["stop", "hand-back", "hold", "return"]
+"""The safe output, no orders, holding the position, or holding it at the rally place."""
+
+
+class OnStop(Table):
+    """What is done in place of a stop for a reason that leaves the boat able to steer."""
+
+    operator: Instead = "stop"  # no operator was heard for `operator_lost`
+    off_route: Instead = "stop"  # beyond the cross-track limit
 
 
 class BoatTable(Table):
     """How the boat responds to commands; see `steerway.live.autopilot.piloting`."""
 
-    max_yaw_rate_dps: Positive = 20.0  # largest that is commanded
+    max_yaw_rate_dps: Positive | None = None  # largest that is commanded; None: the vehicle's own, else 20
     yaw_time: NotNegative = 1.5  # s, time constant of the yaw rate with propellers
     rate_time: Positive = 1.3  # s, of the yaw rate with a loop of its own
     yaw_munk: NotNegative = 0.0  # s²/m², loss of damping with the speed squared
@@ -45,6 +60,7 @@ class BoatTable(Table):
     full_yaw_rate_dps: Positive = 90.0  # with one propeller ahead, the other astern
     top_speed_mps: Positive = 3.0  # at full thrust
     surge_time: Positive = 1.5  # s, time constant of the speed
+    slip_time: NotNegative = 0.2  # s in which the motion through the water follows the bow
     reverse: Flag = False  # whether the propellers turn astern
 
 
@@ -60,6 +76,8 @@ class MissionTable(RouteKeys):
     at_end: Literal["stop", "hold"] = "stop"
     hold_radius: Positive = 5.0  # m within which the boat may drift about a position
     safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
+    on_stop: OnStop = OnStop()
+    rally: PlaceTable | None = Field(None, description="where `return` goes; the route's beginning without it")
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
 
@@ -67,6 +85,7 @@ class MissionTable(RouteKeys):
 class MissionFile(MissionTable):
     waypoint: list[WaypointTable] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
     fence: list[PlaceTable] = Field([])
+    no_go: list[list[PlaceTable]] = Field([], description="polygons that the boat must not enter")
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +93,9 @@ class GeodeticRoute:
     """Waypoints in latitude and longitude (n,), rad, in the order in which they are sailed.
 
     settings: the keys of the mission file. waypoints: tables with what differs from them on the leg to each.
-    fence: the area that the boat must not leave.
-    Raises InputError for a route that leaves its fence.
+    fence: the area that the boat must not leave; no_go: areas that she must not enter. rally: where
+    she returns to, None for the route's beginning.
+    Raises InputError for a route that leaves its fence or enters such an area, and a rally place outside of it.
     """
 
     latitude: np.ndarray
@@ -83,14 +103,24 @@ class GeodeticRoute:
     settings: MissionTable = field(default_factory=MissionTable)
     waypoints: Sequence[WaypointTable] = ()
     fence: Fence | None = None
+    rally: tuple[float, float] | None = None
+    no_go: tuple[NoGo, ...] = ()
 
     def __post_init__(self):
+        for area in self.no_go:
+            for k, place in enumerate(self.places):
+                if area.holds(*place) or (k and area.is_crossed_by(self.places[k - 1], place)):
+                    raise InputError(
+                        f"the leg to waypoint {max(k, 1)} enters {area.name}, expected a route outside of it"
+                    )
         if self.fence is None:
             return
+        if self.rally is not None and not self.fence.holds(*self.rally):
+            raise InputError("the rally place lies outside of the fence, expected one inside of it")
         for k, place in enumerate(self.places):
             if not self.fence.holds(*place):
                 raise InputError(f"waypoint {k} lies outside of the fence, expected a route inside of it")
-            if k and self.fence.leg_leaves(self.places[k - 1], place):
+            if k and self.fence.is_crossed_by(self.places[k - 1], place):
                 raise InputError(f"the leg to waypoint {k} crosses the fence, expected a route inside of it")
 
     @cached_property
@@ -116,6 +146,20 @@ class GeodeticRoute:
     def _column(self, name, otherwise):
         return np.array([getattr(each, name) or otherwise for each in self.tables])
 
+    def with_items(self, items: Sequence[MissionItem]) -> "GeodeticRoute":
+        """A route of mission items, the first of which is the home position, with all else of this one.
+
+        Raises InputError for what cannot be sailed here.
+        """
+        home = (items[0].latitude, items[0].longitude) if items and items[0].latitude else None
+        keys = mission_of(items[1:], home)
+        waypoints = [WaypointTable(**each) for each in keys["waypoint"]]
+        if len(waypoints) < 2:
+            raise InputError(f"the mission has {len(waypoints)} waypoints, expected at least 2")
+        latitude, longitude = np.array([each.globe(None, f"waypoint[{k}]") for k, each in enumerate(waypoints)]).T
+        settings = self.settings.model_copy(update={"survey": None, "at_end": keys.get("at_end", "stop")})
+        return GeodeticRoute(latitude, longitude, settings, waypoints, self.fence, self.rally, self.no_go)
+
     @classmethod
     def load(cls, path: str | Path) -> "GeodeticRoute":
         """A route from a file. Raises InputError that names the file and what is wrong with it."""
@@ -124,40 +168,53 @@ class GeodeticRoute:
             ".gpx": _from_gpx,
             ".geojson": _from_geojson,
             ".json": _from_geojson,
+            ".plan": read_plan,
+            ".waypoints": read_waypoints,
         }
         reader = readers.get(Path(path).suffix.lower())
         if reader is None:
             raise InputError(f"route {path} has an unknown ending, expected one of {', '.join(readers)}")
         try:
-            table = MissionFile(**reader(Path(path).read_text(encoding="utf-8")))
+            keys = reader(Path(path).read_text(encoding="utf-8"))
+        except InputError as error:
+            raise error if str(error).startswith("route ") else InputError(f"route {path}: {error}") from None
         except OSError as error:
             raise InputError(f"route {path} cannot be read: {error.strerror}") from None
-        except ValidationError as error:
-            raise refusal(f"route {path}", error, MissionFile) from None
-        except InputError:
-            raise
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
+        try:
+            table = MissionFile(**keys)
+        except ValidationError as error:
+            raise refusal(f"route {path}", error, MissionFile) from None
         if len(table.waypoint) < 2 and table.survey is None:
             found = len(table.waypoint)
             raise InputError(f"route {path} has {found} waypoints, expected at least 2, or a table [survey]")
         try:
             lines = [] if table.survey is None else table.survey.points()
             waypoints = [*table.waypoint, *(WaypointTable(**each) for each in lines)]
-            return cls.of(waypoints, table.fence, table)
+            return cls.of(waypoints, table.fence, table, table.no_go)
         except InputError as error:
             raise InputError(f"route {path}: {error}") from None
 
     @classmethod
     def of(
-        cls, waypoints: Sequence[WaypointTable], fence: Sequence[PlaceTable] = (), settings: MissionTable | None = None
+        cls,
+        waypoints: Sequence[WaypointTable],
+        fence: Sequence[PlaceTable] = (),
+        settings: MissionTable | None = None,
+        no_go: Sequence[Sequence[PlaceTable]] = (),
     ):
         """A route from tables. Raises InputError for a place that is not whole, and for a fence as `Fence`."""
         table = settings or MissionTable()
         origin = None if table.origin is None else table.origin.globe(None, "origin")
         latitude, longitude = np.array([each.globe(origin, f"waypoint[{k}]") for k, each in enumerate(waypoints)]).T
         corners = [each.globe(origin, f"fence[{k}]") for k, each in enumerate(fence)]
-        return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None)
+        areas = tuple(
+            NoGo([each.globe(origin, f"no_go[{j}][{k}]") for k, each in enumerate(area)], f"no_go[{j}]")
+            for j, area in enumerate(no_go)
+        )
+        rally = None if table.rally is None else table.rally.globe(origin, "rally")
+        return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None, rally, areas)
 
 
 def _from_gpx(text):

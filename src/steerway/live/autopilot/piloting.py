@@ -23,6 +23,7 @@ from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
 from steerway.live.autopilot.steering_estimate import SteeringEstimate
+from steerway.live.autopilot.turn_limit import UNTOLD
 from steerway.pilot import Observer, Pilot
 from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
@@ -53,18 +54,18 @@ class BoatActuation:
     """Commands of a boat known by its `[boat]` table: yaw rate (rad/s), thrust, port and starboard propeller.
 
     Thrust is a fraction of full thrust, propeller commands are of full speed: T = n|n|. `takes`, one of `ACTUATIONS`,
-    says whose limits count.
+    says whose limits count. `max_rate` (rad/s) may be set.
     """
 
     def __init__(self, boat: BoatTable, takes: str = YAW_RATE):
         self._takes = one_of("actuation", takes, ACTUATIONS)
-        self._max_rate = math.radians(boat.max_yaw_rate_dps)
+        self.max_rate = largest_yaw_rate(boat)
         self._full_rate = math.radians(boat.full_yaw_rate_dps)
         self._propellers = TwoPropellers(0.5, 1.0, 1.0, 1.0, -1.0 if boat.reverse else 0.0)
 
     def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
         """(yaw rate, thrust, port, starboard, achieved force, achieved yaw rate) for a force and a yaw rate."""
-        rate = max(-self._max_rate, min(self._max_rate, yaw))
+        rate = max(-self.max_rate, min(self.max_rate, yaw))
         driven = self._propellers.step(2.0 * surge_force, yaw / self._full_rate)
         achieved = surge_force, rate
         if self._takes == PROPELLERS:
@@ -72,10 +73,24 @@ class BoatActuation:
         return rate, surge_force, driven.port, driven.starboard, *achieved
 
 
+def largest_yaw_rate(boat: BoatTable) -> float:
+    """rad/s that is commanded before a vehicle says its own limit."""
+    return UNTOLD if boat.max_yaw_rate_dps is None else math.radians(boat.max_yaw_rate_dps)
+
+
+def limit_turns(pilot: Pilot, rate: float) -> None:
+    """Order at most a yaw rate (rad/s) from now on."""
+    if rate == pilot.actuation.max_rate:
+        return
+    pilot.actuation.max_rate = rate
+    pilot.in_current.limit, pilot.in_current.turn_rate = rate, _TURN_SHARE * rate
+    pilot.autopilot.shaper.max_acceleration = rate / _TURN_TIME
+
+
 def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
     """The boat of a mission as the controllers see it; `takes`: one of `ACTUATIONS`."""
     table, settings, cruise = route.settings.boat, route.settings, float(np.mean(route.speed))
-    rate, by_rate = math.radians(table.max_yaw_rate_dps), takes == YAW_RATE
+    rate, by_rate = largest_yaw_rate(table), takes == YAW_RATE
     response = YawResponse(1.0, table.yaw_time, 1.0, table.yaw_munk, table.yaw_quadratic)
     if by_rate:
         response = YawResponse(1.0, table.rate_time)
@@ -105,6 +120,7 @@ def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
         turn_acceleration=rate / _TURN_TIME,
         turn_share=_TURN_SHARE,
         surge_time=table.surge_time,
+        slip_time=table.slip_time,
         takes_rates=by_rate,
         sample=_SAMPLE,
     )

@@ -4,9 +4,12 @@ A state machine that observes the pilot (`pilot.Observer`). It has no clock and 
 it returns an order; fixes and links are reported to it.
 """
 
+import logging
 import math
+from collections.abc import Sequence
 
 from steerway.build import DEFAULT_KINDS
+from steerway.control.turns import Turn
 from steerway.core.angles import wrap
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate
@@ -15,22 +18,28 @@ from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
-from steerway.live.autopilot.guide import Guide
+from steerway.live.autopilot.guide import POSITION, ROUTE, Guide
 from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import YAW_RATE, boat_of, pilot_of
+from steerway.live.autopilot.mission_items import MissionItem
+from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_turns, pilot_of
+from steerway.live.autopilot.turn_limit import TurnLimit
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.pilot import Mode, Pilot, Steered
 from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
+LOG = logging.getLogger("steerway.live")
 _SLOWEST = 1.5
 """Of the profile's steerageway: the least speed that is demanded."""
 _SLOWEST_TURN = 0.5
 """Share of the route's speed that is kept in a sharp turn."""
 
+_FAR = 2000.0
+"""m from the boat to the first leg, beyond which it has to be asked for."""
+_LOST, _AGAIN = " is lost", "; it is back, and the autopilot can be started again"
 _NO_NUMBER = "the estimate is no number"
 
 
@@ -45,6 +54,7 @@ class Supervisor:
     kinds:   of the autopilot and of the speed controller; see `build.build_pilot`.
     measured: gives the speed that is held; None: the row's.
     heading: which filter gives the heading; see `piloting.pilot_of`.
+    from_here: whether the first leg may be as far away as it is.
     """
 
     def __init__(
@@ -57,28 +67,36 @@ class Supervisor:
         kinds: tuple[str, str] = DEFAULT_KINDS,
         measured: MeasuredSpeed | None = None,
         heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
+        from_here: bool = False,
     ):
         profile = Profile.named(profile) if isinstance(profile, str) else profile
         self.pilot = pilot_of(route, profile, takes, kinds, heading, self)
         self.leg: Leg | None = None  # of the last tick, None when the route is finished
         self.state = State.IDLE
         self.reason = "no position yet"
-        self.hands_back = route.settings.safe == "hand-back"
+        self._safe, self._on_stop = route.settings.safe, route.settings.on_stop
+        self.hands_back = self._safe == "hand-back"
+        self._silent, self._operator_lost = 0.0, route.settings.limits.operator_lost or math.inf
+        self._instead = ""  # why a position is held in place of the route
         self.measured = measured
         self._slowest = _SLOWEST * profile.steerageway
-        self._engage = engage
+        self._engage, self._from_here = engage, from_here
         self._was_engaged = False  # started by `engage`, not by hand
         self._vehicle = ""
         self._is_finished = True  # a start begins the route from its first leg
         self._is_new = False  # started, and no step since
+        self._measured_at = self._thrust = math.nan
+        self._turn: Turn | None = None  # that was said last
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
-        self._guard = LimitGuard(route.settings.limits, route.fence)
-        self._receiver, self._response = ReceiverMonitor(), None
+        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead, route.no_go)
+        self._receiver, self._response, self._turns = ReceiverMonitor(), None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
             self._response = ResponseMonitor(boat.nomoto_time, boat.cruise)
+            declared = route.settings.boat.max_yaw_rate_dps
+            self._turns = TurnLimit(None if declared is None else math.radians(declared))
         self._monitors = [each for each in (self._receiver, self._response) if each]
 
     @property
@@ -97,6 +115,7 @@ class Supervisor:
             raise InputError(f"the autopilot cannot be started: {self._obstacle}")
         self.state, self.reason = State.RUNNING, ""
         self._is_new, self._was_engaged, self._engage = True, self._engage, False
+        self.hands_back, self._instead, self._silent = self._safe == "hand-back", "", 0.0
 
     def stop(self, reason: str = "stopped by command") -> None:
         """The safe output from now on, until started again. A pending `engage` is withdrawn."""
@@ -113,6 +132,22 @@ class Supervisor:
     def vehicle(self, obstacle: str) -> None:
         """Why the vehicle that carries out the orders could not be steered, "" when it could; under way it says so."""
         self._vehicle = obstacle
+
+    def operator_heard(self) -> None:
+        """A helm page, a control client or a ground station gave a sign of life."""
+        self._silent = 0.0
+
+    def take_mission(self, items: Sequence[MissionItem]) -> None:
+        """Another route, of uploaded items; what is learned of the current is kept. InputError for what cannot be."""
+        self.guide.exchange(items, self.state in UNDER_WAY)
+        if self.pilot.in_current is not None:
+            self.pilot.in_current.restart()
+        self._guard.start()
+
+    def turns(self, limit: float) -> None:
+        """The vehicle's own limit of its yaw rate, rad/s."""
+        if self._turns is not None:
+            self._turns.vehicle(limit)
 
     def refused(self, reason: str) -> None:
         """The vehicle was not taken over: stopped, or ready again later where `engage` had started it."""
@@ -140,6 +175,8 @@ class Supervisor:
         self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
         if self._response is None:
             return
+        self._turns.turned(measured.yaw_rate, measured.time - self._measured_at)
+        self._measured_at = measured.time
         estimate = self.pilot.estimator.step(row, 0.0)
         current = estimate.current_north, estimate.current_east
         self._response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
@@ -159,12 +196,15 @@ class Supervisor:
         self._trouble = self._watch.step(row, dt)
         if self._response is not None:
             self._response.order(self.pilot.estimator.ordered, dt)
+            self._turns.order(self.pilot.estimator.ordered, self._thrust, dt)
+            limit_turns(self.pilot, self._turns.rate)
         if self._is_new and self._is_finished:
             self.guide.restart()
         self.guide.row = row
         done = self.pilot.step(row, dt)
         course = done.desired.angle
         self.leg = self.guide.shown(done.leg, course)
+        self._thrust = done.command[1] if done.command else math.nan
         if done.command and self.state in UNDER_WAY:
             return Order(self.state, self.reason, True, *done.command, course, done.speed)
         return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
@@ -172,12 +212,16 @@ class Supervisor:
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
         """See `pilot.Observer`: whether to steer, by what is known and where the boat is."""
         cross_track = math.nan if self.guide.finished else leg.cross_track
+        self._say_turn(leg)
         self._speed = self.guide.slowed(leg)
         if self.state in UNDER_WAY:
             self._go_on(row, cross_track, dt)
         self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, cross_track) or self._vehicle
         if self.state in (State.IDLE, State.READY):
+            self._obstacle = self._obstacle or self._far(leg)
             self._wait()
+        elif self.state is State.STOPPED and not self._obstacle and self.reason.endswith(_LOST):
+            self.reason += _AGAIN
         if self.state not in UNDER_WAY or self._is_new:
             return Mode.IDLE
         return Mode.HOLDING if self.guide.phase is Phase.HOLDING else Mode.UNDER_WAY
@@ -222,14 +266,58 @@ class Supervisor:
             trouble = trouble or "the route is finished"
         if self.pilot.in_current is not None:
             trouble = trouble or self.pilot.in_current.trouble
-        trouble = trouble or self._guard.step(row, cross_track, is_held, dt)
+        limit = self._guard.step(row, cross_track, is_held, dt)
+        self._silent += dt
+        if self.guide.mode != POSITION:
+            self._instead = ""
+        if not trouble and self._holds_instead(limit):
+            limit = ""
+        trouble = trouble or limit
         trouble = trouble or next(filter(None, (each.trouble for each in self._monitors)), "")
         if trouble:
             self.stop(trouble)
-        else:
+        elif self.state in UNDER_WAY:
             doubts = (each.doubt for each in self._monitors)
-            self.reason = self._watch.degradation(row) or next(filter(None, doubts), "")
+            self.reason = self._watch.degradation(row) or next(filter(None, doubts), "") or self._instead
             self.state = State.DEGRADED if self.reason else State.RUNNING
+
+    def _far(self, leg):
+        """Why a route does not begin here: its first leg is further away than a mission usually begins."""
+        if self._from_here or self.guide.mode != ROUTE or not self._is_finished:
+            return ""
+        beyond = max(-leg.along_track, -leg.remaining, 0.0)
+        away = math.hypot(leg.cross_track, beyond)
+        if not away > _FAR:
+            return ""
+        return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
+
+    def _say_turn(self, leg):
+        """Log a turn that begins, with the side and the distance at which it passes the waypoint."""
+        turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
+        if turn is not None and turn is not self._turn:
+            degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
+            LOG.info("turns by %+.0f° into leg %d, %s", degrees, leg.target, passes)
+        self._turn = turn
+
+    def _holds_instead(self, limit):
+        """Whether a limit, or the loss of the operator, is answered by holding a position: as the mission says."""
+        if self._instead:
+            return not limit
+        lost = self._silent > self._operator_lost
+        if not (lost or (self._guard.is_off_route and limit)):
+            return False
+        reason = f"no operator was heard for {self._operator_lost:g} s" if lost else limit
+        instead = self._on_stop.operator if lost else self._on_stop.off_route
+        if instead in ("stop", "hand-back"):
+            self.hands_back = instead == "hand-back" or self.hands_back
+            self.stop(reason)
+            return False
+        if instead == "hold":
+            self.guide.hold_position()
+        else:
+            self.guide.go_back()
+        self._instead = f"{reason}: {'the position is held' if instead == 'hold' else 'the boat returns'}"
+        return True
 
     def _wait(self):
         self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")

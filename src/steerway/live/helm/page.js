@@ -12,6 +12,8 @@ function helmShade() {
   Quasar.Dark.set(dark);
   localStorage.setItem("helmDark", dark);
 }
+// A sign of life, for the loss of the operator.
+setInterval(() => window.emitEvent && emitEvent("helmHere"), 2000);
 document.documentElement.lang = "en";
 document.body.classList.add("stale");
 setInterval(() => {

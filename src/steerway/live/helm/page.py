@@ -66,6 +66,7 @@ class Page:
         ui.add_body_html(f"<script>{_text('page.js')}</script>")
         self._build()
         ui.timer(_LOOK, self._look)
+        ui.on("helmHere", lambda: self._board.order("present", self._client.ip or ""))
 
     def _build(self):
         with _box("banner"):
@@ -143,8 +144,8 @@ class Page:
                     for leg in range(1, min(len(self._board.route), _LEGS + 1)):
                         self._key(str(leg), f"leg-{leg}", "leg", leg)
             with _box("line keys"):
-                self._key("Man overboard", "mob", "mob")
-                self._key("Take the mark away", "mob-over", "mob-over")
+                self._key("MAN OVERBOARD", "mob", "mob").classes("overboard")
+                self._key("Clear MOB mark", "mob-over", "mob-over")
             self._text("overboard").classes("notice").props("role=alert")
 
     def _key(self, text, name, what, value=None):
@@ -307,9 +308,9 @@ class Page:
 
 
 def board_places(board: Board, boat) -> list[tuple[float, float]]:
-    """All that the whole chart shows."""
+    """All that the whole chart shows; a fence, which may be far off, only where there is nothing else."""
     track = [place for place in board.history.track if place is not None]
-    return [*board.route, *board.fence, *track, *([boat] if boat else [])]
+    return [*board.route, *track, *([boat] if boat else [])] or list(board.fence)
 
 
 def _box(names, tag="div"):

@@ -14,6 +14,7 @@ from typing import Protocol
 from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.controls import PRESENT
 from steerway.live.helm.address import Address
 from steerway.live.helm.make_view import ChartPlane, ViewInput, view
 from steerway.live.links.link import RETRY, kept_open
@@ -109,6 +110,9 @@ class HelmPage:
                 self._do(message["do"], message.get("value"), message.get("who", ""))
 
     def _do(self, what, value, who):
+        if what == PRESENT:
+            self.service.controls.present()
+            return
         LOG.info("helm page: %s", who)
         self._notice = ""
         try:

@@ -1,11 +1,13 @@
 """What every link shares: an input and a sink, bytes into a decoder, and reopening after a failure."""
 
 import asyncio
+import errno
 import logging
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
 
+from steerway.core.errors import InputError
 from steerway.live.links.decoding import Decoder, ReceiverDecoder
 from steerway.live.uri import Uri
 
@@ -106,13 +108,18 @@ class Sink(ABC):
 
 
 async def kept_open(name: str, attempt: Callable[[], Awaitable[None]]) -> None:
-    """Open a link again and again; of equal failures in a row only the first is logged."""
+    """Open a link again and again; of equal failures in a row only the first is logged.
+
+    Raises InputError where a port of this computer is in use by another program from the start.
+    """
     logged = ""
     while True:
         try:
             await attempt()
             why = "closed by the other side"
         except (OSError, EOFError) as error:
+            if not logged and isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+                raise InputError(f"{name}: the port is in use by another program, expected a free one") from None
             why = error.strerror if isinstance(error, OSError) and error.strerror else str(error) or "closed"
         if why != logged:
             LOG.warning("%s: %s; trying again every %g s", name, why, RETRY)

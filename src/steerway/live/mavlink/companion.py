@@ -34,6 +34,10 @@ class Commanded(Protocol):
 
     def vehicle(self, obstacle: str) -> None: ...
 
+    def turns(self, limit: float) -> None: ...
+
+    def operator_heard(self) -> None: ...
+
     def refused(self, reason: str) -> None: ...
 
     def stop(self, reason: str) -> None: ...
@@ -78,6 +82,8 @@ class Companion(Output):
     def tick(self, row: Row, leg=None, order: Order | None = None) -> None:
         """See Output."""
         self._order, self._ordered = order, time.monotonic()
+        if order is not None and order.engaged:
+            self.link.send(self.guided.targets_due(self._ordered, order))
 
     def unreachable(self) -> str:
         """Why no order reaches the vehicle, "" when they do."""
@@ -85,12 +91,17 @@ class Companion(Output):
 
     def _receive(self, message):
         now, before = time.monotonic(), self.guided.vehicle
+        is_heartbeat = message.get_type() == "HEARTBEAT"
+        if is_heartbeat and message.type == self.link.messages.MAV_TYPE_GCS and self.supervisor is not None:
+            self.supervisor.operator_heard()
         if not self.guided.receive(message, now):
             return False
         if before not in (None, self.guided.vehicle):
             LOG.warning("%s: the vehicle is now system %d", self.link.uri.text, self.guided.vehicle[0])
             self.decoder = MavlinkDecoder(self._place)
         self.link.system = self.guided.vehicle[0]
+        if message.get_type() == "PARAM_VALUE" and self.supervisor is not None:
+            self.supervisor.turns(self.guided.turn_limit)
         if message.get_type() == "STATUSTEXT" and message.severity <= self.link.messages.MAV_SEVERITY_WARNING:
             LOG.warning("vehicle: %s", message.text)
         if self._deliver is not None:

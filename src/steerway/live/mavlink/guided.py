@@ -36,6 +36,9 @@ _WANTED = {
 }  # messages and their intervals, s
 _NO_ROVER = "the vehicle is not a boat of ArduPilot's Rover"
 _MISSED = 5.0  # s between two requests for them while they do not come
+_TURN_LIMIT = "ATC_STR_RAT_MAX"
+"""ArduPilot Rover's parameter with the limit of its yaw rate, degrees/s, 0 for none; asked for at most so often."""
+_ASKED_PARAMETER = 6
 
 
 class Takeover(Enum):
@@ -58,6 +61,7 @@ class Guided:
     silence:  s without any message after which the link counts as lost.
     system:   id of the vehicle; 0: the first one that sends, until a boat is heard.
 
+    `turn_limit` is the limit of its yaw rate (rad/s), NaN until it is told.
     `refusal` is why the vehicle is not steered although it should be, "" otherwise; `obstacle` why it could not be.
     """
 
@@ -70,10 +74,12 @@ class Guided:
         self.phase = Takeover.FREE
         self.refusal = ""
         self.readiness = Readiness(messages)
+        self.turn_limit = math.nan
+        self._asks_left = _ASKED_PARAMETER
         self._answer = ""  # why GUIDED was refused last
         self._since = -math.inf  # when the phase began
         self._received = self._heartbeat = self._fix_received = -math.inf
-        self._own_heartbeat = self._target = self._asked_messages = -math.inf
+        self._own_heartbeat = self._target = self._asked_messages = self._asked_parameter = -math.inf
         self._asked: RoverMode | None = None
         self._asked_at = self._asked_guided = -math.inf
 
@@ -98,6 +104,8 @@ class Guided:
             self._fix_received = now
         elif kind == "COMMAND_ACK":
             self._answered(message)
+        elif kind == "PARAM_VALUE" and message.param_id == _TURN_LIMIT and math.isfinite(message.param_value):
+            self.turn_limit = math.radians(message.param_value)
         return True
 
     def _answered(self, answer):
@@ -120,6 +128,7 @@ class Guided:
                 return
             self.readiness = Readiness(self._messages)
             self.mode, self.is_armed = None, False
+            self.turn_limit, self._asks_left = math.nan, _ASKED_PARAMETER
             self._asked_messages = self._fix_received = -math.inf
         self.vehicle, self._other = sender, None
 
@@ -160,7 +169,7 @@ class Guided:
         order = order or Order(State.IDLE)
         self._judge(now, order)
         due += self._requests(now)
-        due += self._steering(now, order)
+        due += self.targets_due(now, order)
         return due
 
     def last_messages(self, hands_back: bool) -> list:
@@ -223,6 +232,10 @@ class Guided:
         if misses or self._asked_messages == -math.inf:
             self._asked_messages = now
             due += [self._interval_message(name, interval) for name, interval in _WANTED.items()]
+        if math.isnan(self.turn_limit) and self._asks_left and now - self._asked_parameter > _MISSED:
+            self._asked_parameter, self._asks_left = now, self._asks_left - 1
+            m = self._messages
+            due.append(m.MAVLink_param_request_read_message(*self.vehicle, _TURN_LIMIT.encode(), -1))
         return due
 
     def _mode_wanted(self, now):
@@ -234,7 +247,8 @@ class Guided:
             return RoverMode.HOLD
         return RoverMode.MANUAL if self.phase is Takeover.RETURNING and guided else None
 
-    def _steering(self, now, order):
+    def targets_due(self, now: float, order: Order) -> list:
+        """The target to send now, none or one, while the vehicle is under control; see `due`."""
         if now - self._target < 0.9 * _TARGET_PERIOD or self.phase not in (Takeover.STEERING, Takeover.STOPPING):
             return []
         self._target = now

@@ -16,6 +16,9 @@ from steerway.live.simulated.boat import ReceiverFix
 
 TIMEOUT = 3.0
 """s without a target after which a vehicle in GUIDED stops."""
+TURN_LIMIT = math.radians(120.0)
+"""rad/s, as the parameter ATC_STR_RAT_MAX of ArduPilot's Rover is by default."""
+_TURN_PARAMETER = "ATC_STR_RAT_MAX"
 _MODES = (RoverMode.MANUAL, RoverMode.HOLD, RoverMode.GUIDED)
 _FIX_LOST = 1.5  # s without a fix after which the receiver has none
 _UNKNOWN_16 = 0xFFFF
@@ -40,6 +43,7 @@ class Rover:
     armed:    whether it is armed from the start.
     ekf_time: s from the start until its EKF has a position.
     compass:  whether it has one; without, its headings are not known.
+    turn_limit: of the yaw rate that it takes, rad/s.
     """
 
     def __init__(
@@ -51,11 +55,13 @@ class Rover:
         armed: bool = True,
         ekf_time: float = 0.0,
         compass: bool = True,
+        turn_limit: float = TURN_LIMIT,
     ):
         self._messages = messages
         self.cruise, self.timeout = positive("cruise", cruise), positive("timeout", timeout)
         self.unix, self.armed = unix, armed
         self.ekf_time, self.compass = not_negative("ekf", ekf_time), compass
+        self.turn_limit = positive("turn", turn_limit)
         self.system, self.component = 1, 1
         self.mode = RoverMode.MANUAL
         self.heading = math.nan  # by the compass; without one the truth
@@ -139,8 +145,17 @@ class Rover:
         if not message.type_mask & ignored:
             thrust = max(-1.0, min(1.0, message.thrust))
             if math.isfinite(message.body_yaw_rate + thrust):
-                self._target = Target(message.body_yaw_rate, thrust * self.cruise, now)
+                most = self.turn_limit
+                self._target = Target(max(-most, min(most, message.body_yaw_rate)), thrust * self.cruise, now)
         return []
+
+    def _on_parameter(self, message, now):
+        """Only that of the turns is known; an unknown one is not answered, as by ArduPilot."""
+        if message.param_id != _TURN_PARAMETER:
+            return []
+        m = self._messages
+        value = math.degrees(self.turn_limit)
+        return [m.MAVLink_param_value_message(_TURN_PARAMETER.encode(), value, m.MAV_PARAM_TYPE_REAL32, 1, 0)]
 
     def _heartbeat(self, now, motion, place):
         m = self._messages
@@ -212,6 +227,7 @@ _HANDLERS = {
     "SET_MODE": Rover._on_set_mode,
     "COMMAND_LONG": Rover._on_command,
     "SET_ATTITUDE_TARGET": Rover._on_target,
+    "PARAM_REQUEST_READ": Rover._on_parameter,
 }
 _MAKERS = {
     "HEARTBEAT": Rover._heartbeat,

@@ -22,7 +22,7 @@ from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import InnerLoops, SimulatedBoat
 from steerway.live.simulated.propellers import PropellerReceiver
-from steerway.live.simulated.rover import Rover, Skipper, Target
+from steerway.live.simulated.rover import TURN_LIMIT, Rover, Skipper, Target
 from steerway.live.uri import Uri
 from steerway.simulation.scenario import Scenario
 
@@ -78,6 +78,7 @@ class RunningBoat:
                 self.unix,
                 ekf_time=mavlink.number("ekf", 0.0),
                 compass=mavlink.number("compass", 1.0) > 0.0,
+                turn_limit=math.radians(mavlink.number("turn", math.degrees(TURN_LIMIT))),
             )
         self.propellers = None if propellers is None else PropellerReceiver(propellers, boat.vessel.actuators)
         self._loops = InnerLoops(boat.known)

@@ -1,0 +1,188 @@
+"""The mission protocol of MAVLink: a ground station uploads, downloads and changes the route that is steered along.
+
+To the ground station this is a boat of ArduPilot with a mission and nothing else. Item 0 is the home position, as
+ArduPilot has it. Source: mavlink.io, mission protocol.
+"""
+
+import asyncio
+import logging
+import time
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from steerway.core.errors import InputError
+from steerway.live.autopilot.mission_items import MissionItem
+from steerway.live.mavlink.dialect import RoverMode
+from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.uri import Uri
+
+LOG = logging.getLogger("steerway.live")
+_MOST = 1000
+"""Items of a mission."""
+_AGAIN, _TRIES = 1.0, 5
+"""s until an item is requested again, and how often."""
+_PERIOD = 0.2  # s between two looks at what is due
+_DEGREES = 1e-7  # of a unit of MISSION_ITEM_INT
+
+
+class Items(Protocol):
+    """The mission as items: a `Guide`."""
+
+    @property
+    def items(self) -> Sequence[MissionItem]: ...
+
+    @property
+    def item_under_way(self) -> int: ...
+
+    def go_to_item(self, index: int) -> None: ...
+
+
+class Routed(Protocol):
+    """What has a route: the supervisor."""
+
+    @property
+    def guide(self) -> Items: ...
+
+    def take_mission(self, items: Sequence[MissionItem]) -> None: ...
+
+    def operator_heard(self) -> None: ...
+
+
+class MissionServer:
+    """The protocol with one ground station: messages in, answers out; times (s) are arguments."""
+
+    def __init__(self, messages: Any, routed: Routed):
+        self._messages, self._routed = messages, routed
+        self._peer = (0, 0)
+        self._expected = 0  # items of the upload under way, 0 for none
+        self._items: list[MissionItem] = []
+        self._asked, self._tries = 0.0, 0
+        self._heartbeat = -1.0
+
+    def receive(self, message: Any, now: float) -> list[Any]:
+        """The answers to a message."""
+        handler = _HANDLERS.get(message.get_type())
+        if message.get_type() == "HEARTBEAT" and message.type == self._messages.MAV_TYPE_GCS:
+            self._routed.operator_heard()
+        if handler is None or getattr(message, "mission_type", 0) != self._messages.MAV_MISSION_TYPE_MISSION:
+            return self._of_another_kind(message) if handler is not None else []
+        self._peer = message.get_srcSystem(), message.get_srcComponent()
+        return handler(self, message, now)
+
+    def due(self, now: float) -> list[Any]:
+        """Heartbeat and the item under way once a second, and the request of an item that did not come."""
+        due = []
+        m = self._messages
+        if now - self._heartbeat >= 1.0:
+            self._heartbeat = now
+            kind = m.MAV_TYPE_SURFACE_BOAT, m.MAV_AUTOPILOT_ARDUPILOTMEGA, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+            due.append(m.MAVLink_heartbeat_message(*kind, int(RoverMode.GUIDED), m.MAV_STATE_ACTIVE, 3))
+            due.append(m.MAVLink_mission_current_message(self._routed.guide.item_under_way))
+        if self._expected and now - self._asked >= _AGAIN:
+            if self._tries >= _TRIES:
+                self._expected = 0
+                return [*due, self._ack(m.MAV_MISSION_OPERATION_CANCELLED)]
+            due += self._request(now)
+        return due
+
+    def _of_another_kind(self, message):
+        """Fences and rally points are those of the mission's file; a station that asks is told that there are none."""
+        self._peer = message.get_srcSystem(), message.get_srcComponent()
+        m, kind = self._messages, message.mission_type
+        if message.get_type() == "MISSION_REQUEST_LIST":
+            return [m.MAVLink_mission_count_message(*self._peer, 0, kind)]
+        return [m.MAVLink_mission_ack_message(*self._peer, m.MAV_MISSION_UNSUPPORTED, kind)]
+
+    def _on_count(self, message, now):
+        if not 0 < message.count <= _MOST:
+            m = self._messages
+            return [self._ack(m.MAV_MISSION_NO_SPACE if message.count else m.MAV_MISSION_DENIED)]
+        self._expected, self._items, self._tries = message.count, [], 0
+        return self._request(now)
+
+    def _on_item(self, message, now):
+        if not self._expected or message.seq != len(self._items):
+            return self._request(now) if self._expected else []
+        scale = _DEGREES if message.get_type() == "MISSION_ITEM_INT" else 1.0
+        parameters = message.param1, message.param2, message.param3, message.param4
+        place = message.x * scale, message.y * scale, message.z
+        self._items.append(MissionItem(message.command, message.frame, parameters, *place))
+        self._tries = 0
+        if len(self._items) < self._expected:
+            return self._request(now)
+        self._expected = 0
+        return self._take()
+
+    def _take(self):
+        m = self._messages
+        try:
+            self._routed.take_mission(self._items)
+        except InputError as error:
+            LOG.warning("mission refused: %s", error)
+            return [self._ack(m.MAV_MISSION_INVALID), m.MAVLink_statustext_message(4, str(error).encode()[:50])]
+        LOG.info("mission of %d items taken from system %d", len(self._items), self._peer[0])
+        return [self._ack(m.MAV_MISSION_ACCEPTED)]
+
+    def _on_list(self, message, now):
+        count = len(self._routed.guide.items)
+        return [self._messages.MAVLink_mission_count_message(*self._peer, count)]
+
+    def _on_request(self, message, now):
+        items, m = self._routed.guide.items, self._messages
+        if message.seq >= len(items):
+            return [self._ack(m.MAV_MISSION_INVALID_SEQUENCE)]
+        item = items[message.seq]
+        place = round(item.latitude / _DEGREES), round(item.longitude / _DEGREES), item.altitude
+        current = int(message.seq == self._routed.guide.item_under_way)
+        values = message.seq, item.frame, item.command, current, 1, *item.parameters, *place
+        return [m.MAVLink_mission_item_int_message(*self._peer, *values)]
+
+    def _on_current(self, message, now):
+        try:
+            self._routed.guide.go_to_item(message.seq)
+        except InputError as error:
+            LOG.warning("%s", error)
+        return [self._messages.MAVLink_mission_current_message(self._routed.guide.item_under_way)]
+
+    def _on_clear(self, message, now):
+        """A boat that is steered keeps her mission."""
+        return [self._ack(self._messages.MAV_MISSION_DENIED)]
+
+    def _request(self, now):
+        self._asked, self._tries = now, self._tries + 1
+        return [self._messages.MAVLink_mission_request_int_message(*self._peer, len(self._items))]
+
+    def _ack(self, result):
+        return self._messages.MAVLink_mission_ack_message(*self._peer, result)
+
+
+_HANDLERS = {
+    "MISSION_COUNT": MissionServer._on_count,
+    "MISSION_ITEM_INT": MissionServer._on_item,
+    "MISSION_ITEM": MissionServer._on_item,
+    "MISSION_REQUEST_LIST": MissionServer._on_list,
+    "MISSION_REQUEST_INT": MissionServer._on_request,
+    "MISSION_REQUEST": MissionServer._on_request,
+    "MISSION_SET_CURRENT": MissionServer._on_current,
+    "MISSION_CLEAR_ALL": MissionServer._on_clear,
+}
+
+
+class MissionLink:
+    """A link on which ground stations give missions; runs beside the service."""
+
+    def __init__(self, uri: Uri, routed: Routed):
+        self.link = MavlinkLink(uri, self._receive)
+        self.server = MissionServer(self.link.messages, routed)
+
+    async def run(self) -> None:
+        """Keep the link open until cancelled."""
+        async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(self.link.run())
+            while True:
+                self.link.send(self.server.due(time.monotonic()))
+                await asyncio.sleep(_PERIOD)
+
+    def _receive(self, message):
+        self.link.send(self.server.receive(message, time.monotonic()))
+        return True

@@ -1,0 +1,48 @@
+"""Legs that are shorter than the turns at their ends take in a current: found before sailing."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from steerway.control.boats import Boat
+from steerway.core.kinematics import water_speed_for
+from steerway.core.leg import leg_direction
+from steerway.guidance.route import Route
+
+
+def short_leg(boat: Boat, route: Route, current: tuple[float, float], stays: Sequence[float] = ()) -> str:
+    """A sentence that names the first leg which is shorter than its turns, and the least length; "" for none.
+
+    current: north and east, m/s. stays: s at each waypoint, where the boat stops in place of a
+    turn. Corners that are curves are checked with the route.
+    """
+    steering, model = boat.in_current(), boat.autopilot_in_current().shaper
+    steering_rate = steering.turn_rate
+    ends, leads = [0.0], []
+    points = list(zip(route.north.tolist(), route.east.tolist(), strict=True))
+    directions = [leg_direction(*one, *other) for one, other in pairwise(points)]
+    model.max_rate = min(model.max_rate, steering_rate)
+    for index, (direction, following) in enumerate(pairwise(directions), start=1):
+        if route.curves[index] is not None or (stays and stays[index] > 0.0):
+            leads.append(0.0)
+            ends.append(0.0)
+            continue
+        speeds = [_through_water(steering, boat, route, index + k, (direction, following)[k], current) for k in (0, 1)]
+        turn = steering.planned(direction, following, speeds, current, model)
+        leads.append(turn.lead)
+        ends.append(max(turn.end, 0.0))
+    leads.append(0.0)
+    for index, (length, end, lead) in enumerate(zip(route.lengths.tolist(), ends, leads, strict=True), start=1):
+        if length < end + lead:
+            return (
+                f"the leg to route.waypoints[{index}] is {length:.0f} m long, expected at least {end + lead:.0f} m, "
+                f"which its turns take in a current of {math.hypot(*current):.3g} m/s"
+            )
+    return ""
+
+
+def _through_water(steering, boat, route, index, course, current):
+    """Speed through the water on the leg to a waypoint, m/s."""
+    asked = float(route.speed[index])
+    speed = boat.cruise if math.isnan(asked) else asked
+    return float(water_speed_for(course, speed, *current, min(steering.slowest, speed), steering.top_speed))

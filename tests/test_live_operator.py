@@ -1,0 +1,89 @@
+"""What is done when the operator is lost or the route left: stop, hold, return, hand back, as the mission says."""
+
+import math
+
+import pytest
+
+from steerway.core import InputError, displacement
+from steerway.guidance.testing import PlaceTable, WaypointTable
+from steerway.live.testing import Controls, GeodeticRoute, Limits, MissionTable, OnStop, State
+from tests.desk import HOME, Desk, corner, dock_all, square
+
+
+@pytest.fixture(autouse=True)
+def _docked():
+    yield
+    dock_all()
+
+
+def afloat(on_stop="stop", **settings):
+    limits = Limits(operator_lost=10.0)
+    return Desk(square(limits=limits, on_stop=OnStop(operator=on_stop), **settings)).start()
+
+
+def test_without_a_sign_of_life_the_boat_stops_after_the_time_of_the_mission():
+    desk = afloat()
+    seconds = desk.until(lambda: desk.order.state is State.STOPPED, 20.0)
+    assert seconds == pytest.approx(10.0, abs=0.3)
+    assert desk.order.reason == "no operator was heard for 10 s" and desk.order.engaged
+
+
+def test_signs_of_life_keep_her_going():
+    desk = afloat()
+    for _ in range(6):
+        desk.sail(4.0)
+        Controls(desk.autopilot).do("present", None, "a test")
+    assert desk.order.state is State.RUNNING
+
+
+def test_she_holds_where_she_is_or_returns_and_the_skipper_takes_the_route_up_again():
+    desk = afloat("hold")
+    desk.until(lambda: desk.autopilot.guide.mode == "position", 20.0)
+    place = desk.autopilot.guide.place
+    desk.sail(60.0)
+    assert desk.order.state is State.DEGRADED
+    assert desk.order.reason == "no operator was heard for 10 s: the position is held"
+    assert math.hypot(*displacement(*place, *HOME)) > 0.0
+    north, east = displacement(*place, *HOME)
+    assert math.dist(desk.state[6:8], (north, east)) < 20.0
+    controls = Controls(desk.autopilot)
+    controls.do("route", None, "a test")
+    desk.sail(2.0)
+    assert desk.order.state is State.RUNNING and desk.order.reason == ""
+
+
+def test_a_rally_place_is_returned_to():
+    rally = corner(-10.0, -20.0)
+    desk = afloat("return", rally=rally)
+    desk.until(lambda: desk.autopilot.guide.mode == "position", 20.0)
+    assert displacement(*desk.autopilot.guide.place, *HOME) == pytest.approx((-10.0, -20.0), abs=1e-3)
+    assert desk.order.reason.endswith("the boat returns")
+    desk.sail(120.0)
+    assert math.dist(desk.state[6:8], (-10.0, -20.0)) < 20.0
+
+
+def test_handed_back_once_she_is_not_when_stopped_by_hand():
+    desk = afloat("hand-back")
+    desk.until(lambda: desk.order.state is State.STOPPED, 20.0)
+    assert not desk.order.engaged
+    desk.until(lambda: not desk.autopilot._obstacle)
+    desk.autopilot.start()
+    desk.sail(1.0)
+    desk.autopilot.stop()
+    desk.sail(0.1)
+    assert desk.order.engaged
+
+
+def test_a_boat_off_her_route_holds_where_the_mission_says_so():
+    desk = Desk(square(limits=Limits(cross_track=15.0), on_stop=OnStop(off_route="hold"))).start()
+    desk.sail(20.0)
+    desk.state[7] += 25.0  # set aside
+    desk.until(lambda: desk.autopilot.guide.mode == "position" or desk.order.state is State.STOPPED, 20.0)
+    assert desk.autopilot.guide.mode == "position" or "do not fit" in desk.order.reason
+
+
+def test_a_rally_place_outside_of_the_fence_is_refused():
+    table = MissionTable(rally=PlaceTable(lat_deg=54.1, lon_deg=10.0))
+    fence = [corner(*each) for each in ((-50.0, -50.0), (-50.0, 50.0), (50.0, 0.0))]
+    with pytest.raises(InputError, match="rally place lies outside of the fence"):
+        GeodeticRoute.of([corner(*each, WaypointTable) for each in ((-20.0, 0.0), (20.0, 0.0))], fence, table)
