@@ -16,7 +16,6 @@ from steerway.estimation.inference.model import (
     ON_ACCELERATION,
     ON_ANTENNA,
     ON_RATE,
-    ON_TIME,
     RATE,
     SPEED,
     Model,
@@ -63,7 +62,7 @@ def reversal_of(model: Model) -> Reversal:
     for process in model.processes:
         first, last = process["state"], process["state"] + has_two_states(process)
         variance[:, first : last + 1] = process["variance"]
-        if process["acts_on"] in (ON_RATE, ON_ANTENNA, ON_TIME, ON_ACCELERATION):
+        if process["acts_on"] in (ON_RATE, ON_ANTENNA, ON_ACCELERATION):
             sign[first] = -1.0
         if process["frequency"] > 0.0:
             sign[last] = -sign[first]

@@ -16,10 +16,7 @@ from steerway.estimation.inference.model import Model
 from steerway.estimation.inference.parts import OPTIONAL, PARTS, PLAIN, Scales
 from steerway.estimation.inference.record import excerpt, predictions
 from steerway.estimation.inference.starts import scales_of, vessels
-from steerway.estimation.inference.structures import VESSELS, model_of, parameters_of
-
-OTHERWISE = ("error", "steps")
-"""Parts that explain what the plain structure explains by the vessel: the search begins from a second vessel too."""
+from steerway.estimation.inference.structures import model_of, parameters_of
 
 FEW, MANY = 500, 1500
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. Chosen: they
@@ -155,7 +152,7 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
         if not PARTS[part].resolved(shortest):
             continue
         if not (first := PARTS[part].only_with):
-            if part in OTHERWISE:
+            if part == "error":  # explains what the plain structure explains by the vessel
                 compete(part, begin[1])
             compete(part, plain)
         elif (*base, first) in fits and fits[*base, first].evidence > plain.evidence + BETTER:
@@ -163,11 +160,6 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
     best = ranked[0]
     good = [other for other in ranked if fits[other].evidence > plain.evidence + BETTER]
-    if "error" in best:  # under which turns may have been taken for wander
-        steady = tuple(part for part in best if part != "wander")
-        [(start, _)] = likeliest(steady, few, [fits[best].values | vessel for vessel in VESSELS], shortest)
-        fits[steady] = fitted(steady, few, start, FEW_ROUNDS, shortest)
-        best = max(best, steady, key=lambda parts: fits[parts].evidence)
     while good:  # until no other part makes the best better
         gains = {}
         for other in good:

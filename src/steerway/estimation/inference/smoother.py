@@ -21,7 +21,7 @@ from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
 from steerway.estimation.inference.motion import spin_share
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned, widen
 from steerway.estimation.inference.vectors import Sym2, Vec2, density, dot, plus, trace
-from steerway.estimation.inference.weigh import FREEDOM, NORMAL, outlier_density, step_variance, take_fix
+from steerway.estimation.inference.weigh import NORMAL, outlier_density, take_fix
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -262,11 +262,10 @@ def forwards(reversal, x, out):
 def step_between(x, p, reversal, bank, room):
     """Variance (m²) by which a step of the receiver loosens the place behind a row from that before it, x and p.
 
-    The step may be one of its error, or one that only one filter follows yet. It went as far as both places are farther
-    apart than they should be; between no step and one the harmonic mean is taken.
+    Only one of the two filters follows it yet. It went as far as both places are farther apart than they should be;
+    between no step and one the harmonic mean is taken.
     """
     m, weight, receiver = len(bank.x), room.weight, reversal.model.receiver[0]
-    happens = 1.0 - math.exp(-receiver.step_rate * bank.run[0].since)
     stays = steps = total = variance = spread = 0.0
     for q in range(len(weight)):
         if weight[q] == 0.0:
@@ -274,15 +273,11 @@ def step_between(x, p, reversal, bank, room):
         i, j = q % m, q // m
         off = Vec2(room.ahead[j, NORTH] - x[i, NORTH], room.ahead[j, EAST] - x[i, EAST])
         both = plus(place_of(bank.p[j]), place_of(p[i]))
-        speed, course = x[i, SPEED], x[i, COURSE]
-        size = step_variance(receiver, Vec2(speed * math.cos(course), speed * math.sin(course)))
         stays += weight[q] * density(off, both, NORMAL)
         steps += weight[q] * receiver.outlier_rate * outlier_density(off, trace(both), receiver.fix_variance)
-        if happens > 0.0:
-            steps += weight[q] * happens * density(off, plus(both, size), FREEDOM)
         total += weight[q]
         spread += weight[q] * 0.5 * trace(both)
-        variance += weight[q] * 0.5 * max(trace(size), dot(off, off) - trace(both))
+        variance += weight[q] * 0.5 * max(0.0, dot(off, off) - trace(both))
     if not stays + steps > 0.0:
         return 0.0
     spread, variance, probability = spread / total, variance / total, steps / (stays + steps)

@@ -100,10 +100,9 @@ def model_of(parts, values) -> Model:
     for name, each in [(name, each) for name, part in PARTS.items() if name in parts for each in part.filters]:
         decay, frequency = 1.0 / v[each.time], 0.0
         if each.damping:
-            frequency = each.harmonic * 2.0 * math.pi / v[each.time]
+            frequency = 2.0 * math.pi / v[each.time]
             decay = v[each.damping] * frequency
-        std = v[each.std] / each.harmonic
-        shapings.append(Shaping(each.acts_on, decay, frequency, std * std, name))
+        shapings.append(Shaping(each.acts_on, decay, frequency, v[each.std] ** 2, name))
     variances = {aid.name: v[next(iter(aid.priors))] ** 2 for aid in TABLE if aid.name in parts}
     return assembled(*_modes_of(v), shapings, _receiver_of(parts, v), variances)
 
@@ -137,11 +136,7 @@ def _receiver_of(parts, v) -> np.ndarray:
         "poor_rate": min(v["poor_rate"], _MOST_BAD),
         "poor_noise": 1.0 + v.get("obstructed_noise", _POOR),
         "poor_time": v.get("obstructed_time", 0.0),
-        "time_variance": v.get("time_std", 0.0) ** 2,
         "late_variance": v["late_std"] ** 2,
-        "step_rate": 1.0 / v["step_every"] if "steps" in parts else 0.0,
-        "step_variance": v.get("step_std", 0.0) ** 2,
-        "slip_variance": v.get("slip_std", 0.0) ** 2,
     }.items():
         receiver[name] = number
     return receiver

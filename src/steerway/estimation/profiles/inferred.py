@@ -1,5 +1,6 @@
 """Inferred profiles: structures of vessel and receiver with their weights and numbers, in a TOML file."""
 
+import logging
 from collections.abc import Iterable
 from pathlib import Path
 from typing import ClassVar, Self
@@ -14,6 +15,16 @@ from steerway.estimation.inference.selection import Structure
 from steerway.estimation.inference.structures import parameters_of
 from steerway.estimation.profiles.schema import Profile
 
+LOG = logging.getLogger("steerway")
+REMOVED = {
+    "strokes": ("stroke_surge", "stroke_period", "stroke_damping"),
+    "clock": ("time_std",),
+    "beat": ("beat_std", "beat_period", "beat_damping"),
+    "quick_error": ("quick_std", "quick_time"),
+    "steps": ("step_every", "step_std"),
+    "slips": ("slip_std",),
+}
+"""Parts of earlier versions, and their numbers: a file that names them is read without them."""
 WIDEST_INTERVAL = 10.0
 """Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
 _SUM = 1e-6
@@ -108,7 +119,8 @@ class InferredProfile(BaseModel):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """An inferred profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
-        return _made(cls, read_toml(path, "profile"), f"profile {path}")
+        place = f"profile {path}"
+        return _made(cls, _of_this_version(read_toml(path, "profile"), place), place)
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
@@ -123,12 +135,37 @@ class InferredProfile(BaseModel):
 
 def load_profile(path: str | Path) -> Profile | InferredProfile:
     """The profile in a TOML file, of either kind: inferred ones have structures. Raises InputError."""
-    return _of_either_kind(read_toml(path, "profile"), f"profile {path}")
+    place = f"profile {path}"
+    return _of_either_kind(_of_this_version(read_toml(path, "profile"), place), place)
 
 
 def parse_profile(text: str, place: str) -> Profile | InferredProfile:
-    """The profile in a TOML text, of either kind; `place` names it in errors. Raises InputError."""
+    """The profile in a TOML text, of either kind; `place` names it in errors. Raises InputError, for REMOVED too."""
     return _of_either_kind(parse_toml(text, place), place)
+
+
+def _of_this_version(table, place):
+    """A profile's table without REMOVED parts, which are named in the log."""
+    structures = table.get("structures")
+    tables = [each for each in structures if isinstance(each, dict)] if isinstance(structures, list) else []
+    removed = [part for part in REMOVED if any(part in _list(each.get("parts")) for each in tables)]
+    if not removed:
+        return table
+    LOG.warning("%s: read without %s, which this version does not have", place, ", ".join(removed))
+    return table | {"structures": [_without(each, removed) if each in tables else each for each in structures]}
+
+
+def _without(structure, removed):
+    """The table of a structure without these parts and their numbers."""
+    kept = {key: value for key, value in structure.items() if not isinstance(value, dict)}
+    kept["parts"] = [part for part in _list(structure.get("parts")) if part not in removed]
+    numbers = {name for part in removed for name in REMOVED[part]}
+    tables = {key: value for key, value in structure.items() if isinstance(value, dict)}
+    return kept | {key: {name: each[name] for name in each if name not in numbers} for key, each in tables.items()}
+
+
+def _list(given):
+    return given if isinstance(given, list) else []
 
 
 def _of_either_kind(table, place):
