@@ -27,9 +27,9 @@ the waves, would be taken for the antenna's. And a yaw that takes less, beside a
 _SHORTEST_WAVE = 2.0
 """s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro."""
 _WAVE = 3.0
-"""s: a line of a shorter period is looked for in the receiver and its antenna first. Waves begin from longer ones, or
-where there is none from unknown ones. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of
-log evidence below it."""
+"""s: a line across of a shorter period is looked for in the antenna first, and yaw begins from longer ones, or where
+there is none from unknown ones. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of log
+evidence below it. Surge begins from all that waves and strokes of oars may have."""
 UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 """s, where a record does not tell them: about a factor of 1.7 apart."""
 
@@ -100,12 +100,14 @@ def _half(values, name, *others) -> tuple:
     return values[name], 0.5 * values[name], *others
 
 
-def _longer(periods) -> tuple:
-    return tuple(period for period in periods if period > _WAVE)
+def _longer(periods, least) -> tuple:
+    """Those of the periods that are longer than `least`, else those that are tried where a record shows none."""
+    unknown = tuple(period for period in UNKNOWN_PERIODS if period > _WAVE)
+    return tuple(period for period in periods if period > least) or unknown
 
 
 def _waves(scales: Scales, values) -> list[dict[str, tuple]]:
-    along, across = (_longer(each) or _longer(UNKNOWN_PERIODS) for each in (scales.along, scales.across))
+    along, across = _longer(scales.along, _SHORTEST_WAVE), _longer(scales.across, _WAVE)
     surge = {"surge_period": along, "wave_surge": (0.005, 0.05, 0.2), "wave_yaw": (0.01,)}
     yaw = {"yaw_period": across, "wave_yaw": (0.005, 0.03, 0.1)}
     return [
