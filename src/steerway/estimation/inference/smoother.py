@@ -16,12 +16,13 @@ from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.algebra import factor, inverse, invert_factor, whitened_square
 from steerway.estimation.inference.bank import advance, start
+from steerway.estimation.inference.cells import take_written
 from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED, Model
 from steerway.estimation.inference.motion import spin_share
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned, widen
 from steerway.estimation.inference.vectors import Sym2, Vec2, density, dot, plus, trace
-from steerway.estimation.inference.weigh import NORMAL, outlier_density, take_fix
+from steerway.estimation.inference.weigh import NORMAL, outlier_density
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -86,7 +87,7 @@ def smooth_kept(rows, reversal, bank, kept, room, out):
             fuse(kept.x[k], kept.p[k], kept.probability[k], model, bank.rows[0], out[k])
         if math.isfinite(rows.north[k]) and math.isfinite(rows.east[k]):
             if known:
-                take_fix(bank, model, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
+                take_written(bank, model, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
             else:
                 start(bank, model, rows.north[k], rows.east[k])
                 for j in range(len(bank.p)):

@@ -94,8 +94,8 @@ class Shaping(NamedTuple):
     aid: str = ""
 
 
-def model_of(parts, values) -> Model:
-    """Model of a structure with these numbers (dict)."""
+def model_of(parts, values, quantum=(0.0, 0.0)) -> Model:
+    """Model of a structure with these numbers (dict); quantum: last digit of fixes north and east, m or 0."""
     v, shapings = values, []
     for name, each in [(name, each) for name, part in PARTS.items() if name in parts for each in part.filters]:
         decay, frequency = 1.0 / v[each.time], 0.0
@@ -104,7 +104,7 @@ def model_of(parts, values) -> Model:
             decay = v[each.damping] * frequency
         shapings.append(Shaping(each.acts_on, decay, frequency, v[each.std] ** 2, name))
     variances = {aid.name: v[next(iter(aid.priors))] ** 2 for aid in TABLE if aid.name in parts}
-    return assembled(*_modes_of(v), shapings, _receiver_of(parts, v), variances)
+    return assembled(*_modes_of(v), shapings, _receiver_of(v, quantum), variances)
 
 
 def assembled(modes, generator, shapings, receiver, variances) -> Model:
@@ -127,8 +127,8 @@ def assembled(modes, generator, shapings, receiver, variances) -> Model:
     return Model(modes, generator, np.array(processes, PROCESS), receiver, aids, states, driving)
 
 
-def _receiver_of(parts, v) -> np.ndarray:
-    """(1,) RECEIVER of these parts."""
+def _receiver_of(v, quantum) -> np.ndarray:
+    """(1,) RECEIVER of these numbers."""
     receiver = np.zeros(1, RECEIVER)
     for name, number in {
         "fix_variance": v["fix_std"] ** 2,
@@ -137,6 +137,8 @@ def _receiver_of(parts, v) -> np.ndarray:
         "poor_noise": 1.0 + v.get("obstructed_noise", _POOR),
         "poor_time": v.get("obstructed_time", 0.0),
         "late_variance": v["late_std"] ** 2,
+        "quantum_north": quantum[0],
+        "quantum_east": quantum[1],
     }.items():
         receiver[name] = number
     return receiver

@@ -55,6 +55,14 @@ def times(a, v):
 
 
 @lean_kernel
+def sandwich(a, b):
+    """a b a of two matrices."""
+    nn, ne = a.nn * b.nn + a.ne * b.ne, a.nn * b.ne + a.ne * b.ee
+    en, ee = a.ne * b.nn + a.ee * b.ne, a.ne * b.ne + a.ee * b.ee
+    return Sym2(nn * a.nn + ne * a.ne, nn * a.ne + ne * a.ee, en * a.ne + ee * a.ee)
+
+
+@lean_kernel
 def trace(a):
     """Sum of the diagonal."""
     return a.nn + a.ee

@@ -1,6 +1,7 @@
 """Inferred profiles: structures of vessel and receiver with their weights and numbers, in a TOML file."""
 
 import logging
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import ClassVar, Self
@@ -40,6 +41,8 @@ class WeighedStructure(BaseModel):
     parts: tuple[str, ...]
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    quantum: tuple[float, float] = (0.0, 0.0)
+    """Last digit of a fix north and east, m; 0 where fixes are not rounded."""
 
     @field_validator("parts")
     @classmethod
@@ -57,6 +60,8 @@ class WeighedStructure(BaseModel):
         for name in names:
             if name not in self.values:
                 raise ValueError(f"values has no {name}, which the parts {', '.join(self.parts)} need")
+        if not all(0.0 <= digit < math.inf for digit in self.quantum):
+            raise ValueError(f"quantum is {list(self.quantum)}, expected two numbers of 0 or more (m)")
         for name, value in self.values.items():
             if name not in names:
                 raise ValueError(f"values has {name}, which none of the parts {', '.join(self.parts)} takes")
@@ -94,13 +99,12 @@ class InferredProfile(BaseModel):
     @classmethod
     def of(cls, structures: Iterable[Structure], name: str = "inferred") -> Self:
         """The profile of weighed structures (see `inference.selection`)."""
-        kept = (WeighedStructure(weight=w, parts=parts, values=values) for w, parts, values in structures)
-        return cls(name=name, structures=tuple(kept))
+        return cls(name=name, structures=tuple(WeighedStructure(**each._asdict()) for each in structures))
 
     @property
     def weighed(self) -> tuple[Structure, ...]:
         """The structures as the estimators take them."""
-        return tuple(Structure(each.weight, each.parts, each.values) for each in self.structures)
+        return tuple(Structure(each.weight, each.parts, each.values, each.quantum) for each in self.structures)
 
     def models(self, aid: tuple[str, ...] = ()) -> tuple[Structure, ...]:
         """What filters work with: structures, each with its weight and its model."""
@@ -188,6 +192,8 @@ def _made(kind, table, place):
 
 def _structure_toml(structure) -> str:
     text = f"\n[[structures]]\nweight = {structure.weight!r}\nparts = {toml_value(list(structure.parts))}\n"
+    if any(structure.quantum):
+        text += f"quantum = {toml_value(list(structure.quantum))}  # m, last digit of a fix north and east\n"
     text += "\n[structures.values]  # SI, angles in rad\n"
     for name, value in structure.values.items():
         text += f"{name} = {value!r}{_comment(structure, name)}\n"
