@@ -109,6 +109,12 @@ def test_a_moored_boat_is_known_no_better_than_its_digit():
     assert (motion.sog < NORMAL_95 * motion.sog_std)[30:].mean() > 0.9
 
 
+def test_fixes_that_are_all_at_one_place_are_known_no_better_than_a_fine_digit():
+    """Of seven decimals, which are otherwise too fine to matter: a receiver that holds its place."""
+    motion = steerway.estimate(rounded_to(1e-7, straight(0.0, 0.0, 200.0, 1.0).fixes(0.0, 1)))
+    assert motion.position_std.min() > 1e-3 and np.nanmin(motion.sog_std) > 1e-5
+
+
 def test_the_digit_is_in_the_profile_and_learned_from_a_stream(tmp_path):
     fixes = rounded_to(1e-5, straight(1.5, 0.7, 150.0, 2.0).fixes(0.1, 2))
     profile = choose_profile(fixes)
