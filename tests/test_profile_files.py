@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from steerway.estimation import load_profile
 from steerway.estimation.testing import prior_profile
 from tests.command_line import run
 from tests.scenes import turning
@@ -42,6 +43,23 @@ def test_estimate_advise_and_show_take_it(inferred, log, tmp_path):
     ):
         code, _, said = run(*command)
         assert code == 0, said
+
+
+def test_parts_of_earlier_versions_are_left_out_and_named(inferred, log, tmp_path, caplog):
+    old = tmp_path / "old.toml"
+    text = inferred.read_text().replace('"wander"]', '"wander", "steps", "clock"]')
+    old.write_text(text.replace("fix_std =", "step_every = 9.0\nstep_std = 0.1\ntime_std = 0.02\nfix_std ="))
+    assert load_profile(old) == load_profile(inferred)
+    assert caplog.messages == [f"profile {old}: read without clock, steps, which this version does not have"]
+    tables = []
+    for profile in (inferred, old):
+        code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", profile)
+        assert code == 0, said
+        tables.append((tmp_path / "out.csv").read_bytes())
+    assert tables[0] == tables[1]
+    old.write_text(text.replace("fix_std =", "sail_std = 9.0\nfix_std ="))
+    code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", old)
+    assert code == 2 and said.count("\n") == 1 and "values has sail_std" in said
 
 
 def test_a_scenario_is_sailed_by_it(inferred, tmp_path):

@@ -19,6 +19,7 @@ from steerway_studies.testing import (
     plain_ekf,
     rate_lag,
     right_refused,
+    rounded,
     unseen_logs,
     velocity_lag,
 )
@@ -83,6 +84,7 @@ def study(tmp_path_factory, weaving):
         patch.setenv("STEERWAY_LOGS", str(folder))
         patch.delenv("STEERWAY_DATA", raising=False)
         patch.setattr(unseen_logs, "over_cases", lambda judge, logs, progress: [judge(log) for log in logs])
+        patch.setattr(rounded, "cases", lambda seed: [rounded.Case("5 decimals", 1.0, "straight 4", False, seed)])
         results = studies.named("unseen-logs").run(None, 0, None)
     page = results.write(folder / "out").read_text(encoding="utf-8")
     return results, page, report, develop
@@ -96,6 +98,12 @@ def test_numbers_of_the_report_half_stand_under_their_plain_names(study):
     assert numbers["sog_ratio"] == pytest.approx(numbers[f"{stem}_default_sog"] / numbers[f"{stem}_plain_ekf_sog"])
     assert numbers["develop_sog_ratio"] != numbers["sog_ratio"] and "develop_cog_ratio" not in numbers
     assert math.isnan(numbers[f"{develop.replace('-', '_')}_default_cog"])
+
+
+def test_rounded_positions_are_judged_by_their_own_truth(study):
+    results, page, *_ = study
+    assert results.numbers["rounded_sog_coverage_min_pct"] > 90.0 and results.numbers["rounded_bias_max_pct"] < 2.0
+    assert results.numbers["rounded_smoothed_below_floor"] == 0 and "5 decimals, 1 Hz" in page
 
 
 def test_lag_that_was_put_in_is_taken_out(study):

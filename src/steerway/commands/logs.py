@@ -173,6 +173,10 @@ def info(
                 ("repeated positions", f"{inferred['repeated']} of {inferred['fixes']}"),
                 ("extrapolated positions", f"{inferred['extrapolated']} of {inferred['fixes']}"),
                 ("positions of another receiver", f"{inferred['of_other_receiver']} of {inferred['fixes']}"),
+                (
+                    "last digit",
+                    f"{digit:.3g} m, which matters" if (digit := inferred["quantum"]) else "too fine to matter",
+                ),
                 ("time stamps", "irregular, of regular fixes" if inferred["regular_times"] else "of the fixes"),
                 *(
                     (f"weight {m['weight']:.2f}", f"log evidence {m['log_evidence']:.1f}: {m['words']}")
@@ -201,6 +205,7 @@ def _models(logs, max_size) -> dict:
         "repeated": int(same.sum()),
         "extrapolated": sum(each.extrapolated for each in tracks),
         "of_other_receiver": sum(each.of_other_receiver for each in tracks),
+        "quantum": max((max(each.record.quantum) for each in tracks), default=0.0),
         "regular_times": any(each.regular for each in tracks),
         "models": found,
     }

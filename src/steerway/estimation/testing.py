@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.auto_aids import velocity_of
     from steerway.estimation.inference.bank import advance
     from steerway.estimation.inference.bank import start as bank_start
+    from steerway.estimation.inference.cells import cell_of, interval_of, take_cell
     from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
     from steerway.estimation.inference.fit import Rows
     from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.selection import Structure, infer
     from steerway.estimation.inference.stamps import regular_times
     from steerway.estimation.inference.structures import MODES, model_of, parameters_of
+    from steerway.estimation.inference.vectors import Sym2, Vec2
     from steerway.estimation.inference.weigh import take_fix
     from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
     from steerway.estimation.log.accuracy import variance_scales_of

@@ -8,7 +8,7 @@ import numpy as np
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
 from steerway.core.records import INSTRUMENT_COLUMNS, REPORTED, Fixes
-from steerway.core.rounding import decimal_step
+from steerway.core.rounding import last_digit
 
 _SAME_TIME = 1e-3
 _OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share
@@ -18,8 +18,6 @@ _FAST = 20.0  # Hz
 _SAMPLE = 500
 OWN_SHARE = 0.5
 """Share of its fixes from which on the source of the positions gives an instrument's column itself."""
-_ROUNDED = 2e-3  # what is left of a decimal's rounding after degrees, minutes and radians
-_QUANTA_DEG = sorted([10.0**-k for k in range(2, 10)] + [10.0**-k / 60.0 for k in range(8)], reverse=True)
 
 
 @dataclass(frozen=True)
@@ -85,9 +83,8 @@ def _intervals(placed):
 def _resolution(placed):
     """The last decimal in which the positions are written, of minutes or of degrees, m; NaN when there is none."""
     some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
-    degrees = np.degrees(np.concatenate([some.latitude, some.longitude]))
     meridian, _ = radii(float(placed.latitude[0]))
-    return float(np.radians(decimal_step(degrees, _QUANTA_DEG, _ROUNDED, share=0.98)) * meridian)
+    return last_digit(np.concatenate([some.latitude, some.longitude])) * meridian
 
 
 def _roughness(placed, usual):

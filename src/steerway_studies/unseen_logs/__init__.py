@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, replace
 import steerway
 from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study
-from steerway_studies.unseen_logs import page
+from steerway_studies.unseen_logs import page, rounded
 from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, SMOOTHED, contestants
 from steerway_studies.unseen_logs.judging import SWING, Verdict, held_back, judged_rows, verdict, worse
@@ -72,7 +72,7 @@ def by_mean(recording, estimates) -> dict[str, Verdict]:
 
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
-    """The study; there is nothing random in it. Logs are judged side by side, one a process."""
+    """The study; of random there are the noises of rounded positions only. Logs are judged side by side."""
     results = Results("Recorded logs that had no part in development", lead=page.LEAD)
     known = [*public_logs(), *KNOWN]
     logs = [log for log in known if path_of(log)]
@@ -90,6 +90,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
             results.numbers[f"{stem}_held_back_{name}"] = likelihood
         results.numbers |= {f"{stem}_lag_s": each.lag, f"{stem}_course_lag_s": each.course_lag}
     page.add_tables(results, judged)
+    rounded.add_to(results, first_seed)
     return results
 
 

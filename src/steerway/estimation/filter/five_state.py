@@ -309,7 +309,6 @@ def is_plain(model, aids) -> bool:
     receiver = model.receiver[0]
     extras = (
         receiver["poor_rate"],
-        receiver["step_rate"],
         receiver["time_variance"],
         model.modes[0]["sideways"],
         model.modes[0]["manoeuvres"],

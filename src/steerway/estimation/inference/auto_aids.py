@@ -63,8 +63,7 @@ def velocity_in(record: Rows, structures: Sequence[Structure]) -> Velocity | Non
 def with_noise(structure: Structure, noise: float) -> Structure:
     """A structure with the receiver's velocity as a part, of this noise (m/s)."""
     numbers = {"sog_std": noise, "velocity_std": noise} | _NO_ERROR
-    values = structure.values | numbers
-    return Structure(structure.weight, (*structure.parts, *VELOCITY), values)
+    return structure._replace(parts=(*structure.parts, *VELOCITY), values=structure.values | numbers)
 
 
 def velocity_parts(profile: object) -> tuple[str, ...]:
@@ -90,4 +89,4 @@ def _pieces(record: Rows) -> tuple[Rows, np.ndarray]:
     north, east = (np.where(second, np.nan, column[rows]) for column in (record.north, record.east))
     aids = np.where(second[:, None] & np.isin(np.arange(len(AIDS)), (SOG, COG)), record.aids[rows], np.nan)
     excess = record.excess[rows] if len(record.excess) else record.excess
-    return Rows(record.time[rows], north, east, excess, aids, restarts), np.isfinite(north)
+    return Rows(record.time[rows], north, east, excess, aids, restarts, record.quantum), np.isfinite(north)

@@ -54,7 +54,9 @@ def start_mode(x, p, model, mode, north, east):
         for j in range(n):
             p[i, j] = 0.0
     x[NORTH], x[EAST] = north, east
-    p[0, 0] = p[1, 1] = model.receiver[0].fix_variance
+    receiver = model.receiver[0]
+    p[0, 0] = receiver.fix_variance + receiver.quantum_north**2 / 12.0
+    p[1, 1] = receiver.fix_variance + receiver.quantum_east**2 / 12.0
     p[2, 2] = p[3, 3] = START_SPEED_STD**2
     p[4, 4] = mode.start_rate
     for f in range(len(processes)):

@@ -73,7 +73,7 @@ class Posterior:
     def densities(self, x):
         """(n,) log density of every row, 0 of those that do not count."""
         self.calls += 1
-        model = model_of(self.parts, self.values(x))
+        model = model_of(self.parts, self.values(x), self.rows.quantum)
         m, n = len(model.modes), model.states + (model.states % 4 == 3)  # rows of whole vectors of four are faster
         if not len(self._memory):
             self._memory = np.empty(bank_size(m, n))

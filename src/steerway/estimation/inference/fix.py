@@ -1,14 +1,14 @@
 """What one mode sees of a fix: what is measured, the innovation, and the correction by any pair of measurements.
 
-A fix is the position, plus the states of the receiver's errors, plus the antenna's way athwart, plus the displacement
-until the moment it was measured, plus white noise.
+A fix is the position, plus the states of the receiver's errors, plus the antenna's displacement athwart, plus white
+noise.
 """
 
 import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_ANTENNA, ON_FIX, ON_TIME, RATE, SPEED
+from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_ANTENNA, ON_FIX, RATE, SPEED
 from steerway.estimation.inference.relative import corrected
 from steerway.estimation.inference.vectors import Sym2, Vec2, outer, plus, scaled, widened
 
@@ -63,8 +63,6 @@ def observe(x, processes, h_n, h_e):
             h_n[j] = h_e[j + 1] = 1.0
         elif acts_on == ON_ANTENNA:
             h_n[j], h_e[j] = -s, c
-        elif acts_on == ON_TIME:
-            h_n[j], h_e[j] = velocity.n, velocity.e
     return velocity
 
 

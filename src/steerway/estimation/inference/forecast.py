@@ -202,7 +202,7 @@ def draw_start(mean, root, responses, z, x):
 
 @called_kernel
 def swing_of(x, responses):
-    """By how much the speed is off the held one: wander, waves and strokes together."""
+    """By how much the speed is off the held one: wander and waves together."""
     swing, i = 0.0, RATE
     while i < len(x):
         if responses[i].gain != 0.0:

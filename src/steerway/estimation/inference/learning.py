@@ -14,6 +14,7 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
+from steerway.estimation.inference.digits import quantum_of
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.record import Measurements, extrapolated, measurements
@@ -22,7 +23,7 @@ from steerway.estimation.inference.selection import Structure, infer
 from steerway.estimation.inference.structures import VESSELS, parameters_of
 from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter, Set, set_of
-from steerway.estimation.stream_row import ELAPSED
+from steerway.estimation.stream_row import ELAPSED, LATITUDE, LONGITUDE
 from steerway.estimation.vessel.aids import AIDS
 from steerway.estimation.vessel.inferred import InferredProfile
 
@@ -37,6 +38,8 @@ _FIRST, _FEWEST = 60.0, 100
 _LATER, _LATEST = 2.0, 600.0
 """Factor from one inference to the next, and s between two at most: the window is then half another one. Chosen."""
 _UNKNOWN = float("nan")
+_AIDS = 6
+"""Columns of a row of the window before its aids: time, place in the plane, excess, latitude and longitude."""
 
 
 def prior_profile() -> InferredProfile:
@@ -112,7 +115,9 @@ class LearningFilter(FiveStateFilter):
         measured = self._measured(self._state[ELAPSED] + dt, first)
         super()._advance(dt, measured, second, excess, aids)
         if np.isfinite(first) or len(aids):
-            self._rows.append(_row(self._state[ELAPSED], first, second, excess, aids[0] if len(aids) else _UNKNOWN))
+            given = aids[0] if len(aids) else _UNKNOWN
+            place = self._state[[LATITUDE, LONGITUDE]] if self._geodetic and np.isfinite(first) else _UNKNOWN
+            self._rows.append(_row(self._state[ELAPSED], first, second, excess, given, place))
             while self._rows[0][0] < self._state[ELAPSED] - _WINDOW:
                 self._rows.popleft()
 
@@ -180,17 +185,17 @@ def _run(record, model, bank):
     run_record(record, model, bank, Asked(np.empty((0, FUSED + 2)), np.empty(0), room_to_keep(0, model), 0))
 
 
-def _row(time, first=_UNKNOWN, second=_UNKNOWN, excess=1.0, aids=_UNKNOWN) -> Floats:
+def _row(time, first=_UNKNOWN, second=_UNKNOWN, excess=1.0, aids=_UNKNOWN, place=_UNKNOWN) -> Floats:
     """A row of the window in one array, which takes less memory than its numbers: there are up to 12,000."""
-    row = np.empty(4 + len(AIDS))
-    row[:4], row[4:] = (time, first, second, excess), aids
+    row = np.empty(_AIDS + len(AIDS))
+    row[:4], row[4:_AIDS], row[_AIDS:] = (time, first, second, excess), place, aids
     return row
 
 
 def _columns(rows) -> Rows:
     """Rows of a window as columns."""
     table = np.array(rows)
-    aids = table[:, 4:].copy()
+    aids = table[:, _AIDS:].copy()
     if not np.isfinite(aids).any():
         aids = np.empty((0, len(AIDS)))
     return Rows(*table[:, :4].T.copy(), aids, np.empty(0, np.int64))
@@ -203,4 +208,6 @@ def _record(rows) -> tuple[Rows, Measurements | None]:
     fixed = np.flatnonzero(np.isfinite(north))
     guessed = extrapolated(time[fixed], north[fixed], east[fixed])
     north[fixed[guessed]] = _UNKNOWN
-    return record, measurements(time[fixed], guessed)
+    latitude, longitude = np.array([each[4:_AIDS] for each in rows])[fixed].T
+    quantum = quantum_of(time[fixed], latitude, longitude)
+    return record._replace(quantum=quantum), measurements(time[fixed], guessed)

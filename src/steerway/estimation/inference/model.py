@@ -4,8 +4,8 @@ Every mode has the state [x^n y^n U χ r …]: position, speed and course over g
 Beyond the five come shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.,
 §8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts
 on the speed, on the acceleration along the course, on the course rate, on the course (waves swing a vessel about the
-course it holds; were it the rate, they would let it wander), athwart on the antenna, on the moment of a fix, or as the
-receiver's error north and east.
+course it holds; were it the rate, they would let it wander), athwart on the antenna, or as the receiver's error north
+and east.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course. It stays
 regular at rest, where course means nothing.
@@ -22,7 +22,7 @@ from steerway.core.compiled import jitable
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 """The states that every structure has."""
-ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_TIME, ON_ACCELERATION = range(8)
+ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_ACCELERATION = range(7)
 """Quantities that a process can act on. A process on fixes has two states, north and east; a complex one has a real
 and an imaginary state."""
 DRIVING = (ON_SPEED, ON_RATE, ON_COURSE, ON_ACCELERATION)
@@ -45,13 +45,13 @@ from which it starts a step the share of which half counts (see `bank.LEAST_SHAR
 PROCESS = _record("decay frequency variance", "acts_on state")
 """A shaping filter: λ (1/s), ν (rad/s; 0: real), stationary variance, what it acts on, its first state."""
 RECEIVER = _record(
-    "fix_variance outlier_rate poor_rate poor_noise poor_time time_variance late_variance"
-    " step_rate step_variance slip_variance followed_after"
+    "fix_variance outlier_rate poor_rate poor_noise poor_time time_variance late_variance followed_after"
+    " quantum_north quantum_east"
 )
 """Variance of a fix (white, m²); share of outliers; share of poor fixes, how many times the usual noise one has, and
 how long (s) fixes stay poor, 0 where each is so by itself; variance of the moment of a fix and that of a poor one
-besides (s²); steps of the error a second, the variance of a step in any direction (m²) and, besides, along the
-velocity (s²); how long (s) outliers that agree are refused at least."""
+besides (s²); how long (s) outliers that agree are refused at least; last digit of
+a written fix north and east (m), 0 of one that is not rounded."""
 AID = _record("variance", "companion")
 """Variance (of COG: of the velocity across, m²/s²) of an aid of `course.update.aids.TABLE`, NaN of one not used, and
 the state of its companion (error of the receiver's velocity, crab angle, the water's own speed along the course, the

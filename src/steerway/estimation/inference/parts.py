@@ -17,7 +17,6 @@ from steerway.estimation.inference.model import (
     ON_FIX,
     ON_RATE,
     ON_SPEED,
-    ON_TIME,
 )
 from steerway.estimation.vessel.aids import TABLE
 
@@ -26,15 +25,11 @@ LONGEST_ROLL = 4.0
 """s; what takes longer of craft under 15 m is their way through waves: one more oscillation athwart, with the period of
 the waves, would be taken for the antenna's. And a yaw that takes less, beside an antenna that rolls, for a course."""
 _SHORTEST_WAVE = 2.0
-"""s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro. What oscillates faster is
-of oars or of the receiver."""
-_SHORTEST_STAY = 2.5
-"""Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
-changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
+"""s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro."""
 _WAVE = 3.0
-"""s: a line of a shorter period is looked for in the receiver and its antenna first. Waves begin from longer ones, or
-where there is none from unknown ones. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of
-log evidence below it."""
+"""s: a line across of a shorter period is looked for in the antenna first, and yaw begins from longer ones, or where
+there is none from unknown ones. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of log
+evidence below it. Surge begins from all that waves and strokes of oars may have."""
 UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 """s, where a record does not tell them: about a factor of 1.7 apart."""
 
@@ -57,7 +52,6 @@ class Filter(NamedTuple):
     std: str
     time: str
     damping: str | None = None
-    harmonic: int = 1
 
 
 class Scales(NamedTuple):
@@ -106,25 +100,20 @@ def _half(values, name, *others) -> tuple:
     return values[name], 0.5 * values[name], *others
 
 
-def _longer(periods) -> tuple:
-    return tuple(period for period in periods if period > _WAVE)
+def _longer(periods, least) -> tuple:
+    """Those of the periods that are longer than `least`, else those that are tried where a record shows none."""
+    unknown = tuple(period for period in UNKNOWN_PERIODS if period > _WAVE)
+    return tuple(period for period in periods if period > least) or unknown
 
 
 def _waves(scales: Scales, values) -> list[dict[str, tuple]]:
-    along, across = (_longer(each) or _longer(UNKNOWN_PERIODS) for each in (scales.along, scales.across))
+    along, across = _longer(scales.along, _SHORTEST_WAVE), _longer(scales.across, _WAVE)
     surge = {"surge_period": along, "wave_surge": (0.005, 0.05, 0.2), "wave_yaw": (0.01,)}
     yaw = {"yaw_period": across, "wave_yaw": (0.005, 0.03, 0.1)}
     return [
         {"speed_std": (values["speed_std"], 0.01)} | surge,
         {"wander_std": (values["wander_std"], 0.003)} | yaw,
     ]
-
-
-def _strokes(scales: Scales, values) -> list[dict[str, tuple]]:
-    period = scales.along[0]  # oars make the strongest line, if any
-    if not scales.shortest < period < _WAVE:
-        return []
-    return [{"fix_std": _half(values, "fix_std"), "stroke_period": (period,), "stroke_surge": (0.03, 0.2)}]
 
 
 def _of_aid(aid) -> Part:
@@ -182,17 +171,6 @@ PARTS = {
         ),
         _waves,
     ),
-    "strokes": Part(  # of oars and paddles, and what a mast pitches
-        {
-            "stroke_surge": Prior(0.2, 1.2),  # m/s
-            "stroke_period": Prior(2.0, 0.4, periods=1.0),  # s; 20 to 100 strokes a minute
-            "stroke_damping": Prior(0.06, 1.2),
-        },
-        "surge {stroke_surge:.2g} m/s every {stroke_period:.2g} s",
-        (Filter(ON_SPEED, "stroke_surge", "stroke_period", "stroke_damping"),),
-        _strokes,
-        share=0.02,  # Chosen: few vessels are rowed; strokes that noise may hide make the speed of all others uncertain
-    ),
     "antenna": Part(
         {
             "antenna_std": Prior(0.1, 1.2),  # m athwart
@@ -220,31 +198,6 @@ PARTS = {
         lambda scales, values: [{"roll_period": scales.rolls(), "roll_std": (0.02, 0.1)}],
         only_with="antenna",
     ),
-    "clock": Part(
-        {"time_std": Prior(0.03, 1.2)},  # s, of the moment of a fix
-        "time of a fix within {time_std:.2g} s",
-        begin=lambda scales, values: [{"fix_std": _half(values, "fix_std"), "time_std": (0.001, 0.01, 0.1)}],
-    ),
-    "beat": Part(  # of a receiver's interval and a logger's
-        {
-            "beat_std": Prior(0.1, 1.2),  # s, of the moment of a fix too
-            "beat_period": Prior(10.0, 1.2, periods=1.0),  # s
-            "beat_damping": Prior(0.2, 1.2),
-        },
-        "beat of two clocks, {beat_std:.2g} s every {beat_period:.2g} s",
-        tuple(  # a sawtooth, which the phase between two clocks is
-            Filter(ON_TIME, "beat_std", "beat_period", "beat_damping", harmonic) for harmonic in (1, 2)
-        ),
-        lambda scales, values: [
-            {
-                "time_std": (values["time_std"], 0.3 * values["time_std"]),
-                "beat_std": (0.1, 0.3),
-                "beat_damping": (0.05, 0.2),
-                "beat_period": scales.along,
-            }
-        ],
-        only_with="clock",
-    ),
     "error": Part(
         {"error_std": Prior(0.7, 1.2), "error_time": Prior(100.0, 1.5)},  # m, s
         "error of {error_std:.2g} m over {error_time:.2g} s",
@@ -256,32 +209,6 @@ PARTS = {
                 "error_time": (20.0, 200.0),
             }
         ],
-    ),
-    "quick_error": Part(
-        {"quick_std": Prior(0.25, 1.2), "quick_time": Prior(5.0, 0.8)},  # m, s
-        "error of {quick_std:.2g} m over {quick_time:.2g} s",
-        (Filter(ON_FIX, "quick_std", "quick_time"),),
-        lambda scales, values: [{"quick_std": scales.sizes(0.2), "quick_time": (1.5, 5.0)}],
-        only_with="error",
-    ),
-    "steps": Part(  # s and m, as of the study's developing half
-        {"step_every": Prior(15.0, 1.0, periods=_SHORTEST_STAY), "step_std": Prior(0.15, 1.3)},
-        "steps of {step_std:.2g} m every {step_every:.2g} s",
-        begin=lambda scales, values: [
-            {
-                "fix_std": _half(values, "fix_std"),
-                "step_every": (10.0, 60.0),
-                "step_std": (3.0 * scales.noise, 10.0 * scales.noise),
-            }
-        ],
-    ),
-    "slips": Part(
-        {"slip_std": Prior(0.3, 1.2)},  # s, steps along the way made good besides: of the moment of a fix
-        "steps of {slip_std:.2g} s along the way",
-        begin=lambda scales, values: [
-            {"step_std": (values["step_std"], 0.3 * values["step_std"]), "slip_std": (0.1, 0.3, 1.0)}
-        ],
-        only_with="steps",
     ),
     "obstructions": Part(  # of the sky, by trees, bridges, quays: poor fixes in a row
         {

@@ -143,12 +143,13 @@ _OF_MEDIAN = 2.0
 deviation over √n: √(π/2) of a median, √(8/3) as they share much of white noise with the next ones."""
 
 
-def of_other_receiver(time, north, east):
+def of_other_receiver(time, north, east, digit=0.0):
     """(n,) bool: of two receivers whose fixes alternate in a record, those of the noisier one, beside one of the other.
 
     The place between two antennas is that of neither: taken for it, a boat has another speed and course in turns, by
     the course rate times its offset. What fixes depart by from the line between their neighbours is the offset of one
-    antenna from the other, forward and to starboard (real and imaginary), with alternating sign.
+    antenna from the other, forward and to starboard (real and imaginary), with alternating sign. A boat that makes half
+    a last digit (`digit`, m) from fix to fix departs by up to that.
     """
     none, usual = np.zeros(len(time), bool), usual_interval(time)
     if usual <= 0.0:
@@ -169,7 +170,7 @@ def of_other_receiver(time, north, east):
     departure[odd[at]] *= -1.0
     offset = np.median(departure.real) + 1j * np.median(departure.imag)
     deviation = np.median(np.abs(departure - offset)) / math.sqrt(_MEDIAN_OF_TWO)
-    if abs(offset) < max(_ANTENNAS, _SURE * _OF_MEDIAN * deviation / math.sqrt(len(at))):
+    if abs(offset) < max(_ANTENNAS, digit, _SURE * _OF_MEDIAN * deviation / math.sqrt(len(at))):
         return none
     noisier = max(odd, ~odd, key=lambda rows: white_std(time[rows], north[rows], east[rows]))
     return noisier & (np.append(beside, False) | np.append(False, beside))
@@ -228,7 +229,7 @@ def excerpt(record: Rows, most, apart) -> Rows:
     if not np.isfinite(whole.aids).any():
         walk = walking(whole.time, whole.north, whole.east)
         apart = max(apart, walk)
-        if not walk:
+        if not walk and not record.quantum[0]:  # a mean of rounded fixes lies in no cell
             begin = grouped(whole.time, whole.north, whole.east, coarse)
     groups, end = len(begin), np.append(begin[1:], n)
     interval = usual_interval(whole.time[begin])
@@ -351,7 +352,8 @@ def means(record: Rows, first, last, restarts) -> Rows:
     excess = mean(record.excess) / lengths if len(record.excess) else 1.0 / lengths
     aids = record.aids[first] if len(record.aids) else record.aids
     time = mean(record.time)
-    return Rows(time, mean(record.north), mean(record.east), excess, aids, np.union1d(restarts, gaps_in(time)))
+    restarts = np.union1d(restarts, gaps_in(time))
+    return Rows(time, mean(record.north), mean(record.east), excess, aids, restarts, record.quantum)
 
 
 def rows_of(record: Rows, rows, restarts) -> Rows:
@@ -359,7 +361,8 @@ def rows_of(record: Rows, rows, restarts) -> Rows:
     time = record.time[rows]
     excess = record.excess[rows] if len(record.excess) else record.excess
     aids = record.aids[rows] if len(record.aids) else record.aids
-    return Rows(time, record.north[rows], record.east[rows], excess, aids, np.union1d(restarts, gaps_in(time)))
+    restarts = np.union1d(restarts, gaps_in(time))
+    return Rows(time, record.north[rows], record.east[rows], excess, aids, restarts, record.quantum)
 
 
 def gaps_in(time):

@@ -15,7 +15,6 @@ from steerway.estimation.inference.model import (
     ON_ACCELERATION,
     ON_ANTENNA,
     ON_RATE,
-    ON_TIME,
     RATE,
     SPEED,
     Model,
@@ -71,7 +70,7 @@ def reversal_of(model: Model) -> Reversal:
     for process in model.processes:
         begin, last = process["state"], process["state"] + has_two_states(process)
         variance[:, begin : last + 1] = process["variance"]
-        if process["acts_on"] in (ON_RATE, ON_ANTENNA, ON_TIME, ON_ACCELERATION):
+        if process["acts_on"] in (ON_RATE, ON_ANTENNA, ON_ACCELERATION):
             sign[begin] = -1.0
         if process["frequency"] > 0.0:
             sign[last] = -sign[begin]

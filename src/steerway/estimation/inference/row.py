@@ -8,9 +8,9 @@ import numpy as np
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.bank import advance, start
+from steerway.estimation.inference.cells import take_written
 from steerway.estimation.inference.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
 from steerway.estimation.inference.model import COURSE, ON_ACCELERATION, SPEED, Kept
-from steerway.estimation.inference.weigh import take_fix
 
 
 class Row(NamedTuple):
@@ -42,7 +42,7 @@ def take_row(bank, model, row, aids):
         if row.dt > 0.0:
             advance(bank, model, row.dt)
         if fixed:
-            nis, log_density, wrong = take_fix(bank, model, row.north, row.east, row.excess)
+            nis, log_density, wrong = take_written(bank, model, row.north, row.east, row.excess)
         log_density += take_aids(bank, model, aids)
     return Taken(nis, log_density, wrong)
 
@@ -56,6 +56,7 @@ class Rows(NamedTuple):
     excess: np.ndarray  # (n or 0,) how many times its usual variance the noise of a fix has
     aids: np.ndarray  # (n or 0, aids), NaN where unknown
     restarts: np.ndarray  # (r,) rows at which the filter begins anew
+    quantum: tuple[float, float] = (0.0, 0.0)  # last digit of a fix north and east, m; 0: not rounded
 
 
 class Asked(NamedTuple):

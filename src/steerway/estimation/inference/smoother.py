@@ -16,12 +16,13 @@ from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.algebra import factor, inverse, invert_factor, whitened_square
 from steerway.estimation.inference.bank import advance, start
+from steerway.estimation.inference.cells import take_written
 from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED, Model
 from steerway.estimation.inference.motion import spin_share
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned, widen
 from steerway.estimation.inference.vectors import Sym2, Vec2, density, dot, plus, trace
-from steerway.estimation.inference.weigh import FREEDOM, NORMAL, outlier_density, step_variance, take_fix
+from steerway.estimation.inference.weigh import NORMAL, outlier_density
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -86,7 +87,7 @@ def smooth_kept(rows, reversal, bank, kept, room, out):
             fuse(kept.x[k], kept.p[k], kept.probability[k], model, bank.rows[0], out[k])
         if math.isfinite(rows.north[k]) and math.isfinite(rows.east[k]):
             if known:
-                take_fix(bank, model, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
+                take_written(bank, model, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
             else:
                 start(bank, model, rows.north[k], rows.east[k])
                 for j in range(len(bank.p)):
@@ -268,11 +269,10 @@ def forwards(reversal, x, out):
 def step_between(x, p, reversal, bank, room):
     """Variance (m²) by which a step of the receiver loosens the place behind a row from that before it, x and p.
 
-    The step may be one of its error, or one that only one filter follows yet. It went as far as both places are farther
-    apart than they should be; between no step and one the harmonic mean is taken.
+    Only one of the two filters follows it yet. It went as far as both places are farther apart than they should be;
+    between no step and one the harmonic mean is taken.
     """
     m, weight, receiver = len(bank.x), room.weight, reversal.model.receiver[0]
-    happens = 1.0 - math.exp(-receiver.step_rate * bank.run[0].since)
     stays = steps = total = variance = spread = 0.0
     for q in range(len(weight)):
         if weight[q] == 0.0:
@@ -280,15 +280,11 @@ def step_between(x, p, reversal, bank, room):
         i, j = q % m, q // m
         off = Vec2(room.ahead[j, NORTH] - x[i, NORTH], room.ahead[j, EAST] - x[i, EAST])
         both = plus(place_of(bank.p[j]), place_of(p[i]))
-        speed, course = x[i, SPEED], x[i, COURSE]
-        size = step_variance(receiver, Vec2(speed * math.cos(course), speed * math.sin(course)))
         stays += weight[q] * density(off, both, NORMAL)
         steps += weight[q] * receiver.outlier_rate * outlier_density(off, trace(both), receiver.fix_variance)
-        if happens > 0.0:
-            steps += weight[q] * happens * density(off, plus(both, size), FREEDOM)
         total += weight[q]
         spread += weight[q] * 0.5 * trace(both)
-        variance += weight[q] * 0.5 * max(trace(size), dot(off, off) - trace(both))
+        variance += weight[q] * 0.5 * max(0.0, dot(off, off) - trace(both))
     if not stays + steps > 0.0:
         return 0.0
     spread, variance, probability = spread / total, variance / total, steps / (stays + steps)

@@ -96,18 +96,17 @@ class Shaping(NamedTuple):
     aid: str = ""
 
 
-def model_of(parts, values) -> Model:
-    """Model of a structure with these numbers (dict)."""
+def model_of(parts, values, quantum=(0.0, 0.0)) -> Model:
+    """Model of a structure with these numbers (dict); quantum: last digit of fixes north and east, m or 0."""
     v, shapings = values, []
     for name, each in [(name, each) for name, part in PARTS.items() if name in parts for each in part.filters]:
         decay, frequency = 1.0 / v[each.time], 0.0
         if each.damping:
-            frequency = each.harmonic * 2.0 * math.pi / v[each.time]
+            frequency = 2.0 * math.pi / v[each.time]
             decay = v[each.damping] * frequency
-        std = v[each.std] / each.harmonic
-        shapings.append(Shaping(each.acts_on, decay, frequency, std * std, name))
+        shapings.append(Shaping(each.acts_on, decay, frequency, v[each.std] ** 2, name))
     variances = {aid.name: v[next(iter(aid.priors))] ** 2 for aid in TABLE if aid.name in parts}
-    return assembled(*_modes_of(v), shapings, _receiver_of(parts, v), variances)
+    return assembled(*_modes_of(v), shapings, _receiver_of(v, quantum), variances)
 
 
 def assembled(modes, generator, shapings, receiver, variances) -> Model:
@@ -130,8 +129,8 @@ def assembled(modes, generator, shapings, receiver, variances) -> Model:
     return Model(modes, generator, np.array(processes, PROCESS), receiver, aids, states, driving)
 
 
-def _receiver_of(parts, v) -> np.ndarray:
-    """(1,) RECEIVER of these parts."""
+def _receiver_of(v, quantum) -> np.ndarray:
+    """(1,) RECEIVER of these numbers."""
     receiver = np.zeros(1, RECEIVER)
     for name, number in {
         "fix_variance": v["fix_std"] ** 2,
@@ -139,11 +138,9 @@ def _receiver_of(parts, v) -> np.ndarray:
         "poor_rate": min(v["poor_rate"], _MOST_BAD),
         "poor_noise": 1.0 + v.get("obstructed_noise", _POOR),
         "poor_time": v.get("obstructed_time", 0.0),
-        "time_variance": v.get("time_std", 0.0) ** 2,
         "late_variance": v["late_std"] ** 2,
-        "step_rate": 1.0 / v["step_every"] if "steps" in parts else 0.0,
-        "step_variance": v.get("step_std", 0.0) ** 2,
-        "slip_variance": v.get("slip_std", 0.0) ** 2,
+        "quantum_north": quantum[0],
+        "quantum_east": quantum[1],
     }.items():
         receiver[name] = number
     return receiver

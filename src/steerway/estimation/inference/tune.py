@@ -108,10 +108,11 @@ def _with_intervals(found: list[Inference]) -> tuple[WeighedStructure, ...]:
     """The structures of several inferences with 95 % intervals of their numbers (Laplace)."""
     deviations = [{fit.parts: fit.deviations for fit in one.fits} for one in found for _ in one.structures]
     structures = []
-    for (weight, parts, values), spread in zip(_mean(found), deviations, strict=True):
+    for (weight, parts, values, quantum), spread in zip(_mean(found), deviations, strict=True):
         factors = {name: math.exp(NORMAL_95 * std) for name, std in spread[parts].items()}
         intervals = {name: (values[name] / factor, values[name] * factor) for name, factor in factors.items()}
-        structures.append(WeighedStructure(weight=weight, parts=parts, values=values, intervals=intervals))
+        found_so = {"weight": weight, "parts": parts, "values": values, "quantum": quantum}
+        structures.append(WeighedStructure(**found_so, intervals=intervals))
     return tuple(structures)
 
 

@@ -1,4 +1,4 @@
-"""What a fix does to all modes: good, poor, a step of the receiver, or an outlier.
+"""What a fix does to all modes: good, poor or an outlier.
 
 All hypotheses are weighed in one likelihood, and nothing is left out of it.
 """
@@ -18,7 +18,6 @@ from steerway.estimation.inference.vectors import (
     nis,
     outer,
     plus,
-    sandwich,
     scaled,
     times,
     trace,
@@ -33,10 +32,8 @@ LEAST_PROBABILITY = 1e-6
 NORMAL = math.inf
 """Degrees of freedom of the normal distribution as one of Student's."""
 FREEDOM = 4.0
-STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
 """Degrees of freedom of Student's t distribution (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American
-Statistical Association 84(408), 1989), and its variance at unit scale: steps are small and seldom large, and so is the
-noise of an obstruction before its fixes tell it."""
+Statistical Association 84(408), 1989): the noise of an obstruction, before its fixes show it, is seldom large."""
 DIFFUSE, RARE = 1e6, 1e-3
 """Variance of a predicted fix, in that of its white noise, from which on a fix that is so seldom an outlier is right,
 as the first one is: the share of so vague a prediction would outweigh the fix in the correction. Chosen."""
@@ -57,7 +54,6 @@ class Expected(NamedTuple):
 
     good: float
     poor: float
-    step: float
     wrong: float
     noise: float  # variance that a poor fix has besides, in its usual noise
     freedom: float  # degrees of freedom of what is known of that
@@ -80,19 +76,16 @@ def expect(run, receiver):
         freedom = FREEDOM + learnt
         level = (FREEDOM + learnt * run.level) / freedom
     poor = (1.0 - wrong) * (stays + (1.0 - stays) * receiver.poor_rate)
-    step = (1.0 - wrong - poor) * (1.0 - math.exp(-receiver.step_rate * run.since))
-    return Expected(1.0 - wrong - poor - step, poor, step, wrong, level, freedom, learnt)
+    return Expected(1.0 - wrong - poor, poor, wrong, level, freedom, learnt)
 
 
 class Weighed(NamedTuple):
-    """A fix by four hypotheses: probability times density of each, and what poor fixes and steps have besides noise."""
+    """A fix by three hypotheses: probability times density of each, and what a poor fix has besides noise."""
 
     good: float
     poor: float
-    step: float
     wrong: float
     poor_noise: Sym2  # m²
-    step_size: Sym2  # m²
 
 
 class Share(NamedTuple):
@@ -106,8 +99,7 @@ class Share(NamedTuple):
 def take_fix(bank, model, north, east, excess):
     """Weigh and take a fix. Returns (NIS of the mean of all modes, log density, probability of an outlier).
 
-    A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
-    (a step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
+    A fix is good, poor (its noise several times the usual) or an outlier; in every mode all three are weighed, and the
     correction is their mean, see `take_weighed`.
     excess: how many times its usual variance the white noise of this fix has.
     """
@@ -123,7 +115,7 @@ def take_fix(bank, model, north, east, excess):
         x, p, weight = bank.x[k], bank.p[k], probability[k]
         seen = see(x, p, model.processes, receiver.time_variance, fix, variance, bank.rows)
         weighed = weigh(seen, expected, run, receiver, variance)
-        density_of[k] = weight * (weighed.good + weighed.poor + weighed.step + weighed.wrong)
+        density_of[k] = weight * (weighed.good + weighed.poor + weighed.wrong)
         total += density_of[k]
         wrong += weight * weighed.wrong
         poor += weight * weighed.poor
@@ -149,13 +141,11 @@ def weigh(seen, expected, run, receiver, variance):
         again = Vec2(off.n - run.outlier_north, off.e - run.outlier_east)
         wrong = (1.0 - SAME_OFFSET) * wrong + SAME_OFFSET * density(again, widened(s, variance), NORMAL)
     noise = poor_noise(seen, expected, receiver, variance)
-    poor, step, size = 0.0, 0.0, step_variance(receiver, seen.velocity)
+    poor = 0.0
     if expected.poor > 0.0:
         poor = expected.poor * density(off, plus(s, noise), expected.freedom)
-    if expected.step > 0.0:
-        step = expected.step * density(off, plus(s, size), FREEDOM)
     good = expected.good * density(off, s, NORMAL)
-    return Weighed(good, poor, step, expected.wrong * wrong, noise_shown(seen, noise, expected.freedom), size)
+    return Weighed(good, poor, expected.wrong * wrong, noise_shown(seen, noise, expected.freedom))
 
 
 @lean_kernel
@@ -164,22 +154,15 @@ def take_weighed(bank, k, seen, weighed, variance):
 
     Probabilistic data association (Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4):
     x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ in `rows`, s_h = S_h⁻¹ ν and
-    s̄ = Σ β_h s_h; for a step see `step_position`.
+    s̄ = Σ β_h s_h.
     """
     off, s, x, p, rows = seen.off, seen.s, bank.x[k], bank.p[k], bank.rows
-    whole = weighed.good + weighed.poor + weighed.step + weighed.wrong
+    whole = weighed.good + weighed.poor + weighed.wrong
     if trace(s) > DIFFUSE * variance and weighed.wrong < RARE * whole:
         whole -= weighed.wrong
     mean = share(weighed.good / whole, off, s)
     if weighed.poor > LEAST_PROBABILITY * whole:
         mean = joined(mean, share(weighed.poor / whole, off, plus(s, weighed.poor_noise)))
-    if weighed.step > LEAST_PROBABILITY * whole:
-        # it went as far as the innovation is larger than it should be
-        size = weighed.step_size
-        size = scaled(max(1.0, (dot(off, off) - trace(s)) / trace(size)), size)
-        own = share(weighed.step / whole, off, plus(s, size))
-        mean = joined(mean, own)
-        step_position(x, p, size, weighed.step / whole, own, mean.s, rows)
     correct(x, p, rows, plus(mean.information, outer(mean.s)), mean.s, len(bank.x) == 1)
 
 
@@ -225,43 +208,7 @@ def usual_spread(seen, expected, receiver, variance):
     loose = expected.poor * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     if expected.freedom < NORMAL:
         loose *= expected.freedom / (expected.freedom - 2.0)
-    size = scaled(expected.step * STUDENT_VARIANCE, step_variance(receiver, seen.velocity))
-    return plus(widened(seen.s, loose), size)
-
-
-@lean_kernel
-def step_variance(receiver, velocity):
-    """Covariance (m²) of a step of the receiver: in any direction, and along the velocity."""
-    return widened(scaled(receiver.slip_variance, outer(velocity)), receiver.step_variance)
-
-
-@called_kernel
-def step_position(x, p, size, probability, own, mean, rows):
-    """Move the position of a mode by what a step of covariance D = `size` (m²) and probability β does to it, E of x.
-
-    x ← x + E D b and P ← P − (C (J + s̄ bᵀ) D Eᵀ + its transpose) + E (β D − D (J + b bᵀ) D) Eᵀ, with J and b of its
-    `own` share and s̄ the mean of all hypotheses; what is common to them follows by `correct`.
-    """
-    j, b = own.information, own.s
-    moved = times(size, b)
-    x[NORTH] += moved.n
-    x[EAST] += moved.e
-    nn, ne = j.nn + mean.n * b.n, j.ne + mean.n * b.e
-    en, ee = j.ne + mean.e * b.n, j.ee + mean.e * b.e
-    to_north = Vec2(nn * size.nn + ne * size.ne, en * size.nn + ee * size.ne)
-    to_east = Vec2(nn * size.ne + ne * size.ee, en * size.ne + ee * size.ee)
-    for i in range(len(x)):
-        known = Vec2(rows[0, i], rows[1, i])
-        a, c = dot(known, to_north), dot(known, to_east)
-        p[i, NORTH] -= a
-        p[NORTH, i] -= a
-        p[i, EAST] -= c
-        p[EAST, i] -= c
-    left = plus(scaled(probability, size), scaled(-1.0, sandwich(size, plus(j, outer(b)))))
-    p[NORTH, NORTH] += left.nn
-    p[EAST, EAST] += left.ee
-    p[NORTH, EAST] += left.ne
-    p[EAST, NORTH] += left.ne
+    return widened(seen.s, loose)
 
 
 @lean_kernel

@@ -18,6 +18,7 @@ from steerway.estimation.inference.course import (
     run_model,
     smoothed_record,
 )
+from steerway.estimation.inference.digits import quantum_of
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
@@ -68,7 +69,7 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
     parts = (*PLAIN, *known)
     names, medians, _ = parameters_of(parts)
     expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    return Inference((Structure(1.0, parts, expected),), ())
+    return Inference((Structure(1.0, parts, expected, track.record.quantum),), ())
 
 
 def motion_of(fixes: Fixes, profile, aid=(), rate: float | None = None, smooth: bool = False) -> Motion:
@@ -147,11 +148,12 @@ class Track:
             fixes = replace(fixes, time=np.interp(np.arange(len(fixes)), np.flatnonzero(fixed), measured))
         self.time, origin, self.wanted = schedule(fixes, rate)
         self.extrapolated = self.of_other_receiver = 0
+        quantum = quantum_of(fixes.time[fixed], latitude[fixed], longitude[fixed])
         if recognises:
             first[~_new(fixes.time, latitude, longitude, fixed)] = np.nan
             known = np.flatnonzero(np.isfinite(first))
             placed_at = fixes.time[known], first[known], second[known]
-            guessed, other = extrapolated(*placed_at), of_other_receiver(*placed_at)
+            guessed, other = extrapolated(*placed_at), of_other_receiver(*placed_at, max(quantum))
             first[known[guessed | other]] = np.nan
             self.extrapolated, self.of_other_receiver = int(guessed.sum()), int(other.sum())
         own = origin >= 0
@@ -163,7 +165,7 @@ class Track:
             excess = np.where(own, excess[origin], 1.0)
         first, second = np.where(own, first[origin], np.nan), np.where(own, second[origin], np.nan)
         restarts = np.flatnonzero(np.diff(self.time) > LONGEST_GAP) + 1
-        self.record = Rows(self.time, first, second, excess, table, restarts)
+        self.record = Rows(self.time, first, second, excess, table, restarts, quantum)
         if rate is None:
             self.time = stamps
 
@@ -218,9 +220,9 @@ def _starting(estimate, record: Rows):
 
 def part_of(record: Rows, begin, end) -> Rows:
     """A copy of the rows from `begin` to before `end`."""
-    *columns, restarts = record
+    *columns, restarts, quantum = record
     restarts = restarts[(restarts >= begin) & (restarts < end)] - begin
-    return Rows(*(column[begin:end].copy() for column in columns), restarts)
+    return Rows(*(column[begin:end].copy() for column in columns), restarts, quantum)
 
 
 def _filtered(record: Rows, structures, steerageway):

@@ -1,5 +1,7 @@
 """Inferred profiles: structures of vessel and receiver with their weights and numbers, in a TOML file."""
 
+import logging
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import ClassVar, Self
@@ -14,6 +16,16 @@ from steerway.estimation.inference.selection import Structure
 from steerway.estimation.inference.structures import parameters_of
 from steerway.estimation.vessel.profile import Profile
 
+LOG = logging.getLogger("steerway")
+REMOVED = {
+    "strokes": ("stroke_surge", "stroke_period", "stroke_damping"),
+    "clock": ("time_std",),
+    "beat": ("beat_std", "beat_period", "beat_damping"),
+    "quick_error": ("quick_std", "quick_time"),
+    "steps": ("step_every", "step_std"),
+    "slips": ("slip_std",),
+}
+"""Parts of earlier versions, and their numbers: a file that names them is read without them."""
 WIDEST_INTERVAL = 10.0
 """Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
 _SUM = 1e-6
@@ -29,6 +41,8 @@ class WeighedStructure(BaseModel):
     parts: tuple[str, ...]
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    quantum: tuple[float, float] = (0.0, 0.0)
+    """Last digit of a fix north and east, m; 0 where fixes are not rounded."""
 
     @field_validator("parts")
     @classmethod
@@ -46,6 +60,8 @@ class WeighedStructure(BaseModel):
         for name in names:
             if name not in self.values:
                 raise ValueError(f"values has no {name}, which the parts {', '.join(self.parts)} need")
+        if not all(0.0 <= digit < math.inf for digit in self.quantum):
+            raise ValueError(f"quantum is {list(self.quantum)}, expected two numbers of 0 or more (m)")
         for name, value in self.values.items():
             if name not in names:
                 raise ValueError(f"values has {name}, which none of the parts {', '.join(self.parts)} takes")
@@ -83,13 +99,12 @@ class InferredProfile(BaseModel):
     @classmethod
     def of(cls, structures: Iterable[Structure], name: str = "inferred") -> Self:
         """The profile of weighed structures (see `inference.selection`)."""
-        kept = (WeighedStructure(weight=w, parts=parts, values=values) for w, parts, values in structures)
-        return cls(name=name, structures=tuple(kept))
+        return cls(name=name, structures=tuple(WeighedStructure(**each._asdict()) for each in structures))
 
     @property
     def weighed(self) -> tuple[Structure, ...]:
         """The structures as the estimators take them."""
-        return tuple(Structure(each.weight, each.parts, each.values) for each in self.structures)
+        return tuple(Structure(each.weight, each.parts, each.values, each.quantum) for each in self.structures)
 
     def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[Structure, ...]:
         """What filters and smoothers work with: structures, each with its weight and its model."""
@@ -108,7 +123,8 @@ class InferredProfile(BaseModel):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """An inferred profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
-        return _made(cls, read_toml(path, "profile"), f"profile {path}")
+        place = f"profile {path}"
+        return _made(cls, _of_this_version(read_toml(path, "profile"), place), place)
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
@@ -123,12 +139,37 @@ class InferredProfile(BaseModel):
 
 def load_profile(path: str | Path) -> Profile | InferredProfile:
     """The profile in a TOML file, of either kind: inferred ones have structures. Raises InputError."""
-    return _of_either_kind(read_toml(path, "profile"), f"profile {path}")
+    place = f"profile {path}"
+    return _of_either_kind(_of_this_version(read_toml(path, "profile"), place), place)
 
 
 def parse_profile(text: str, place: str) -> Profile | InferredProfile:
-    """The profile in a TOML text, of either kind; `place` names it in errors. Raises InputError."""
+    """The profile in a TOML text, of either kind; `place` names it in errors. Raises InputError, for REMOVED too."""
     return _of_either_kind(parse_toml(text, place), place)
+
+
+def _of_this_version(table, place):
+    """A profile's table without REMOVED parts, which are named in the log."""
+    structures = table.get("structures")
+    tables = [each for each in structures if isinstance(each, dict)] if isinstance(structures, list) else []
+    removed = [part for part in REMOVED if any(part in _list(each.get("parts")) for each in tables)]
+    if not removed:
+        return table
+    LOG.warning("%s: read without %s, which this version does not have", place, ", ".join(removed))
+    return table | {"structures": [_without(each, removed) if each in tables else each for each in structures]}
+
+
+def _without(structure, removed):
+    """The table of a structure without these parts and their numbers."""
+    kept = {key: value for key, value in structure.items() if not isinstance(value, dict)}
+    kept["parts"] = [part for part in _list(structure.get("parts")) if part not in removed]
+    numbers = {name for part in removed for name in REMOVED[part]}
+    tables = {key: value for key, value in structure.items() if isinstance(value, dict)}
+    return kept | {key: {name: each[name] for name in each if name not in numbers} for key, each in tables.items()}
+
+
+def _list(given):
+    return given if isinstance(given, list) else []
 
 
 def _of_either_kind(table, place):
@@ -151,6 +192,8 @@ def _made(kind, table, place):
 
 def _structure_toml(structure) -> str:
     text = f"\n[[structures]]\nweight = {structure.weight!r}\nparts = {toml_value(list(structure.parts))}\n"
+    if any(structure.quantum):
+        text += f"quantum = {toml_value(list(structure.quantum))}  # m, last digit of a fix north and east\n"
     text += "\n[structures.values]  # SI, angles in rad\n"
     for name, value in structure.values.items():
         text += f"{name} = {value!r}{_comment(structure, name)}\n"
