@@ -29,6 +29,13 @@ _FORMS = {
     "R of speed": "r_of_speed",
     "one factor": "tekf_one_factor",
 }
+_RATIOS = (
+    ("tekf_over_raw", "tekf_mae_fix", "raw_mae_fix"),
+    ("recipe_b_ratio", "observer_stock_mae", "tekf_recipe_b_mae"),
+    ("recipe_b_calm_ratio", "observer_stock_calm_mae", "tekf_recipe_b_calm_mae"),
+    ("ekf9_bound_ratio", "ekf9_mae", "ekf9_bound"),
+)
+"""Key, and the two means whose ratio it is; its interval is that of the linearised ratio."""
 _WORLDS = {"S*": "", "noise grows with speed": "_growing"}
 _GAINS = [
     ("S*", "inverse", "Q inverse in speed", "prototype: −0.3 to 0"),
@@ -66,12 +73,11 @@ def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
     n |= observers.control_numbers()
     n["saturation_printed"] = max(printed.saturation(speed) for speed in (0.0, 0.4, 0.7))
     n |= {f"saturation_corrected_{speed:g}": saturated(speed, 0.25, 0.5) for speed in (0.0, 0.4, 0.7)}
-    n["tekf_over_raw"] = n["tekf_mae_fix"] / n["raw_mae_fix"]
-    n["recipe_b_ratio"] = n["observer_stock_mae"] / n["tekf_recipe_b_mae"]
-    n["recipe_b_calm_ratio"] = n["observer_stock_calm_mae"] / n["tekf_recipe_b_calm_mae"]
+    for key, above, below in _RATIOS:
+        n[key] = n[above] / n[below]
+        n[f"{key}_ci"] = half_width(table[above] - n[key] * table[below]) / n[below]
     demo = observers.observer(DEMO_GAINS, "held innovation", check=False)
     n["observer_held_innovation_radius"] = demo.spectral_radius
-    n["ekf9_bound_ratio"] = n["ekf9_mae"] / n["ekf9_bound"]
     for (world, form), logs in tuned.items():
         key, values = f"{_FORMS[form]}_tuned{_WORLDS[world]}", table[f"{world}: {form}"]
         n |= {f"{key}_mae": float(values.mean()), f"{key}_mae_ci": half_width(values)}

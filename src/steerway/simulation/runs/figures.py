@@ -49,21 +49,19 @@ def _circle(east, north, radius):
 
 
 def errors_figure(run: Run) -> Figure:
-    """Errors of the estimate in SOG, COG, course rate and position, with the ± 2σ of the estimator."""
+    """Errors of the estimate, of the heading too where there is one, with the ± 2σ of the estimator."""
     run = _thinned(run)
     errors = outcome.errors(run)
-    figure = Figure(figsize=(11.0, 9.5), layout="constrained")
-    axes = figure.subplots(4, 1, sharex=True)
-    for each, (name, label, scale) in zip(
-        axes,
-        (
-            ("sog", "SOG (m/s)", 1.0),
-            ("cog", "COG (°)", np.degrees(1.0)),
-            ("course_rate", "course rate (°/s)", np.degrees(1.0)),
-            ("position", "position (m)", 1.0),
-        ),
-        strict=True,
-    ):
+    panels = [
+        ("sog", "SOG (m/s)", 1.0),
+        ("cog", "COG (°)", np.degrees(1.0)),
+        ("course_rate", "course rate (°/s)", np.degrees(1.0)),
+        *([("heading", "heading (°)", np.degrees(1.0))] if np.isfinite(errors["heading"]).any() else []),
+        ("position", "position (m)", 1.0),
+    ]
+    figure = Figure(figsize=(11.0, 1.5 + 2.0 * len(panels)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True)
+    for each, (name, label, scale) in zip(axes, panels, strict=True):
         band = 2.0 * scale * run[f"estimated_{name}_std"]
         low = -band if name != "position" else np.zeros(len(run))
         each.fill_between(run.time, low, band, color=OURS, alpha=0.18, linewidth=0, label="± 2σ of the estimator")
