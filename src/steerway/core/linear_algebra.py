@@ -74,12 +74,3 @@ def solve_rows(lower: Floats, scale: Floats, rows: Floats) -> None:
             row[i] = total / lower[i, i]
         for i in range(n):
             row[i] *= scale[i]
-
-
-@lean_kernel
-def square_root(a: Floats, scale: Floats, lower: Floats) -> None:
-    """Lower L with A = L Lᵀ, from A's upper triangle; A may have no more than some of its rank."""
-    factor(a, scale, lower)
-    for i in range(len(a)):
-        for j in range(i + 1):
-            lower[i, j] /= scale[i]

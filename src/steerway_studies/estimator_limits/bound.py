@@ -157,8 +157,8 @@ def _spread(model, dt) -> np.ndarray:
 
 
 @kernel
-def _moved(x, dt, model, f, q):
-    """The state after a step of (11)–(15) along its arc, with Jacobian and noise into f and q (5, 5)."""
+def _moved(x, dt, model, f):
+    """The state after a step of (11)–(15) along its arc, with the Jacobian into f (5, 5)."""
     u, w = x[2], x[4]
     left, way, _ = _responses(model[1], dt)
     rate_left, turn, area = _responses(model[3], dt)
@@ -174,21 +174,28 @@ def _moved(x, dt, model, f, q):
     f[0, 2], f[0, 3], f[0, 4] = way * ratio * c, -length * s, along * c - across * s
     f[1, 2], f[1, 3], f[1, 4] = way * ratio * s, length * c, along * s + across * c
     f[2, 2], f[3, 4], f[4, 4] = left, turn, rate_left
-    by_speed, by_rate = np.zeros((5, 3)), np.zeros((5, 3))
-    by_speed[0, 1], by_speed[1, 1], by_speed[2, 0] = c, s, 1.0
-    by_rate[0, 2], by_rate[1, 2], by_rate[3, 1], by_rate[4, 0] = -u * s, u * c, 1.0, 1.0
-    q[:] = model[0] * by_speed @ _gathered(model[1], dt) @ by_speed.T.copy()
-    q[:] += model[2] * by_rate @ _gathered(model[3], dt) @ by_rate.T.copy()
     return np.array([x[0] + length * c, x[1] + length * s, u * left, x[3] + turn * w, w * rate_left])
 
 
 @kernel
+def _noise(x, dt, model):
+    """(5, 5) covariance of what the noise of a step adds, from a state on."""
+    mean = x[3] + x[4] * _responses(model[3], dt)[2] / dt
+    c, s = math.cos(mean), math.sin(mean)
+    by_speed, by_rate = np.zeros((5, 3)), np.zeros((5, 3))
+    by_speed[0, 1], by_speed[1, 1], by_speed[2, 0] = c, s, 1.0
+    by_rate[0, 2], by_rate[1, 2], by_rate[3, 1], by_rate[4, 0] = -x[2] * s, x[2] * c, 1.0, 1.0
+    along = model[0] * by_speed @ _gathered(model[1], dt) @ by_speed.T.copy()
+    return along + model[2] * by_rate @ _gathered(model[3], dt) @ by_rate.T.copy()
+
+
+@kernel
 def _sail(normals, uniforms, dt, models, spreads, changes, states, turning):
-    mode, f, q = 0, np.empty((5, 5)), np.empty((5, 5))
+    mode, f = 0, np.empty((5, 5))
     turning[0] = False
     for k in range(1, len(states)):
         u, course, rate = states[k - 1, 2], states[k - 1, 3], states[k - 1, 4]
-        states[k], noise = _moved(states[k - 1], dt, models[mode], f, q), spreads[mode] @ normals[k]
+        states[k], noise = _moved(states[k - 1], dt, models[mode], f), spreads[mode] @ normals[k]
         mean = course + rate * _responses(models[mode, 3], dt)[2] / dt
         c, s = math.cos(mean), math.sin(mean)
         states[k, 0] += c * noise[0] - s * u * noise[2]
@@ -232,10 +239,11 @@ def smoothing_bound(voyage, profile) -> np.ndarray:
 
 @kernel
 def _riccati(time, states, turning, models, variance, covariance):
-    f, q, noise = np.empty((5, 5)), np.empty((5, 5)), variance * np.eye(2)
+    f, noise = np.empty((5, 5)), variance * np.eye(2)
     for k in range(1, len(time)):
-        _moved(states[k - 1], time[k] - time[k - 1], models[int(turning[k - 1])], f, q)
-        p = f @ covariance[k - 1] @ f.T.copy() + q
+        dt, model = time[k] - time[k - 1], models[int(turning[k - 1])]
+        _moved(states[k - 1], dt, model, f)
+        p = f @ covariance[k - 1] @ f.T.copy() + _noise(states[k - 1], dt, model)
         gain = np.linalg.solve(p[:2, :2].copy() + noise, p[:2].copy())
         p -= gain.T.copy() @ p[:2].copy()
         covariance[k] = 0.5 * (p + p.T)
@@ -243,11 +251,12 @@ def _riccati(time, states, turning, models, variance, covariance):
 
 @kernel
 def _smooth(time, states, turning, models, covariance):
-    f, q = np.empty((5, 5)), np.empty((5, 5))
+    f = np.empty((5, 5))
     for k in range(len(time) - 2, -1, -1):
-        _moved(states[k], time[k + 1] - time[k], models[int(turning[k])], f, q)
+        dt, model = time[k + 1] - time[k], models[int(turning[k])]
+        _moved(states[k], dt, model, f)
         moved = f @ covariance[k]
-        p_next = moved @ f.T.copy() + q
+        p_next = moved @ f.T.copy() + _noise(states[k], dt, model)
         gain = np.linalg.solve(p_next, moved)
         p = covariance[k] + gain.T.copy() @ (covariance[k + 1] - p_next) @ gain
         covariance[k] = 0.5 * (p + p.T)

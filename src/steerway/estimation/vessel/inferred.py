@@ -6,15 +6,14 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from steerway.core.files import complete_or_absent
-from steerway.core.settings import parse_toml, positive_number, read_toml, refusal, toml_value
+from steerway.core.settings import parse_toml, positive_number, read_toml, toml_value
 from steerway.estimation.inference.course import STEERAGEWAY
 from steerway.estimation.inference.parts import PARTS
 from steerway.estimation.inference.selection import Structure
 from steerway.estimation.inference.structures import parameters_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, ProfileFile
 
 LOG = logging.getLogger("steerway")
 REMOVED = {
@@ -75,13 +74,10 @@ class WeighedStructure(BaseModel):
         return high <= WIDEST_INTERVAL * low
 
 
-class InferredProfile(BaseModel):
+class InferredProfile(ProfileFile):
     """What was inferred of a vessel and her receiver: structures, each a bank of modes, and how much each counts."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     name: str = "inferred"
-    description: str = ""
     steerageway: float = positive_number(STEERAGEWAY)
     """m/s, below which no course is stated."""
     structures: tuple[WeighedStructure, ...] = Field(min_length=1)
@@ -124,12 +120,7 @@ class InferredProfile(BaseModel):
     def load(cls, path: str | Path) -> Self:
         """An inferred profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
         place = f"profile {path}"
-        return _made(cls, _of_this_version(read_toml(path, "profile"), place), place)
-
-    def save(self, path: str | Path) -> None:
-        """Write the profile as a TOML file that `load` reads."""
-        with complete_or_absent(path) as file:
-            file.write(self.toml().encode())
+        return cls.made_of(_of_this_version(read_toml(path, "profile"), place), place)
 
     def toml(self) -> str:
         """The text of such a file."""
@@ -173,7 +164,7 @@ def _list(given):
 
 
 def _of_either_kind(table, place):
-    return _made(InferredProfile if "structures" in table else Profile, table, place)
+    return (InferredProfile if "structures" in table else Profile).made_of(table, place)
 
 
 def profile_of(given: Profile | InferredProfile | str | Path) -> Profile | InferredProfile:
@@ -181,13 +172,6 @@ def profile_of(given: Profile | InferredProfile | str | Path) -> Profile | Infer
     if isinstance(given, Profile | InferredProfile):
         return given
     return load_profile(given) if str(given).endswith(".toml") else Profile.named(str(given))
-
-
-def _made(kind, table, place):
-    try:
-        return kind(**table)
-    except ValidationError as error:
-        raise refusal(place, error, kind) from None
 
 
 def _structure_toml(structure) -> str:

@@ -1,7 +1,7 @@
 """Profiles: the vessel and its receiver as named, validated numbers in a TOML file."""
 
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -54,15 +54,30 @@ class ReceiverErrors(BaseModel):
     drift_time: float = positive_number(600.0, unit="s", what="its correlation time")
 
 
-class _Named(BaseModel):
+class ProfileFile(BaseModel):
+    """What profiles of either kind have in common: a name, and a TOML file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
     name: str = "custom"
     description: str = ""
 
+    @classmethod
+    def made_of(cls, table: dict[str, Any], place: str) -> Self:
+        """The profile of a table; `place` names it in errors. Raises InputError naming the key that is wrong."""
+        try:
+            return cls(**table)
+        except ValidationError as error:
+            raise refusal(place, error, cls) from None
 
-class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
+    def save(self, path: str | Path) -> None:
+        """Write the profile as a TOML file that `load` reads."""
+        with complete_or_absent(path) as file:
+            file.write(self.toml().encode())
+
+
+class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
     """Tuning of the filter."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
     """95 % intervals by name, in files of earlier versions."""
@@ -99,15 +114,7 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
         table = read_toml(path, "profile")
         if "structures" in table:
             raise InputError(f"profile {path} has structures, expected one of the five-state filter")
-        try:
-            return cls(**table)
-        except ValidationError as error:
-            raise refusal(f"profile {path}", error, cls) from None
-
-    def save(self, path: str | Path) -> None:
-        """Write the profile as a TOML file that `load` reads."""
-        with complete_or_absent(path) as file:
-            file.write(self.toml().encode())
+        return cls.made_of(table, f"profile {path}")
 
     def toml(self) -> str:
         """The text of such a file."""
