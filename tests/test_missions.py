@@ -5,6 +5,7 @@ import math
 import shutil
 import socket
 import subprocess
+import time
 
 import pytest
 
@@ -12,12 +13,14 @@ from steerway.core import InputError, displacement
 from steerway.core.testing import displaced
 from steerway.live.testing import MissionLink, MissionServer, Settings, State, addresses, build_service, dialect
 from tests import hastened
+from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, dock_all, square
 from tests.ports import free_port, until
 from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 M = dialect("a test")
+MAVPROXY = shutil.which("mavproxy.py")
 ACCEPTED, DENIED, INVALID = M.MAV_MISSION_ACCEPTED, M.MAV_MISSION_DENIED, M.MAV_MISSION_INVALID
 
 
@@ -192,15 +195,14 @@ def test_without_a_mission_file_there_is_nothing_to_change():
         build_service.launch(settings)
 
 
-@pytest.mark.skipif(shutil.which("mavproxy.py") is None, reason="MAVProxy is not installed: it is no part of the lock")
-def test_mavproxy_uploads_a_mission(tmp_path):
+@pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: it is no part of the lock")
+def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
     """A separate program, at true pace."""
     port, receiver = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
-    lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t54.0\t10.0\t0\t1"]
-    lines += [f"{k}\t0\t3\t16\t0\t0\t0\t0\t{54.0 + 0.0005 * k}\t10.0\t0\t1" for k in (1, 2, 3)]
-    (tmp_path / "a.waypoints").write_text("\n".join(lines) + "\n")
-    from tests.command_line import STEERWAY
-
+    given, got = tmp_path / "given.waypoints", tmp_path / "got.waypoints"
+    lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t63.44\t10.4\t0\t1"]
+    lines += [f"{k}\t0\t3\t16\t0\t0\t0\t0\t{63.44 + 0.0001 * k:.4f}\t10.4003\t0\t1" for k in (1, 2, 3)]
+    given.write_text("\n".join(lines) + "\n")
     ends = [
         "--from",
         f"udp://127.0.0.1:{receiver}",
@@ -211,18 +213,23 @@ def test_mavproxy_uploads_a_mission(tmp_path):
     ]
     with open(tmp_path / "log", "w") as log:
         live = subprocess.Popen([*STEERWAY, "live", *map(str, ends)], stdout=subprocess.DEVNULL, stderr=log)
-        try:
-            loads = f"wp load {tmp_path / 'a.waypoints'}"
-            subprocess.run(
-                ["mavproxy.py", f"--master=udpout:127.0.0.1:{port}", f"--cmd={loads}", "--non-interactive"],
-                timeout=30.0,
-                check=False,
-                capture_output=True,
-                cwd=tmp_path,
-            )
-        except subprocess.TimeoutExpired:
-            pass
-        finally:
-            live.terminate()
-            live.wait(20.0)
+    program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
+    station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, cwd=tmp_path, text=True)
+    try:
+        for order, patience in (("", 12.0), (f"wp load {given}", 8.0), ("wp list", 6.0), (f"wp save {got}", 3.0)):
+            station.stdin.write(order + "\n")
+            station.stdin.flush()
+            time.sleep(patience)
+    finally:
+        station.kill()  # it takes no SIGTERM
+        station.wait(20.0)
+        live.terminate()
+        live.wait(20.0)
     assert "mission of 4 items taken" in (tmp_path / "log").read_text()
+    assert _places(got) == _places(given)
+
+
+def _places(path):
+    """Command, latitude and longitude of each item of a file."""
+    columns = [line.split("\t") for line in path.read_text().splitlines()[1:]]
+    return [(int(each[3]), round(float(each[8]), 6), round(float(each[9]), 6)) for each in columns]

@@ -15,9 +15,6 @@ from steerway.guidance.wheel_over import passing, turn_path, wheel_over
 _ONE_SIDE = math.radians(100.0)
 """Turn of the bow below which the other side, of more than 260°, is not simulated."""
 
-_LONGER = 1.3
-"""Times the excursion of the shorter turn that the other side has to stay below; the longer one is known less well."""
-
 
 class TurnLimits(NamedTuple):
     """Of the reference in a turn: bandwidth (rad/s), rate (rad/s), acceleration (rad/s²); see `turn_path`."""
@@ -72,7 +69,7 @@ def plan_turn(
     before, *asked = speeds
     motion = before, *current, *limits, pivot, *asked
     turns = [_placed(direction, following, angle, *turn_path(heading, angle, *motion)) for angle in sides]
-    return min(turns, key=lambda turn: turn.excursion * (1.0 if turn.angle == shortest else _LONGER))
+    return min(turns, key=lambda turn: turn.excursion)
 
 
 def _placed(direction, following, angle, path, time):
