@@ -13,8 +13,13 @@ from tests.fleet import day_path, generate
 
 from benchmarks.support.harness import Result, interleaved
 from steerway.archive import run as run_archive
+from steerway.archive.association import Reports, associate, empty_fleet, empty_found
+from steerway.archive.filters import empty_states
+from steerway.archive.levels import filters as filters_of_levels
+from steerway.archive.levels import levels
+from steerway.archive.smoothing import smoothed
 from steerway.core.records import Fixes
-from steerway.estimation import FiveStateFilter
+from steerway.estimation.vessel.aids import NO_AIDS
 
 _SHIPS, _DAYS, _SEED = 540, 3, 7
 _FEW = 50  # ships for what takes long
@@ -38,13 +43,24 @@ def _reports(directory):
 
 
 def _filter(directory):
-    """The filter and the smoother on their own."""
-    fixes, estimator = _reports(directory), FiveStateFilter("ais")
-    taken = interleaved({"filter": lambda: estimator.filter(fixes)}, 3)["filter"]
-    yield Result("FiveStateFilter, mean interval 35 s", 1e9 * taken / len(fixes), "ns a fix")
-    some = fixes.rows(fixes.mmsi < 10)
-    taken = interleaved({"smoother": lambda: estimator.smooth(some)}, 3)["smoother"]
-    yield Result("smoothing", 1e6 * taken / len(some), "µs a fix", at_most=10.0)
+    """Association and filters on their own, and the smoother."""
+    fixes = _reports(directory).in_order()
+    filters = filters_of_levels([[each.model_dump() for each in some] for some in levels(None)], ())
+    n, bounds = len(fixes), np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, len(fixes)]
+    class_a, none = np.ones(n, np.int64), np.zeros(n, np.int64)
+    reports = Reports(fixes.time, fixes.latitude, fixes.longitude, NO_AIDS, none, class_a, none)
+    found, kept, spare = empty_found(n, 0, filters), empty_found(n, n, filters), empty_states((2,), filters)
+
+    def run(into):
+        associate(bounds, reports, filters, empty_fleet(len(bounds) - 1, filters), into, spare)
+
+    taken = interleaved({"filter": lambda: run(found)}, 3)["filter"]
+    yield Result("association and filter, mean interval 35 s", 1e9 * taken / n, "ns a fix")
+    yield Result("… fixes a second of a core", n / taken, "1/s", at_least=1.1e6)
+    run(kept)
+    back = np.arange(n), bounds, kept.which, fixes.time, filters, (kept.kept,), kept.estimate
+    taken = interleaved({"smoother": lambda: smoothed(*back)}, 3)["smoother"]
+    yield Result("smoothing", 1e6 * taken / n, "µs a fix", at_most=10.0)
 
 
 def _throughput(place, rows):

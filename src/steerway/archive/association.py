@@ -13,291 +13,223 @@ then, that of one which manoeuvres.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from steerway.archive.filters import (
+    OUTPUTS,
+    Filters,
+    State,
+    aid,
+    copy_state,
+    empty_states,
+    free_position,
+    note_velocity,
+    predict,
+    recentre,
+    state_at,
+    status_of,
+    take,
+    write,
+)
+from steerway.archive.tracks import (
+    COMPETING,
+    LEVELS,
+    MANOEUVRING,
+    NOTHING,
+    SLOTS,
+    STEADY,
+    TRACK,
+    VESSEL,
+    conclude_report,
+    place_in_plane,
+    predict_to,
+    steady_level,
+    track_of,
+)
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
-from steerway.core.earth import displacement
 from steerway.core.records import REJECTED
-from steerway.estimation.course.motion.layout import EMPTY, LATITUDE, LONGITUDE, PHASE, UNDER_WAY
-from steerway.estimation.course.output import copy_block, status_of, write_output
-from steerway.estimation.course.tracking import advance, recentre, settle, take_aids, take_position, weigh_fix
-from steerway.estimation.course.update.aids import any_known
-from steerway.estimation.course.update.outliers import fix_is_accepted
+from steerway.core.statistics import FIX_GATE, UNBROKEN_REJECTION
+from steerway.estimation.inference.vectors import Vec2
 from steerway.estimation.log.rows import LONGEST_GAP
 
-SLOTS = 4
-"""Tracks under one MMSI at a time."""
-(
-    USE,  # one of the uses below
-    NUMBER,  # of the track, from 0 on
-    LAST,  # time and place of the last report that the filter took
-    NOW,  # time to which the filter is predicted
-    HITS,  # reports taken since it is tentative
-    SINCE,  # how many reports the other tracks had taken when it became so
-    HULL,  # 0: none reported
-    PROFILE,  # index of the parameters
-    LAST_LATITUDE,
-    LAST_LONGITUDE,
-) = range(10)
-FIELDS = 10
-FREE, TENTATIVE, LEFT, TRACK = range(4)
-"""Uses of a slot. LEFT: where a ship was before it moved, tentative too."""
-CURRENT, NEXT, TAKEN = range(3)
-"""Columns of a vessel's state: slot of the last report, number of the next track, reports taken by tracks."""
-NOTHING, JUMP, MOVED, ANOTHER = range(4)
-"""What a row tells: nothing; a position out of reach; the ship is there now; there is another ship."""
+GOES_ON, SET_DOWN, ANEW = range(3)
+"""How a filter goes on from the row before: as it does; at another position, in the same motion; not at all."""
 
-CURRENT_TRACK = -1
 
-INTERVALS = (20.0, 100.0)
-"""s from report to report that divide the steady levels."""
-COMPETING, MANOEUVRING, STEADY = range(3)
-LEVELS = STEADY + 2 * (len(INTERVALS) + 1)
-"""Levels of noise: of tracks of which there are several, of a vessel that manoeuvres, and from STEADY on of one that
-goes on as it does, at rest and under way for each class of intervals."""
+class Reports(NamedTuple):
+    """Rows of vessels that stand behind one another, by time; (n,) each."""
 
-_REACH, _REACH_PER_SECOND = 300.0, 25.0
-"""m, and for each second (49 kn), from the last report that a filter took within which another may be of the ship."""
-_CONFIRMING = 3
-"""Reports that make a tentative track one; two make a velocity of any two."""
-_AMONG = 2
-"""Reports of other tracks meanwhile that make it another ship."""
-_TENTATIVE_TIME = LONGEST_GAP
-_OTHER_HULL = 15.0
-"""Nll of a report whose hull is not that of the track: hulls are sent apart from positions and are mixed up."""
-_REJECTED = 22.0
-"""Nll of a report within reach that the gate of a track refuses, as in a hard turn."""
-_UNPROVEN = 10.0
-"""… and what it is raised by for a track that is tentative."""
-_UNDETERMINED = 25.0
-"""Nll of a report for a track within reach whose filter has no state: of a uniform density over a square of 300 km."""
+    time: np.ndarray  # s
+    latitude: np.ndarray  # rad, NaN of a row that is no report but asks for output
+    longitude: np.ndarray
+    aids: np.ndarray  # (n or 0, aids)
+    hull: np.ndarray
+    mobile: np.ndarray  # class of the vessel
+    asked: np.ndarray  # of a row that asks: the track, or CURRENT_TRACK, that of the last report
+
+
+class Fleet(NamedTuple):
+    """What is known of vessels: zero at first."""
+
+    vessels: np.ndarray  # (v,) VESSEL
+    tracks: np.ndarray  # (v, SLOTS) TRACK
+    states: State  # (v, SLOTS, …)
+
+
+class Kept(NamedTuple):
+    """What is kept of rows for the smoother; of none where nothing is to be smoothed."""
+
+    states: State  # (n or 0, …) of the filter after the row
+    plane: np.ndarray  # (n or 0, 2) origin of its plane, rad
+    link: np.ndarray  # (n or 0,) how it goes on from the row before
+
+
+class Found(NamedTuple):
+    """What every row gives; (n,) each."""
+
+    estimate: np.ndarray  # (n, OUTPUTS)
+    nis: np.ndarray
+    status: np.ndarray
+    track: np.ndarray
+    event: np.ndarray
+    which: np.ndarray  # of the models: that by which the row was predicted
+    kept: Kept
 
 
 @kernel
-def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate, found, kept):
-    """Run over the reports of vessels that stand behind one another, vessel v in rows bounds[v] to bounds[v + 1].
+def associate(bounds, reports, filters, fleet, found, spare):
+    """Run over reports, those of vessel v in rows bounds[v] to bounds[v + 1]; fills `found`, goes on with `fleet`.
 
-    Args:
-        record: (time, latitude, longitude, aids, hull, profile, asked), (n,) each and aids (n or 0, aids); rad, NaN
-            latitude for a row that is none but asks for output, of track `asked` or CURRENT_TRACK, of the last report.
-        parameters: (profiles, LEVELS, 1, k). vessels: (v, 3), slots: (v, SLOTS, FIELDS), banks: (v, SLOTS, 1, rows,
-            states): the state before, zero at first, and after. terms: (profiles, LEVELS, any, STEP_ROWS, states),
-            zero.
-        estimate, found: filled; (n, OUTPUTS), and (nis, status, track, event, row) of (n,) each, the last one in the
-            first two axes of the parameters, that by which it was predicted.
-        kept: (n or 0, states + 2, states) receives the filter after every row that a track took.
+    spare: State of two filters, workspace.
     """
-    time, latitude, longitude, aids, hull, _, _ = record
-    nis, status, track, event, row_of = found
-    before, ahead = np.empty(banks.shape[3:]), np.empty(banks.shape[2:])
     for v in range(len(bounds) - 1):
-        vessel, slot, bank = vessels[v], slots[v], banks[v]
-        ahead_of, ahead_time, since = -1, 0.0, 0.0
-        for k in range(bounds[v], bounds[v + 1]):
-            event[k], nis[k], level = NOTHING, math.nan, COMPETING
-            fixed = math.isfinite(latitude[k])
-            chosen, accepted, alone = track_of(vessel, slot, bank, record, k, parameters, terms)
-            p, tentative = int(slot[chosen, PROFILE]), False
-            row = parameters[p, COMPETING]
-            if fixed:
-                ahead_of = -1
-                if alone:
-                    copy_block(bank[chosen][0], before)
-                    since = slot[chosen, NOW]
-                    level = steady_level(bank[chosen], time[k] - since)
-                noise = parameters[p, level]
-                while True:
-                    if alone:
-                        predict_to(slot[chosen], bank[chosen], time[k], parameters[p, level], terms[p, level])
-                    took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, noise)
-                    if took or not alone or level == MANOEUVRING:
-                        break
-                    copy_block(before, bank[chosen][0])
-                    slot[chosen, NOW], level, noise = since, MANOEUVRING, row
-                accepted = accepted and took
-                if len(aids) > 0 and any_known(aids[k]):
-                    take_aids(bank[chosen], aids[k], row)
-                settle(bank[chosen], row)
-                recentre(bank[chosen])
-                if took:
-                    slot[chosen, LAST_LATITUDE], slot[chosen, LAST_LONGITUDE] = latitude[k], longitude[k]
-                    slot[chosen, LAST] = time[k]
-                if hull[k]:
-                    slot[chosen, HULL] = hull[k]
-                event[k], tentative = conclude_report(vessel, slot, chosen)
-            if tentative:
-                chosen, accepted = int(vessel[CURRENT]), False
-            if tentative or not fixed:  # shown is where the track is now; the track itself goes on from its last report
-                p = int(slot[chosen, PROFILE])
-                if ahead_of != chosen:
-                    copy_block(bank[chosen][0], ahead[0])
-                    ahead_of, ahead_time = chosen, slot[chosen, NOW]
-                level = steady_level(ahead, time[k] - slot[chosen, NOW])
-                advance(ahead, time[k] - ahead_time, parameters[p, level], terms[p, level])
-                ahead_time = time[k]
-                shown = ahead
-            else:
-                shown = bank[chosen]
-            track[k], row_of[k] = slot[chosen, NUMBER], p * LEVELS + level
-            status[k] = REJECTED if tentative else status_of(shown, fixed, accepted)
-            write_output(shown[0], True, estimate[k])
-            if len(kept):
-                copy_block(shown[0], kept[k])
+        rows = bounds[v], bounds[v + 1]
+        follow(fleet.vessels[v], fleet.tracks[v], state_at(fleet.states, v), rows, reports, filters, found, spare)
 
 
 @called_kernel
-def track_of(vessel, slot, bank, record, k, parameters, terms):
-    """(slot of the track that row k belongs to, whether it accepts the row, whether it is the only one).
+def follow(vessel, tracks, states, rows, reports, filters, found, spare):
+    """Run over the rows of a vessel, from rows[0] to rows[1]. It counts no references to arrays, as a kernel does."""
+    time, before, ahead = reports.time, state_at(spare, 0), state_at(spare, 1)
+    ahead_of, ahead_time = -1, 0.0
+    for k in range(rows[0], rows[1]):
+        fixed, tentative, accepted, link = math.isfinite(reports.latitude[k]), False, False, GOES_ON
+        found.event[k], found.nis[k] = NOTHING, math.nan
+        chosen, alone = track_of(vessel, tracks, states, reports, k, filters)
+        track, shown, estimate = tracks[chosen], state_at(states, chosen), found.estimate[k]
+        if fixed:
+            ahead_of = -1
+            which, found.nis[k], accepted, link = take_report(filters, track, shown, reports, k, alone, before)
+            write(filters, which, track.latitude, track.longitude, shown, estimate)
+            found.which[k] = which
+            note_report(track, estimate, accepted, reports, k)
+            found.event[k], tentative = conclude_report(vessel, tracks, chosen)
+        if tentative:
+            chosen, accepted = int(vessel.current), False
+            track, link = tracks[chosen], GOES_ON
+        if tentative or not fixed:  # shown is where the track is now; the track itself goes on from its last report
+            if ahead_of != chosen:
+                copy_state(state_at(states, chosen), ahead)
+                ahead_of, ahead_time = chosen, track.now
+            shown = ahead
+            level = COMPETING if track.now == time[k] else steady_level(track, time[k])
+            which = int(track.mobile) * LEVELS + level
+            if time[k] - track.last > LONGEST_GAP:
+                ahead.run[0].started = 0
+            predict(filters, which, ahead, time[k] - ahead_time)
+            ahead_time = time[k]
+            write(filters, which, track.latitude, track.longitude, ahead, estimate)
+            found.which[k] = which
+        found.track[k] = int(track.number)
+        status = status_of(track, estimate, fixed, accepted)
+        found.status[k] = REJECTED if tentative else status
+        if len(found.kept.link):
+            keep(found.kept, k, track, shown, link)
 
-    A vessel's first report begins a track; one out of the reach of all begins another, tentative.
+
+@lean_kernel
+def keep(kept, k, track, state, link):
+    """Keep the filter of a track after row k."""
+    copy_state(state, state_at(kept.states, k))
+    kept.plane[k, 0], kept.plane[k, 1], kept.link[k] = track.latitude, track.longitude, link
+
+
+@called_kernel
+def take_report(filters, track, state, reports, k, alone, before):
+    """Take row k: of a track that is alone as of a vessel that goes on as it does, else as of one that manoeuvres.
+
+    Returns the model by which it was predicted, its NIS, whether it is no outlier, and how the filter goes on. before:
+    workspace.
     """
-    time, latitude, longitude, _, hull, profile, asked = record
-    cur = int(vessel[CURRENT])
-    if slot[cur, USE] == FREE:
-        begin(slot[cur], bank[cur], time[k], profile[k], TRACK)
-        slot[cur, NUMBER], vessel[NEXT] = 0.0, 1.0
-        return cur, True, True
-    if not math.isfinite(latitude[k]):
-        return slot_of(slot, asked[k], cur), False, False
-    if is_alone(vessel, slot) and is_within_reach(slot[cur], time[k], latitude[k], longitude[k]):
-        return cur, True, True
-    chosen, accepted = choose(vessel, slot, bank, time[k], latitude[k], longitude[k], hull[k], parameters, terms)
-    if chosen < 0:
-        chosen = vacant(vessel, slot)
-        begin(slot[chosen], bank[chosen], time[k], profile[k], TENTATIVE)
-        slot[chosen, SINCE] = vessel[TAKEN]
-    return chosen, accepted, False
-
-
-@called_kernel
-def slot_of(slot, number, otherwise):
-    """The slot of a track."""
-    for s in range(len(slot)):
-        if slot[s, USE] == TRACK and slot[s, NUMBER] == number:
-            return s
-    return otherwise
-
-
-@called_kernel
-def choose(vessel, slot, bank, time, latitude, longitude, hull, parameters, terms):
-    """The slot that a report belongs to and whether its gate accepts it; (−1, False) out of the reach of all."""
-    best, least, within = -1, math.inf, False
-    for s in range(len(slot)):
-        if slot[s, USE] == FREE:
-            continue
-        if slot[s, USE] != TRACK and time - slot[s, LAST] > _TENTATIVE_TIME:
-            slot[s, USE] = FREE
-            continue
-        p = int(slot[s, PROFILE])
-        predict_to(slot[s], bank[s], time, parameters[p, COMPETING], terms[p, COMPETING])
-        flags = bank[s][0, bank.shape[3] + 1]
-        other = hull > 0 and slot[s, HULL] > 0 and hull != slot[s, HULL]
-        if flags[PHASE] == EMPTY:
-            accepted, cost = slot[s, USE] == TRACK, _UNDETERMINED
-        else:
-            north, east = displacement(latitude, longitude, flags[LATITUDE], flags[LONGITUDE])
-            row = parameters[p, COMPETING]
-            _, cost, gate = weigh_fix(bank[s], 0, 1, north, east, 1.0, row)
-            accepted = fix_is_accepted(gate, cost, row[0])
-        possible = accepted or slot[s, USE] == TRACK
-        if not (possible and is_within_reach(slot[s], time, latitude, longitude)):
-            continue
-        if not accepted:
-            cost = _REJECTED
-        if other:
-            cost += _OTHER_HULL
-        if slot[s, USE] != TRACK:
-            cost += _UNPROVEN
-        if cost < least:
-            best, least, within = s, cost, accepted
-    return best, within
-
-
-@lean_kernel
-def is_alone(vessel, slot):
-    """Whether the track of the last report is the only one, as nearly always."""
-    for s in range(len(slot)):
-        if slot[s, USE] != (TRACK if s == int(vessel[CURRENT]) else FREE):
-            return False
-    return True
-
-
-@lean_kernel
-def is_within_reach(slot, time, latitude, longitude):
-    """Whether a ship may have come from the last report that the filter of its track took."""
-    north, east = displacement(latitude, longitude, slot[LAST_LATITUDE], slot[LAST_LONGITUDE])
-    return math.hypot(north, east) <= _REACH + _REACH_PER_SECOND * (time - slot[LAST])
-
-
-@lean_kernel
-def steady_level(bank, dt):
-    """The level of a vessel that goes on as it does, dt seconds after its last report."""
-    level = STEADY
-    for edge in INTERVALS:
-        if dt > edge:
-            level += 2
-    return level + 1 if bank[0, bank.shape[2] + 1, PHASE] == UNDER_WAY else level
-
-
-@called_kernel
-def predict_to(slot, bank, time, parameters, terms):
-    """Predict a filter to a time; after a long gap it is empty."""
-    if time - slot[LAST] > LONGEST_GAP:
-        bank[0, bank.shape[2] + 1, PHASE] = EMPTY
-        bank[0, bank.shape[2], 0] = bank[0, bank.shape[2], 1] = 0.0
-    advance(bank, time - slot[NOW], parameters, terms)
-    slot[NOW] = time
-
-
-@called_kernel
-def begin(slot, bank, time, profile, use):
-    """A track without a report."""
-    slot[:] = 0.0
-    slot[USE], slot[PROFILE], slot[LAST], slot[NOW] = use, profile, time, time
-    slot[NUMBER] = -1.0
-    bank[:] = 0.0
-
-
-@called_kernel
-def vacant(vessel, slot):
-    """A slot for a tentative track: a free one, else that of the longest silent tentative one, else track."""
-    best, rank, last = -1, 4, math.inf
-    for s in range(len(slot)):
-        use = int(slot[s, USE])
-        if s != int(vessel[CURRENT]) and (use < rank or (use == rank and slot[s, LAST] < last)):
-            best, rank, last = s, use, slot[s, LAST]
-    return best
-
-
-@called_kernel
-def conclude_report(vessel, slot, s):
-    """After slot s has taken a report: what that tells, and whether the track is tentative still."""
-    if slot[s, USE] == TRACK:
-        vessel[TAKEN] += 1.0
-        vessel[CURRENT] = s
-        return NOTHING, False
-    if slot[s, HITS] == 0.0:
-        slot[s, SINCE] = vessel[TAKEN]
-    slot[s, HITS] += 1.0
-    cur = int(vessel[CURRENT])
-    if slot[s, HITS] < _CONFIRMING:
-        return JUMP, True
-    other = slot[s, HULL] > 0.0 and slot[cur, HULL] > 0.0 and slot[s, HULL] != slot[cur, HULL]
-    says = ANOTHER
-    if other or vessel[TAKEN] - slot[s, SINCE] >= _AMONG:
-        slot[s, NUMBER] = vessel[NEXT]
-        vessel[NEXT] += 1.0
+    time, first = reports.time[k], int(track.mobile) * LEVELS
+    level = COMPETING
+    if alone:
+        copy_state(state, before)
+        level = steady_level(track, time)
+    while True:
+        which = first + level
+        if alone:
+            predict_to(filters, which, track, state, time)
+        north, east = place_in_plane(track, state, reports.latitude[k], reports.longitude[k])
+        nis, wrong = take(filters, which, state, north, east)
+        if level < STEADY or nis <= FIX_GATE:
+            break
+        copy_state(before, state)
+        level = MANOEUVRING
+    link = GOES_ON
+    if wrong > 0.5:
+        link = after_refusal(filters, which, track, state, time, Vec2(north, east))
     else:
-        says = MOVED
-        slot[s, NUMBER] = slot[cur, NUMBER]
-        slot[cur, USE], slot[cur, HITS] = LEFT, 0.0
-    slot[s, USE] = TRACK
-    vessel[TAKEN] += 1.0
-    vessel[CURRENT] = s
-    return says, False
+        track.refused_from, track.resets = math.inf, 0.0
+    track.now = time
+    if len(reports.aids) > 0:
+        aid(filters, which, state, reports.aids[k])
+    recentre(track, state, (reports.latitude[k], reports.longitude[k]), (north, east))
+    return which, nis, not wrong > 0.5, link
 
 
-def empty_vessels(count, banks_shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(vessels, slots, banks) before the first report; banks_shape: (1, rows, states) of `empty_bank`."""
-    return np.zeros((count, 3)), np.zeros((count, SLOTS, FIELDS)), np.zeros((count, SLOTS, *banks_shape))
+@called_kernel
+def after_refusal(filters, which, track, state, time, place):
+    """Where reports have been refused for long, take this one, at a place (m), nevertheless. Returns how it goes on.
+
+    The position moves there, and the motion is kept; if that does not help, the filter begins anew.
+    """
+    if not time - track.refused_from >= UNBROKEN_REJECTION - 1e-6:
+        track.refused_from = min(track.refused_from, time)
+        return GOES_ON
+    link = ANEW if track.resets > 0.0 else SET_DOWN
+    if link == ANEW:
+        state.run[0].started = 0
+    else:
+        free_position(state)
+    track.refused_from, track.resets = math.inf, 1.0 - track.resets
+    take(filters, which, state, place.n, place.e)
+    return link
+
+
+@lean_kernel
+def note_report(track, estimate, accepted, reports, k):
+    """Note what row k says of a track, when its filter has dealt with it."""
+    note_velocity(track, estimate, accepted, reports.time[k] - track.last)
+    if accepted:
+        track.last, track.last_latitude, track.last_longitude = (
+            reports.time[k],
+            reports.latitude[k],
+            reports.longitude[k],
+        )
+    if reports.hull[k]:
+        track.hull = reports.hull[k]
+
+
+def empty_fleet(count: int, filters: Filters) -> Fleet:
+    """Vessels before their first report."""
+    return Fleet(np.zeros(count, VESSEL), np.zeros((count, SLOTS), TRACK), empty_states((count, SLOTS), filters))
+
+
+def empty_found(rows: int, kept: int, filters: Filters) -> Found:
+    """Where so many rows are found, and so many kept."""
+    kinds = np.float64, np.uint8, np.int64, np.uint8, np.uint8
+    room = Kept(empty_states((kept,), filters), np.empty((kept, 2)), np.empty(kept, np.int8))
+    return Found(np.empty((rows, OUTPUTS)), *(np.empty(rows, kind) for kind in kinds), room)

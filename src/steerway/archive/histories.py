@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from steerway.archive.association import ANOTHER, JUMP, MOVED
+from steerway.archive.tracks import ANOTHER, JUMP, MOVED
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement

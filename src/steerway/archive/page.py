@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from steerway.archive.association import INTERVALS
 from steerway.archive.store import Store, date_of
 from steerway.archive.tables import COUNTED_INTERVALS
+from steerway.archive.tracks import INTERVALS
 from steerway.formats.ais_tables import MOBILES
 from steerway.report.page import write_page
 

@@ -1,7 +1,6 @@
 """`run`: from files of reports to an archive of estimates; what is done is not done again."""
 
 import errno
-import hashlib
 import os
 import shutil
 from collections import Counter
@@ -19,6 +18,7 @@ from steerway.archive.summaries import write_unfinished_trips
 from steerway.archive.unit import LOOKAHEAD, Work, run_unit
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory
+from steerway.core.kernel_cache import source_digest
 from steerway.core.locks import only_writer
 from steerway.core.workers import run_chains
 from steerway.estimation.vessel.inferred import InferredProfile
@@ -130,25 +130,12 @@ def run(
     return report
 
 
-def kernels_digest() -> str:
-    """Of the source that the results of an archive depend on."""
-    package = Path(__file__).parents[1]
-    digest = hashlib.sha256()
-    for folder in ("archive", "estimation/course", "estimation/vessel", "core"):
-        for path in sorted((package / folder).rglob("*.py")):
-            source = path.read_bytes()
-            if b"kernel" in source or folder == "archive":
-                digest.update(source)
-    digest.update((package / "formats" / "ais_tables.py").read_bytes())
-    return digest.hexdigest()[:16]
-
-
 def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile) -> dict[str, Any]:
     """The manifest, read or created; raises InputError if it has other settings."""
     profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
     wanted: dict[str, Any] = {
         "version": version("steerway"),
-        "kernels": kernels_digest(),
+        "kernels": source_digest("steerway.archive.unit"),  # of all that results depend on
         "profiles": profiles,
         "aid": list(aid),
         "smooth": smooth,
@@ -163,6 +150,11 @@ def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile
     wanted["buckets"] = buckets or manifest.get("buckets")
     for name in _SETTINGS:
         if manifest.get(name) != wanted[name]:
+            if name in ("version", "kernels"):
+                raise InputError(
+                    f"{store.root} was begun by another version of steerway, whose results differ: expected another "
+                    "directory"
+                )
             shown = (manifest.get(name), wanted[name]) if name != "profiles" else (profile_names(manifest), "others")
             raise InputError(
                 f"{store.root} was made with {name} {shown[0]!r}, not {shown[1]!r}: expected the same settings, or "

@@ -44,11 +44,19 @@ class BucketState:
     """The vessels of a bucket after a day, sorted by MMSI, and the histories of their tracks."""
 
     mmsi: np.ndarray  # (v,)
-    vessels: np.ndarray  # (v, 3)
-    slots: np.ndarray  # (v, SLOTS, FIELDS)
-    banks: np.ndarray  # (v, SLOTS, 1, rows, states)
+    vessels: np.ndarray  # of `association.Fleet`: its vessels, tracks and the arrays of its states
+    slots: np.ndarray
+    x: np.ndarray
+    p: np.ndarray
+    probability: np.ndarray
+    run: np.ndarray
     tracks: np.ndarray  # (t, 2) MMSI and number, sorted
     carry: np.ndarray  # (t, CARRIED)
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """Those of the vessels."""
+        return self.vessels, self.slots, self.x, self.p, self.probability, self.run
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from steerway.archive.association import INTERVALS, LEVELS, STEADY
 from steerway.archive.histories import EVENTS, MODES
+from steerway.archive.tracks import INTERVALS, LEVELS, STEADY
 from steerway.core.compiled import kernel
 from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
 from steerway.formats.ais_tables import MOBILES
@@ -110,7 +110,7 @@ def numbers(rows, found, bounds) -> dict[str, Any]:
     """
     cells, vessels = np.zeros((2, CELLS)), np.zeros((2, len(bounds) - 1))
     intervals = np.zeros(len(COUNTED_INTERVALS) + 1, np.int64)
-    record = (rows.time, rows.latitude, found.nis, found.status, found.row_of)
+    record = (rows.time, rows.latitude, found.nis, found.status, found.which)
     rejected = _count(bounds, record, cells, vessels, intervals)
     seen = vessels[0] > 0.0
     return {
@@ -125,7 +125,7 @@ def numbers(rows, found, bounds) -> dict[str, Any]:
 @kernel
 def _count(bounds, record, cells, vessels, intervals):
     """Add to fixes and NIS, (2, n) each, by cell and, under way, by vessel, and to intervals; returns the refused."""
-    time, latitude, nis, status, row_of = record
+    time, latitude, nis, status, which = record
     rejected = 0
     for v in range(len(bounds) - 1):
         last = np.nan
@@ -146,7 +146,7 @@ def _count(bounds, record, cells, vessels, intervals):
                     vessels[0, v] += 1.0
                     vessels[1, v] += nis[k]
                 if follows:
-                    mobile, cell = row_of[k] // LEVELS, 0
+                    mobile, cell = which[k] // LEVELS, 0
                     for edge in INTERVALS:
                         cell += elapsed > edge
                     cell = 2 * (mobile * (len(INTERVALS) + 1) + cell) + (status[k] == OK)

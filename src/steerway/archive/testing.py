@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.archive import page, running, unit
+    from steerway.archive import association, filters, levels, page, running, smoothing, tracks, unit
     from steerway.archive.encounters import encounters
     from steerway.archive.selecting import export
     from steerway.archive.status import status

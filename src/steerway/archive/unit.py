@@ -8,30 +8,21 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from steerway.archive.association import (
-    CURRENT_TRACK,
-    LAST,
-    MOVED,
-    NUMBER,
-    TRACK,
-    USE,
-    associate,
-    empty_vessels,
-)
+from steerway.archive.association import Fleet, Found, Reports, associate, empty_fleet, empty_found
+from steerway.archive.filters import Filters, State, empty_states
 from steerway.archive.histories import CARRIED, EVENT_COLUMNS, TRIP_COLUMNS, carries, history
-from steerway.archive.levels import parameters as parameters_of
+from steerway.archive.levels import filters as filters_of_levels
 from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
 from steerway.archive.store import DAY, BucketState, Store
 from steerway.archive.tables import estimate_table, event_table, numbers, trip_table
+from steerway.archive.tracks import CURRENT_TRACK, MOVED, TRACK, TRACKED, VESSEL
 from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED
-from steerway.estimation.course.motion.layout import STEP_ROWS, empty_bank
-from steerway.estimation.course.output import OUTPUTS
+from steerway.estimation.inference.model import RUN
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 
 LOOKAHEAD = 3600.0
 """s of the next day that smoothing looks at: an estimate depends on fixes of the next minutes."""
-_SLOTS = 128
 _AT_ONCE = 1e-4
 """s between a report and a row at the output rate that are one."""
 _ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile")
@@ -62,42 +53,30 @@ class UnitRows(NamedTuple):
     reported: np.ndarray  # (n, 4) latitude, longitude, SOG, COG
     aids: np.ndarray
     hull: np.ndarray
-    profile: np.ndarray
+    mobile: np.ndarray  # class of the vessel
     wanted: np.ndarray  # rows that go out
     asked: np.ndarray  # track of a row that only asks, or CURRENT_TRACK
-
-
-class Associated(NamedTuple):
-    """What `associate` gives for rows."""
-
-    estimate: np.ndarray
-    nis: np.ndarray
-    status: np.ndarray
-    track: np.ndarray
-    event: np.ndarray
-    row_of: np.ndarray
-    kept: np.ndarray
 
 
 def run_unit(work: Work) -> dict[str, Any]:
     """Filter a unit, write its files and, when they are there, its state; returns its numbers."""
     store = Store(Path(work.directory))
-    parameters = parameters_of(work.profiles, work.aid)
+    filters = filters_of_levels(work.profiles, work.aid, work.smooth)
     frame = store.staged(work.day, work.bucket)
     received = len(frame)
     frame = _ordered(frame)
-    state = store.state(work.before, work.bucket) if work.before is not None else _no_state(parameters)
+    state = store.state(work.before, work.bucket) if work.before is not None else _no_state(filters)
     following = _ordered(store.staged(work.day + 1, work.bucket, until=(work.day + 1) * DAY + LOOKAHEAD))
     if not work.smooth and work.rate is None:
         following = following.clear()
     rows = _rows(frame, work)
     if work.rate is not None:
         reports = _rows(pl.concat([frame, following]).sort("mmsi", maintain_order=True), work)
-        rows = _on_grid(rows, work, parameters, state, reports)
-    state = _with_vessels(state, np.unique(rows.mmsi), parameters)
-    found = _filtered(rows, parameters, state, work.smooth)
+        rows = _on_grid(rows, work, filters, state, reports)
+    state = _with_vessels(state, np.unique(rows.mmsi), filters)
+    found = _filtered(rows, filters, state, work.smooth)
     order, bounds = _by_track(rows.mmsi, found.track)
-    estimate = _smoothed(rows, found, following, parameters, state, work) if work.smooth else found.estimate
+    estimate = _smoothed(rows, found, following, filters, state, work) if work.smooth else found.estimate
     first = order[bounds[:-1]]
     tracks = np.column_stack([rows.mmsi[first], found.track[first]])
     state, events, trips = _histories(rows, found, order, bounds, estimate, tracks, state)
@@ -146,27 +125,27 @@ def _rows(frame, work) -> UnitRows:
     aids = NO_AIDS
     if work.aid:
         aids = np.column_stack([known.get(name, unknown) if name in work.aid else unknown for name in AIDS])
-    profile = frame["mobile"].to_numpy().astype(np.int64)
+    mobile = frame["mobile"].to_numpy().astype(np.int64)
     wanted = np.ones(len(frame), bool)
     asked = np.full(len(frame), CURRENT_TRACK)
     return UnitRows(
-        columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, profile, wanted, asked
+        columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, mobile, wanted, asked
     )
 
 
-def _on_grid(rows: UnitRows, work, parameters, state, reports) -> UnitRows:
+def _on_grid(rows: UnitRows, work, filters, state, reports) -> UnitRows:
     """With rows at the output rate, of every track between its own reports; of reports those on the grid go out.
 
     reports: those of the day and the first of the next. Which track each is of shows a first pass of the filters.
     """
-    whole = _with_vessels(state, np.unique(reports.mmsi), parameters)
-    seen = _filtered(reports, parameters, whole, False)
+    whole = _with_vessels(state, np.unique(reports.mmsi), filters)
+    seen = _filtered(reports, filters, whole, False)
     taken = seen.status != REJECTED
-    vessel, slot = np.nonzero(state.slots[:, :, USE] == TRACK)
+    vessel, slot = np.nonzero(state.slots["use"] == TRACKED)
     before = state.slots[vessel, slot]
     mmsi = np.concatenate([state.mmsi[vessel], reports.mmsi[taken]])
-    track = np.concatenate([before[:, NUMBER].astype(np.int64), seen.track[taken]])
-    time = np.concatenate([before[:, LAST], reports.time[taken]])
+    track = np.concatenate([before["number"].astype(np.int64), seen.track[taken]])
+    time = np.concatenate([before["last"], reports.time[taken]])
     order = np.lexsort((time, track, mmsi))
     mmsi, track, time = mmsi[order], track[order], time[order]
     bridged = (np.diff(mmsi) == 0) & (np.diff(track) == 0) & (np.diff(time) <= LONGEST_CROSSED)
@@ -196,7 +175,7 @@ def _on_grid(rows: UnitRows, work, parameters, state, reports) -> UnitRows:
         np.concatenate([rows.reported, np.full((n, 4), np.nan)])[order],
         np.concatenate([rows.aids, np.full((n, len(AIDS)), np.nan)])[order] if len(rows.aids) else rows.aids,
         np.r_[rows.hull, nothing][order],
-        np.r_[rows.profile, nothing][order],
+        np.r_[rows.mobile, nothing][order],
         np.r_[_on_the_grid(rows.time, work.rate)[1], np.ones(n, bool)][order],
         asked[order],
     )
@@ -208,38 +187,37 @@ def _on_the_grid(time, rate):
     return place.astype(np.int64), np.abs(time - place / rate) < _AT_ONCE
 
 
-def _no_state(parameters) -> BucketState:
-    shape = empty_bank(parameters[0, 0]).shape
-    vessels, slots, banks = empty_vessels(0, shape)
-    return BucketState(np.zeros(0, np.int64), vessels, slots, banks, np.zeros((0, 2), np.int64), carries(0))
+def _no_state(filters) -> BucketState:
+    return BucketState(np.zeros(0, np.int64), *_arrays(empty_fleet(0, filters)), np.zeros((0, 2), np.int64), carries(0))
 
 
-def _with_vessels(state: BucketState, mmsi, parameters) -> BucketState:
+def _arrays(fleet: Fleet) -> tuple[np.ndarray, ...]:
+    return (fleet.vessels, fleet.tracks, *fleet.states)
+
+
+def _with_vessels(state: BucketState, mmsi, filters) -> BucketState:
     """The state with vessels that are new."""
     new = np.setdiff1d(mmsi, state.mmsi)
-    added = empty_vessels(len(new), empty_bank(parameters[0, 0]).shape)
     numbers = np.concatenate([state.mmsi, new])
     place = np.argsort(numbers, kind="stable")
-    old = (state.vessels, state.slots, state.banks)
-    arrays = (np.concatenate([each, more])[place] for each, more in zip(old, added, strict=True))
+    added = _arrays(empty_fleet(len(new), filters))
+    arrays = (np.concatenate([each, more])[place] for each, more in zip(state.arrays, added, strict=True))
     return BucketState(numbers[place], *arrays, state.tracks, state.carry)
 
 
-def _filtered(rows: UnitRows, parameters, state: BucketState, keep) -> Associated:
+def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep) -> Found:
     """The rows through the filters of `state`, which go on."""
-    n, states = len(rows.time), state.banks.shape[-1]
-    estimate = np.empty((n, OUTPUTS))
-    found = (np.empty(n), *(np.empty(n, kind) for kind in (np.uint8, np.int64, np.uint8, np.uint8)))
-    kept = np.empty((n if keep else 0, states + 2, states))
+    n = len(rows.time)
+    found = empty_found(n, n if keep else 0, filters)
     bounds = _bounds(rows.mmsi)
     here = np.searchsorted(state.mmsi, rows.mmsi[bounds[:-1]])
-    arrays = [each[here] for each in (state.vessels, state.slots, state.banks)]
-    terms = np.zeros((*parameters.shape[:2], _SLOTS, STEP_ROWS, states))
-    record = (rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.profile, rows.asked)
-    associate(bounds, record, parameters, *arrays, terms, estimate, found, kept)
-    for whole, part in zip((state.vessels, state.slots, state.banks), arrays, strict=True):
+    vessels, tracks, *states, run = (each[here] for each in state.arrays)
+    fleet = Fleet(vessels.view(VESSEL), tracks.view(TRACK), State(*states, run.view(RUN)))
+    reports = Reports(rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.mobile, rows.asked)
+    associate(bounds, reports, filters, fleet, found, empty_states((2,), filters))
+    for whole, part in zip(state.arrays, _arrays(fleet), strict=True):
         whole[here] = part
-    return Associated(estimate, *found, kept)
+    return found
 
 
 def _bounds(mmsi) -> np.ndarray:
@@ -254,21 +232,20 @@ def _by_track(mmsi, track) -> tuple[np.ndarray, np.ndarray]:
     return order, np.r_[0, np.flatnonzero(change) + 1, len(order)] if len(order) else np.zeros(1, np.int64)
 
 
-def _smoothed(rows, found, following, parameters, state, work) -> np.ndarray:
+def _smoothed(rows, found, following, filters, state, work) -> np.ndarray:
     """The estimate, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
     ahead = _rows(following, work)
-    later = _with_vessels(state, np.unique(ahead.mmsi), parameters)
-    beyond = _filtered(ahead, parameters, BucketState(*(np.copy(each) for each in vars(later).values())), True)
+    later = _with_vessels(state, np.unique(ahead.mmsi), filters)
+    beyond = _filtered(ahead, filters, BucketState(*(np.copy(each) for each in vars(later).values())), True)
     mmsi, time = (np.concatenate([getattr(r, name) for r in (rows, ahead)]) for name in ("mmsi", "time"))
-    track, event, row_of, estimate, kept = (
-        np.concatenate([getattr(f, name) for f in (found, beyond)])
-        for name in ("track", "event", "row_of", "estimate", "kept")
+    track, event, which, estimate = (
+        np.concatenate([getattr(f, name) for f in (found, beyond)]) for name in ("track", "event", "which", "estimate")
     )
     whole, bounds = _by_track(mmsi, track)
     split = (np.diff(time[whole]) > LONGEST_CROSSED) | (event[whole][1:] == MOVED)
     pieces = np.union1d(bounds, np.flatnonzero(split) + 1)
     result = np.empty_like(estimate)
-    result[whole] = smoothed(whole, pieces, row_of, time, parameters.reshape(-1, parameters.shape[-1]), kept, estimate)
+    result[whole] = smoothed(whole, pieces, which, time, filters, (found.kept, beyond.kept), estimate)
     return result[: len(rows.time)]
 
 
@@ -291,5 +268,5 @@ def _histories(rows, found, order, bounds, estimate, tracks, state):
     keys = np.concatenate([state.tracks[kept], tracks])
     place = np.lexsort((keys[:, 1], keys[:, 0]))
     carried = np.concatenate([state.carry[kept], gone_on])[place]
-    whole = BucketState(state.mmsi, state.vessels, state.slots, state.banks, keys[place], carried)
+    whole = BucketState(state.mmsi, *state.arrays, keys[place], carried)
     return whole, events[:e], trips[:t]

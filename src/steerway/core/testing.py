@@ -7,7 +7,7 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.core import compiled, files, kernel_cache
     from steerway.core.angles import sinc
-    from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all
+    from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all, displacement
     from steerway.core.kinematics import GroundMotion, heading_for, in_body, over_ground, turning_rate
     from steerway.core.leg import Leg, LegState
     from steerway.core.magnetic import model_of, variation

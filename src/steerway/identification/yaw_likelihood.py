@@ -114,7 +114,7 @@ def positions_cost(
             x[COURSE] += wanted * (dt - turn) - mean
             x[RATE] += wanted * (1.0 - left)
         if math.isfinite(north[k]) and math.isfinite(east[k]):
-            seen = innovate(x, p, Vec2(north[k], east[k]), variance, 0.0)
+            seen = innovate(x, p, Vec2(north[k], east[k]), variance, 0.0, 0.0)
             correct(x, p, seen.off, seen.s, 1.0, bank.rows[2])
             symmetrise(p)
             density = 2.0 * math.pi * seen.good

@@ -44,6 +44,7 @@ from steerway.estimation.inference.weigh import DIFFUSE, OUTLIERS_LAST, RARE, ou
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss and Legendre's rule with three nodes on an interval of length 1."""
+_LONG_DECAY = 0.5
 
 
 @lean_kernel
@@ -58,33 +59,58 @@ def decaying(rate, t):
     return math.exp(-a), first, (t - first) / rate
 
 
+class Noise(NamedTuple):
+    """Covariance that noise of density 1 adds to a decaying rate w, its integral x and the integral y of that."""
+
+    ww: float
+    xw: float
+    xx: float
+    yw: float
+    yx: float
+    yy: float
+
+
+@called_kernel
+def noise(decay, h):
+    """Noise over h seconds: the integral of the responses to a unit of it by quadrature, over long steps as it is.
+
+    The closed form cancels where `decay` h is small; the quadrature errs by 1e-4 where it is `_LONG_DECAY`.
+    """
+    if h > LONGEST_STEP and decay * h > _LONG_DECAY:
+        w, x, y = decaying(decay, h)
+        xx = (h - 2.0 * x + 0.5 * (1.0 - w * w) / decay) / decay**2
+        area = (0.5 * h * h - y) / decay  # the integral of y
+        yx = 0.5 * y * y
+        yy = (h**3 / 3.0 - 2.0 * (h * y - area) + xx) / decay**2
+        return Noise(0.5 * (1.0 - w * w) / decay, 0.5 * x * x, xx, area - decay * yx, yx, yy)
+    ww = xw = xx = yw = yx = yy = 0.0
+    for i in range(3):
+        w, x, y = decaying(decay, h * _NODES[i])
+        weight = h * _WEIGHTS[i]
+        ww += weight * w * w
+        xw += weight * x * w
+        xx += weight * x * x
+        yw += weight * y * w
+        yx += weight * y * x
+        yy += weight * y * y
+    return Noise(ww, xw, xx, yw, yx, yy)
+
+
 @called_kernel
 def discretise(step, turn, mode, h):
     """(11)–(15) over a step of h seconds, into `step` (STEP) and `turn` (RESPONSE of the course rate).
 
-    Noise reaches speed and then the way l along the course, the rate and then the course and the way y across: each
-    covariance is the integral of the responses to a unit of it, by quadrature.
+    Noise reaches speed and then the way l along the course, the rate and then the course and the way y across.
     """
     step.dt, step.sideways, step.drift_speed = h, mode.sideways, mode.drift_speed
     step.left, step.way, _ = decaying(mode.speed_decay, h)
     turn.left, turn.turn, area = decaying(mode.rate_decay, h)
     turn.lean = area / h
-    step.uu = step.lu = step.ll = 0.0
-    step.yy = step.yx = step.xx = turn.with_way = turn.with_gain = turn.added = 0.0
-    for i in range(3):
-        speed, way, _ = decaying(mode.speed_decay, h * _NODES[i])
-        rate, course, across = decaying(mode.rate_decay, h * _NODES[i])
-        weight = mode.speed_noise * h * _WEIGHTS[i]
-        step.uu += weight * speed * speed
-        step.lu += weight * way * speed
-        step.ll += weight * way * way
-        weight = mode.rate_noise * h * _WEIGHTS[i]
-        step.yy += weight * across * across
-        step.yx += weight * across * course
-        step.xx += weight * course * course
-        turn.with_way += weight * across * rate
-        turn.with_gain += weight * course * rate
-        turn.added += weight * rate * rate
+    unit, density = noise(mode.speed_decay, h), mode.speed_noise  # speed and way decay as rate and course
+    step.uu, step.lu, step.ll = density * unit.ww, density * unit.xw, density * unit.xx
+    unit, density = noise(mode.rate_decay, h), mode.rate_noise
+    step.yy, step.yx, step.xx = density * unit.yy, density * unit.yx, density * unit.xx
+    turn.with_way, turn.with_gain, turn.added = density * unit.yw, density * unit.xw, density * unit.ww
     step.held_uu, step.held_lu, step.held_ll = step.uu, step.lu, step.ll
 
 
@@ -155,9 +181,15 @@ class Innovation(NamedTuple):
 
 
 @lean_kernel
-def innovate(x, p, fix, variance, outlier_rate):
-    """ν and S of a fix (Vec2) of white variance R = `variance` I, and how probable it is."""
+def innovate(x, p, fix, variance, clock, outlier_rate):
+    """ν and S of a fix (Vec2), and how probable it is.
+
+    R = `variance` I + `clock` v vᵀ: white noise, and the way of a vessel of velocity v in the error of the fix's time,
+    of variance `clock` (s²).
+    """
     off, s = Vec2(fix.n - x[NORTH], fix.e - x[EAST]), Sym2(p[0, 0] + variance, p[0, 1], p[1, 1] + variance)
+    if clock > 0.0:
+        s = plus(s, scaled(clock * x[SPEED] ** 2, outer(Vec2(math.cos(x[COURSE]), math.sin(x[COURSE])))))
     good = math.exp(-0.5 * nis(off, s)) / (2.0 * math.pi * math.sqrt(determinant(s)))
     wrong = outlier_rate * outlier_density(off, trace(s), variance)
     return Innovation(off, s, (1.0 - outlier_rate) * good, wrong)
@@ -220,7 +252,7 @@ def take_fix(bank, model, fix, excess):
     x, p, run, receiver = bank.x[0], bank.p[0], bank.run[0], model.receiver[0]
     variance = excess * receiver.fix_variance
     rate = receiver.outlier_rate * (1.0 - run.was_outlier) + OUTLIERS_LAST * run.was_outlier
-    seen = innovate(x, p, fix, variance, rate)
+    seen = innovate(x, p, fix, variance, receiver.time_variance, rate)
     total = seen.good + seen.wrong
     if not seen.wrong < 0.5 * total:
         return Taken(math.nan, math.nan, math.nan)
@@ -309,8 +341,6 @@ def is_plain(model, aids) -> bool:
     receiver = model.receiver[0]
     extras = (
         receiver["poor_rate"],
-        receiver["time_variance"],
         model.modes[0]["sideways"],
-        model.modes[0]["manoeuvres"],
     )
     return len(model.modes) == 1 and model.states == 5 and not any(extras) and len(aids) == 0

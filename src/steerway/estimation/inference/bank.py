@@ -164,15 +164,20 @@ def advance(bank, model, dt):
     """Predict by dt > 0 seconds."""
     bank.run[0].since += dt
     for j in range(steps_in(dt)):
-        step = step_of(j, dt)
-        if abs(step - bank.steps[0].dt) > SAME_STEP * step:
-            set_steps(bank, model, step)
-        if len(bank.x) > 1:
-            mix(bank, model.modes)
-        for k in range(len(bank.x)):
-            predict(bank.x[k], bank.p[k], bank.steps[k], bank.responses[k], model.driving, bank.rows)
-            if loses_course(bank.x[k], bank.p[k]):
-                forget_direction(bank.x[k], bank.p[k])
+        take_step(bank, model, step_of(j, dt))
+
+
+@inlined_kernel
+def take_step(bank, model, step):
+    """Predict by one step of so many seconds."""
+    if abs(step - bank.steps[0].dt) > SAME_STEP * step:
+        set_steps(bank, model, step)
+    if len(bank.x) > 1:
+        mix(bank, model.modes)
+    for k in range(len(bank.x)):
+        predict(bank.x[k], bank.p[k], bank.steps[k], bank.responses[k], model.driving, bank.rows)
+        if loses_course(bank.x[k], bank.p[k]):
+            forget_direction(bank.x[k], bank.p[k])
 
 
 @called_kernel

@@ -13,7 +13,7 @@ from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
-from steerway.estimation.course.smoothing.rauch_tung_striebel import ignore, smoothing_step
+from steerway.estimation.filter.rauch_tung_striebel import Room, ignore, smoothing_step
 from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
 from steerway.estimation.positioning.vessel_filter import VesselFilter
 
@@ -70,8 +70,9 @@ def _backward(
     dt: float,
 ) -> None:
     rows, n = states.shape
-    work = np.empty((5, n, n))
-    middle, scale, excess, predicted = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    work, square, vectors = np.empty((3, n, n)), np.empty((3, n, n)), np.empty((6, n))
+    room = Room(square[0], square[1], square[2], vectors[0], vectors[1], vectors[2:])
+    middle, excess, predicted = np.empty(n), np.empty(n), np.empty(n)
     p_next, p_later = np.empty((n, n)), np.empty((n, n))
     for k in range(rows - 2, -1, -1):
         predicted[:], p_next[:] = states[k], covariances[k]
@@ -85,7 +86,7 @@ def _backward(
         for i in range(n):
             excess[i] -= predicted[i]
         excess[HEADING] = wrap(excess[HEADING])
-        smoothing_step(states[k], covariances[k], work[0], p_next, excess, p_later, work[1], work[2], work[3], scale)
+        smoothing_step(states[k], covariances[k], work[0], p_next, excess, p_later, room)
         states[k, HEADING] = wrap(states[k, HEADING])
         for i in range(n):
             for j in range(i):

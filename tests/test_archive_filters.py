@@ -1,0 +1,179 @@
+"""Filters of an archive's tracks: few steps against many, which steps are kept, smoothing against least squares."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway.archive.testing import association, filters, levels, smoothing, tracks
+from steerway.core import REJECTED
+from steerway.core.testing import PREDICTED, displaced_all, displacement
+from steerway.estimation import FiveStateFilter
+from tests.fleet import _motion, ships
+
+CLASS_A = 1
+NO_AIDS = np.empty((0, 5))
+
+
+@pytest.fixture(scope="module")
+def by_class():
+    """The filters of the built-in classes."""
+    return levels.filters([[each.model_dump() for each in some] for some in levels.levels(None)], ())
+
+
+def found(by, time, latitude, longitude, aids=NO_AIDS, asked=0):
+    """What is found and kept of the reports under one number of class A."""
+    n = len(time)
+    nothing = np.zeros(n, np.int64)
+    reports = association.Reports(time, latitude, longitude, aids, nothing, nothing + CLASS_A, nothing + asked)
+    into, fleet = association.empty_found(n, n, by), association.empty_fleet(1, by)
+    association.associate(np.array([0, n]), reports, by, fleet, into, filters.empty_states((2,), by))
+    return into
+
+
+def smoothed(by, time, each):
+    """The estimates of one track smoothed."""
+    n = len(time)
+    return smoothing.smoothed(np.arange(n), np.array([0, n]), each.which, time, by, (each.kept,), each.estimate)
+
+
+def sailing(seed, hours):
+    """Reports of a generated ship under way, 2 to 180 s apart, with errors of 3 m."""
+    rng = np.random.default_rng(seed)
+    ship = next(each for each in ships(40, rng) if each.activity == "under way" and each.mobile == "Class A")
+    time, latitude, longitude, _, _ = _motion(ship, 3600.0 * hours, rng)
+    at = np.cumsum(np.round(rng.choice([6.0, 10.0, 30.0, 60.0, 180.0], 120 * hours)))
+    at = at[at < 3600.0 * hours]
+    latitude, longitude = np.interp(at, time, latitude), np.interp(at, time, longitude)
+    return at, latitude + rng.normal(0.0, 5e-7, len(at)), longitude + rng.normal(0.0, 8e-7, len(at))
+
+
+def test_an_interval_in_few_steps_gives_what_steps_of_a_second_give(by_class):
+    """From every state of a ship on, after its next report: 99.99 % within 0.01 of the standard deviations."""
+    time, *places = sailing(3, 30)
+    kept, calm = found(by_class, time, *places), by_class._replace(change=0.0 * by_class.change)
+    once, often = (filters.state_at(filters.empty_states((1,), by_class), 0) for _ in range(2))
+    away, narrower = [], []
+    for k in range(2, len(time) - 1):
+        dt, which = time[k + 1] - time[k], kept.which[k + 1]
+        for state in (once, often):
+            filters.copy_state(filters.state_at(kept.kept.states, k), state)
+        filters.predict(by_class, which, once, dt)
+        filters.add_variance(often.p, 2, by_class.change[which])
+        for _ in range(int(dt)):
+            filters.predict(calm, which, often, 1.0)
+        fix = displacement(places[0][k + 1], places[1][k + 1], *kept.kept.plane[k])
+        for state in (once, often):
+            filters.take(by_class, which, state, *fix)
+        x, y, std = once.x[0], often.x[0], np.sqrt(often.p[0].diagonal())
+        if std[3] < 0.3 * y[2]:  # where the course is defined
+            turned = math.remainder(x[3] - y[3], 2.0 * math.pi) * y[2]
+            away.append(np.abs([x[0] - y[0], x[1] - y[1], x[2] - y[2], turned, x[4] - y[4]]) / std)
+            narrower.append(np.sqrt(once.p[0].diagonal()) / std)
+    assert len(away) > 1500 and np.ptp(away) > 0.0
+    assert np.quantile(away, 0.9999) < 0.01
+    assert np.quantile(np.abs(np.log(narrower)), 0.9999) < 0.01
+
+
+def test_a_step_of_another_length_is_not_taken_for_one_that_is_kept(by_class):
+    """However near it is: results would depend on what else was filtered before."""
+    one = filters.slot_for(by_class, 4, 10.0)
+    by_class.steps[4, one, 0].dt = 10.0
+    assert filters.slot_for(by_class, 4, 10.0 + 1e-9) == one
+    assert by_class.steps[4, one, 0].dt == 0.0
+
+
+def test_reports_of_a_ship_at_rest_are_smoothed_as_by_least_squares(by_class):
+    """There the model is linear: velocity a random walk in any direction, from a standard deviation of 10 m/s."""
+    rng, n = np.random.default_rng(5), 12
+    time = np.cumsum(rng.uniform(5.0, 15.0, n))
+    level = CLASS_A * tracks.LEVELS + tracks.STEADY
+    receiver = by_class.models.receiver.copy()
+    receiver["outlier_rate"] = 1e-15
+    one = by_class._replace(models=by_class.models._replace(receiver=receiver))
+    north, east = rng.normal(0.0, 0.2, (2, n))
+    into = association.empty_found(n, n, one)
+    state, plane = filters.state_at(filters.empty_states((1,), one), 0), (0.9, 0.2)
+    for k in range(n):
+        if k:
+            filters.predict(one, level, state, time[k] - time[k - 1])
+        filters.take(one, level, state, north[k], east[k])
+        filters.copy_state(state, filters.state_at(into.kept.states, k))
+    into.kept.plane[:], into.kept.link[:], into.which[:], into.estimate[:] = plane, association.GOES_ON, level, 0.0
+    back = smoothed(one, time, into)
+
+    model = filters.model_of(one, level)
+    density, variance = model.modes[0].speed_noise, model.receiver[0].fix_variance
+    rows, right = [], []
+    for k in range(n):  # unknowns: position and velocity of every report along one axis
+        row = np.zeros((1, 2 * n))
+        row[0, 2 * k] = 1.0 / math.sqrt(variance)
+        rows.append(row)
+        right.append((north[k] / math.sqrt(variance), east[k] / math.sqrt(variance)))
+        if k:
+            h = time[k] - time[k - 1]
+            noise = density * np.array([[h**3 / 3.0, h * h / 2.0], [h * h / 2.0, h]])
+            step = np.zeros((2, 2 * n))
+            step[:, 2 * k : 2 * k + 2] = np.eye(2)
+            step[:, 2 * k - 2 : 2 * k] = -np.array([[1.0, h], [0.0, 1.0]])
+            rows.append(np.linalg.solve(np.linalg.cholesky(noise), step))
+            right += [(0.0, 0.0)] * 2
+    prior = np.zeros((1, 2 * n))
+    prior[0, 1] = 0.1
+    a, b = np.concatenate([*rows, prior]), np.array([*right, (0.0, 0.0)])
+    best, covariance = np.linalg.lstsq(a, b, rcond=None)[0], np.linalg.inv(a.T @ a)
+    latitude, longitude = displaced_all(*plane, best[::2, 0], best[::2, 1])
+    std = np.sqrt(covariance.diagonal())
+    metres = np.array([6.37e6, 6.37e6 * math.cos(plane[0])])
+    off = np.column_stack([back[:, 0] - latitude, back[:, 1] - longitude]) * metres
+    assert np.abs(off / std[::2, None]).max() < 1e-3
+    np.testing.assert_allclose(back[:, 8], std[::2], rtol=1e-3)
+    np.testing.assert_allclose(back[:, 2], np.hypot(*best[1::2].T), atol=1e-3 * std[1::2].min())
+
+
+def test_a_ship_whose_reports_go_on_elsewhere_is_there_after_two_of_them_at_its_speed(by_class):
+    """Both are refused; the second one sets the position, the motion is kept, and nothing is smoothed across."""
+    time = np.arange(0.0, 240.0, 10.0)
+    north, elsewhere = 5.0 * time, np.where(time < 120.0, 0.0, 400.0)
+    into = found(by_class, time, *displaced_all(0.9, 0.2, north, elsewhere))
+    assert np.flatnonzero(into.status == REJECTED).tolist() == [12, 13]
+    assert into.kept.link.tolist() == [association.SET_DOWN if k == 13 else association.GOES_ON for k in range(24)]
+    for estimate in (into.estimate, smoothed(by_class, time, into)):
+        places = np.array([displacement(*each[:2], 0.9, 0.2) for each in estimate])
+        assert np.abs(places[:12, 1]).max() < 15.0 and np.abs(places[13:, 1] - 400.0).max() < 15.0
+        np.testing.assert_allclose(estimate[2:, 2], 5.0, atol=0.3)
+        np.testing.assert_allclose(np.delete(estimate[2:, 3], 10), 0.0, atol=0.06)
+
+
+def test_two_ships_under_one_number_have_a_track_each_that_is_aided_by_its_own_reports(by_class):
+    """Their reports alternate; the last row asks for the second track between its reports."""
+    time = np.append(np.arange(0.0, 200.0, 5.0), 198.0)
+    second = np.arange(41) % 2 == 1
+    latitude, longitude = displaced_all(0.9, 0.2, np.where(second, 90e3 - 3.0 * time, 6.0 * time), 0.0 * time)
+    latitude[-1] = longitude[-1] = np.nan
+    speeds = np.where(second, 3.0, 6.0)
+    nothing = np.full(41, np.nan)
+    aids = np.column_stack([speeds, np.where(second, -np.pi, 0.0), nothing, nothing, nothing])
+    aids[-1] = np.nan
+    filtered = levels.filters([[each.model_dump() for each in some] for some in levels.levels(None)], ("sog", "cog"))
+    for by in (by_class, filtered):
+        into = found(by, time, latitude, longitude, aids if by is filtered else NO_AIDS, 1)
+        assert into.track[8:40].tolist() == second[8:40].astype(int).tolist() and into.track[40] == 1
+        assert into.status[40] == PREDICTED
+        np.testing.assert_allclose(into.estimate[10:40, 2], speeds[10:40], atol=0.2)
+        place = displacement(*into.estimate[40, :2], 0.9, 0.2)
+        np.testing.assert_allclose(place, (90e3 - 3.0 * 198.0, 0.0), atol=8.0)
+
+
+def test_a_profile_of_more_states_is_filtered_and_smoothed_too():
+    """Acceleration that persists: the general filter, in one mode."""
+    ais = FiveStateFilter("ais").profile
+    by = levels.filters([[each.model_dump() for each in some] for some in levels.levels(ais)], ())
+    assert by.models.states == 6 and not by.plain
+    time = np.arange(0.0, 80.0, 10.0)
+    into = found(by, time, *displaced_all(0.9, 0.2, 5.0 * time, 0.0 * time))
+    np.testing.assert_allclose(into.estimate[3:, 2], 5.0, atol=0.5)
+    causal = into.estimate.copy()
+    back = smoothed(by, time, into)
+    np.testing.assert_allclose(back[2:, 2], 5.0, atol=0.3)
+    assert (back[2:-1, 5] < causal[2:-1, 5]).all() and back[-1, 5] == pytest.approx(causal[-1, 5])
