@@ -18,8 +18,8 @@ def test_a_square_is_sailed_along_its_legs_and_the_right_way_round_its_corners(c
     assert all(corner.closest <= case.acceptance and corner.outside <= case.acceptance for corner in found.corners)
 
 
-# With seed 2 in 4 directions up to 1.8 m from a waypoint and 3.4 m outside: the steering filter splits the motion of a boat
-# at full power wrongly (at 1.3 m/s its heading is 10 to 17° off), and turns of more than half a circle drift meanwhile.
+# With seed 2 in 4 directions up to 1.8 m from a waypoint and 3.4 m outside: the steering filter splits the motion of a
+# boat at full power wrongly (at 1.3 m/s its heading is 10 to 17° off), and turns of more than half a circle drift.
 @pytest.mark.study
 @pytest.mark.xfail(strict=True, reason="up to 1.8 m from a waypoint, 3.4 m outside: the filter's heading at full power")
 @pytest.mark.parametrize("current", [0.0, 0.5, 1.0, 1.3])

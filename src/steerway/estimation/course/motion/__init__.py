@@ -1,1 +1,0 @@
-"""Motion models: one file each, chosen by `models`, over the arrays of `layout`."""

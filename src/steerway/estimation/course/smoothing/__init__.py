@@ -1,1 +1,0 @@
-"""Fixed-interval smoothing: of one mode, and of two with several hypotheses of when they changed."""

@@ -1,1 +1,0 @@
-"""Measurement updates: positions, aids, and the likelihood by which outliers are refused."""
