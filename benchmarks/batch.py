@@ -5,7 +5,7 @@ import numpy as np
 from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import winding
-from steerway.estimation.inference.model import FUSED
+from steerway.estimation.filter.model import FUSED
 
 _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from benchmarks.support.record import PROFILE, STEP, Record
 from steerway import FiveStateFilter, Profile
-from steerway.estimation.inference.course import run_model
-from steerway.estimation.inference.model import FUSED, Model, empty_bank, room_to_keep
-from steerway.estimation.inference.row import Asked, Rows
+from steerway.estimation.filter.model import FUSED, Model, empty_bank, room_to_keep
+from steerway.estimation.filter.row import Asked, Rows
+from steerway.estimation.log.course import run_model
 from steerway.estimation.vessel.aids import NO_AIDS
 from steerway.estimation.vessel.flat import model_of_profile
 

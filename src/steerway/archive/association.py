@@ -51,7 +51,7 @@ from steerway.archive.tracks import (
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.records import REJECTED
 from steerway.core.statistics import FIX_GATE, UNBROKEN_REJECTION
-from steerway.estimation.inference.vectors import Vec2
+from steerway.estimation.filter.vectors import Vec2
 from steerway.estimation.log.rows import LONGEST_GAP
 
 GOES_ON, SET_DOWN, ANEW = range(3)

@@ -14,12 +14,11 @@ from steerway.core.compiled import called_kernel, jitable, lean_kernel
 from steerway.core.earth import displaced
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.filter import five_state
+from steerway.estimation.filter.aids import take_aids
+from steerway.estimation.filter.bank import step_of, steps_in, take_step
+from steerway.estimation.filter.fix import see
 from steerway.estimation.filter.long_steps import parts_of
-from steerway.estimation.inference.aids import take_aids
-from steerway.estimation.inference.bank import step_of, steps_in, take_step
-from steerway.estimation.inference.course import COG, SOG, SOG_STD, average
-from steerway.estimation.inference.fix import see
-from steerway.estimation.inference.model import (
+from steerway.estimation.filter.model import (
     EAST,
     FUSED,
     NORTH,
@@ -31,12 +30,13 @@ from steerway.estimation.inference.model import (
     Model,
     empty_bank,
 )
-from steerway.estimation.inference.motion import symmetrise
-from steerway.estimation.inference.record import LONG
-from steerway.estimation.inference.row import Row, state_row, take_row
-from steerway.estimation.inference.vectors import Vec2, density, nis
-from steerway.estimation.inference.weigh import NORMAL
-from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
+from steerway.estimation.filter.motion import symmetrise
+from steerway.estimation.filter.row import Row, state_row, take_row
+from steerway.estimation.filter.vectors import Vec2, density, nis
+from steerway.estimation.filter.weigh import NORMAL
+from steerway.estimation.log.course import COG, SOG, SOG_STD, average
+from steerway.estimation.log.record import LONG
+from steerway.estimation.log.run import UNKNOWN_SPEED
 from steerway.estimation.vessel.aids import NO_AIDS
 
 OUTPUTS = 9

@@ -21,13 +21,13 @@ from steerway.archive.filters import (
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.estimation.filter import five_state
+from steerway.estimation.filter.bank import loses_course, step_of, steps_in
+from steerway.estimation.filter.discrete import set_steps
 from steerway.estimation.filter.long_steps import parts_of
+from steerway.estimation.filter.model import EAST, NORTH, RATE, SPEED
+from steerway.estimation.filter.motion import predict, symmetrise
 from steerway.estimation.filter.rauch_tung_striebel import Room, carry, ignore, smooth_row
-from steerway.estimation.inference.bank import loses_course, step_of, steps_in
-from steerway.estimation.inference.course import POSITION_STD, SOG
-from steerway.estimation.inference.discrete import set_steps
-from steerway.estimation.inference.model import EAST, NORTH, RATE, SPEED
-from steerway.estimation.inference.motion import predict, symmetrise
+from steerway.estimation.log.course import POSITION_STD, SOG
 
 LONGEST_CROSSED = 1800.0
 """s: beyond it the filter starts anew, and nothing later says anything of before."""

@@ -18,7 +18,7 @@ from steerway.archive.tables import estimate_table, event_table, numbers, trip_t
 from steerway.archive.tracks import CURRENT_TRACK, MOVED, TRACK, TRACKED, VESSEL
 from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED
-from steerway.estimation.inference.model import RUN
+from steerway.estimation.filter.model import RUN
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 
 LOOKAHEAD = 3600.0

@@ -75,7 +75,7 @@ def estimate(
     """
     import numpy as np
 
-    from steerway.estimation.inference.description import structures_of
+    from steerway.estimation.fit.description import structures_of
     from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log.rows import expect_rate, variance_scales
     from steerway.estimation.log_estimate import LogEstimator
@@ -190,8 +190,8 @@ def _models(logs, max_size) -> dict:
     """Number of fixes, of those that repeat the one before, were extrapolated or are another's; stamps; the models."""
     import numpy as np
 
-    from steerway.estimation.inference.description import structures_of
-    from steerway.estimation.inference.whole_log import Track
+    from steerway.estimation.fit.description import structures_of
+    from steerway.estimation.log.run import Track
     from steerway.estimation.log_estimate import LogEstimator
 
     fixes = read_logs(logs, None, None, None, max_size)

@@ -79,7 +79,7 @@ def make_profile(
     """
     from steerway.estimation import choose_profile
     from steerway.estimation import tune as fit
-    from steerway.estimation.inference.description import structures_of
+    from steerway.estimation.fit.description import structures_of
 
     expect_output(out, logs)
     expect_toml(out)

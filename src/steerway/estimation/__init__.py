@@ -6,8 +6,8 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator
-    from steerway.estimation.inference.learning import LearningFilter
-    from steerway.estimation.inference.tune import log_likelihood, tune
+    from steerway.estimation.fit.tune import log_likelihood, tune
+    from steerway.estimation.learning import LearningFilter
     from steerway.estimation.log.compare import Agreement, compare
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
-from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_of, velocity_parts
-from steerway.estimation.inference.selection import Inference
-from steerway.estimation.inference.whole_log import infer_log, motion_of
+from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_of, velocity_parts
+from steerway.estimation.fit.selection import Inference
+from steerway.estimation.log.run import infer_log, motion_of
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
-from steerway.estimation.inference.model import COURSE, SPEED
+from steerway.estimation.filter.model import COURSE, SPEED
 
 _LEAST_SPEED = 1e-6
 """m/s, to divide by: at rest course means nothing."""

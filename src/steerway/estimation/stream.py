@@ -17,13 +17,13 @@ from steerway.core.checks import elapsed
 from steerway.core.errors import InputError
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
 from steerway.estimation.filter import five_state
-from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
-from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, packed
-from steerway.estimation.inference.place import MOMENTS, mixed, place_moments, rotated
-from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG
-from steerway.estimation.inference.whole_log import UNKNOWN_SPEED, motion_of
+from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.accuracy import variance_scale
+from steerway.estimation.log.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
+from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
+from steerway.estimation.log.record import FEW_STEPS, HELD, LONG
 from steerway.estimation.log.rows import LONGEST_GAP
+from steerway.estimation.log.run import UNKNOWN_SPEED, motion_of
 from steerway.estimation.moments import motion_moments
 from steerway.estimation.stream_row import (
     AZIMUTH,

@@ -6,14 +6,14 @@ from typing import NamedTuple
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.estimation.filter import five_state
-from steerway.estimation.inference.course import COG, EAST, NORTH, SOG, SOG_STD
-from steerway.estimation.inference.model import FUSED, bank_in, model_in
-from steerway.estimation.inference.plane import place_near, step_between
-from steerway.estimation.inference.record import LONG, TURNED
-from steerway.estimation.inference.row import Row, state_row, take_row
-from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
+from steerway.estimation.filter.model import FUSED, bank_in, model_in
+from steerway.estimation.filter.row import Row, state_row, take_row
 from steerway.estimation.log.accuracy import variance_scale
+from steerway.estimation.log.course import COG, EAST, NORTH, SOG, SOG_STD
+from steerway.estimation.log.plane import place_near, step_between
+from steerway.estimation.log.record import LONG, TURNED
 from steerway.estimation.log.rows import LONGEST_GAP
+from steerway.estimation.log.run import UNKNOWN_SPEED
 
 (
     LATITUDE,  # of the last fix, rad

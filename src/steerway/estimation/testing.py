@@ -8,39 +8,39 @@ if TYPE_CHECKING:
     from steerway.core.estimate import NO_MEASUREMENTS
     from steerway.core.kalman import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
-    from steerway.estimation.filter import five_state
-    from steerway.estimation.inference import forecast as inference_forecast
-    from steerway.estimation.inference import tune, whole_log
-    from steerway.estimation.inference.auto_aids import velocity_of
-    from steerway.estimation.inference.bank import advance
-    from steerway.estimation.inference.bank import start as bank_start
-    from steerway.estimation.inference.cells import cell_of, interval_of, take_cell
-    from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
-    from steerway.estimation.inference.fit import Rows
-    from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
-    from steerway.estimation.inference.learning import prior_profile
-    from steerway.estimation.inference.model import FUSED, room_to_keep
-    from steerway.estimation.inference.model import empty_bank as model_empty_bank
-    from steerway.estimation.inference.motion import COURSE, SPEED
-    from steerway.estimation.inference.plane import laid_out
-    from steerway.estimation.inference.record import extrapolated, of_other_receiver, without_copies
-    from steerway.estimation.inference.reversal import reversal_of
-    from steerway.estimation.inference.row import Asked, run_record
-    from steerway.estimation.inference.selection import Structure, infer
-    from steerway.estimation.inference.stamps import regular_times
-    from steerway.estimation.inference.structures import MODES, model_of, parameters_of
-    from steerway.estimation.inference.vectors import Sym2, Vec2
-    from steerway.estimation.inference.weigh import take_fix
-    from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
+    from steerway.estimation.filter import five_state, voyages
+    from steerway.estimation.filter.bank import advance
+    from steerway.estimation.filter.bank import start as bank_start
+    from steerway.estimation.filter.cells import cell_of, interval_of, take_cell
+    from steerway.estimation.filter.fuse import QUICK_SPEED, QUICK_SPEED_TIME
+    from steerway.estimation.filter.model import FUSED, room_to_keep
+    from steerway.estimation.filter.model import empty_bank as model_empty_bank
+    from steerway.estimation.filter.motion import COURSE, SPEED
+    from steerway.estimation.filter.reversal import reversal_of
+    from steerway.estimation.filter.row import Asked, run_record
+    from steerway.estimation.filter.vectors import Sym2, Vec2
+    from steerway.estimation.filter.weigh import take_fix
+    from steerway.estimation.fit import tune
+    from steerway.estimation.fit.auto_aids import velocity_of
+    from steerway.estimation.fit.posterior import Rows
+    from steerway.estimation.fit.selection import Structure, infer
+    from steerway.estimation.learning import prior_profile
+    from steerway.estimation.log import run as whole_log
     from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
+    from steerway.estimation.log.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
     from steerway.estimation.log.latency import lateness, on_time
+    from steerway.estimation.log.plane import laid_out
+    from steerway.estimation.log.record import extrapolated, of_other_receiver, without_copies
     from steerway.estimation.log.rows import LONGEST_GAP
+    from steerway.estimation.log.run import Track, infer_log, motion_of
+    from steerway.estimation.log.stamps import regular_times
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.vessel.aids import AIDS, NO_AIDS
     from steerway.estimation.vessel.flat import model_of_profile
     from steerway.estimation.vessel.inferred import WeighedStructure
     from steerway.estimation.vessel.profile import BUILT_IN
+    from steerway.estimation.vessel.structures import MODES, model_of, parameters_of
     from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -21,7 +21,7 @@ from steerway.core.checks import array_of
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.records import REJECTED, Fixes, Motion
-from steerway.estimation.inference.model import Bank, Model, empty_bank
+from steerway.estimation.filter.model import Bank, Model, empty_bank
 from steerway.estimation.log_estimate import estimate
 from steerway.estimation.vessel.flat import model_of_profile
 from steerway.estimation.vessel.profile import Profile

@@ -10,11 +10,11 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
+from steerway.estimation.filter.bank import advance
 from steerway.estimation.filter.five_state import correct, decaying, innovate
-from steerway.estimation.inference.bank import advance
-from steerway.estimation.inference.model import COURSE, RATE, Bank, Model
-from steerway.estimation.inference.motion import symmetrise
-from steerway.estimation.inference.vectors import Vec2
+from steerway.estimation.filter.model import COURSE, RATE, Bank, Model
+from steerway.estimation.filter.motion import symmetrise
+from steerway.estimation.filter.vectors import Vec2
 
 _OUTLIER_COST = 24.0
 _NODE = math.sqrt(0.15)

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from steerway.core.errors import InputError
-from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.live import addresses
 from steerway.live.autopilot.measured import measured_speed

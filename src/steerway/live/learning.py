@@ -7,7 +7,7 @@ import ctypes
 import sys
 from collections.abc import Callable, Mapping
 
-from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile
 
 BEGINS, TAKES = "begins", "takes"

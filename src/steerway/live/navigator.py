@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from steerway.core.checks import not_negative, positive
 from steerway.core.records import REJECTED
-from steerway.estimation.inference.auto_aids import AUTO, velocity_parts
-from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.fit.auto_aids import AUTO, velocity_parts
+from steerway.estimation.learning import LearningFilter
 from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter
 from steerway.estimation.vessel.aids import AIDS

@@ -7,8 +7,8 @@ import numpy as np
 
 from steerway.build import DEFAULT_KINDS
 from steerway.core.records import Fixes
-from steerway.estimation.inference.learning import LearningFilter
-from steerway.estimation.inference.whole_log import infer_log
+from steerway.estimation.learning import LearningFilter
+from steerway.estimation.log.run import infer_log
 from steerway.estimation.vessel.profile import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.autopilot.measured import measured_speed

@@ -46,7 +46,7 @@ def summarise(
     """The numbers of a run, flat but for `structures`, names with their units.
 
     down_weighted: number of fixes with less weight for their reported accuracy. sog_late, cog_late: delay (s) of the
-    receiver's SOG and COG, NaN where unknown. structures: see `estimation.inference.description.structures_of`.
+    receiver's SOG and COG, NaN where unknown. structures: see `estimation.fit.description.structures_of`.
     """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)

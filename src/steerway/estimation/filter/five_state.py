@@ -21,13 +21,13 @@ from typing import NamedTuple
 
 from steerway.core.angles import sinc, wrap
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
-from steerway.estimation.inference.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
-from steerway.estimation.inference.fuse import COURSE_STD, mean_speed
-from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
-from steerway.estimation.inference.motion import symmetrise
-from steerway.estimation.inference.relative import corrected
-from steerway.estimation.inference.row import Row, Taken, keep, row_of, take_row
-from steerway.estimation.inference.vectors import (
+from steerway.estimation.filter.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
+from steerway.estimation.filter.fuse import COURSE_STD, mean_speed
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
+from steerway.estimation.filter.motion import symmetrise
+from steerway.estimation.filter.relative import corrected
+from steerway.estimation.filter.row import Row, Taken, keep, row_of, take_row
+from steerway.estimation.filter.vectors import (
     Sym2,
     Vec2,
     determinant,
@@ -39,7 +39,7 @@ from steerway.estimation.inference.vectors import (
     times,
     trace,
 )
-from steerway.estimation.inference.weigh import DIFFUSE, OUTLIERS_LAST, RARE, outlier_density
+from steerway.estimation.filter.weigh import DIFFUSE, OUTLIERS_LAST, RARE, outlier_density
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)

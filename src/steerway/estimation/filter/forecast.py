@@ -17,11 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.compiled import kernel, lean_kernel
+from steerway.estimation.filter.bank import add_second_moments, average, take_covariance
 from steerway.estimation.filter.five_state import decaying
-from steerway.estimation.inference.bank import add_second_moments, average, take_covariance
-from steerway.estimation.inference.course import run_model
-from steerway.estimation.inference.fuse import COURSE_STD
-from steerway.estimation.inference.model import (
+from steerway.estimation.filter.fuse import COURSE_STD
+from steerway.estimation.filter.model import (
     COURSE,
     EAST,
     MODE,
@@ -34,9 +33,10 @@ from steerway.estimation.inference.model import (
     empty_bank,
     room_to_keep,
 )
-from steerway.estimation.inference.place import MOMENTS
-from steerway.estimation.inference.relative import from_likeliest, shifted
-from steerway.estimation.inference.row import Asked, recall
+from steerway.estimation.filter.relative import from_likeliest, shifted
+from steerway.estimation.filter.row import Asked, recall
+from steerway.estimation.log.course import run_model
+from steerway.estimation.log.place import MOMENTS
 
 NODES = 48
 """Of the midpoint rule: with 96 mean and covariance of the voyages of `tests/test_prediction.py` change by less than

@@ -6,7 +6,7 @@ Against steps of 1 s 99.99 % of the estimates stay within 0.01 of their standard
 import math
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, RATE, SPEED
 
 SHORT = 1.0
 """s of a step that needs no look at the state: its turn stays well below a radian."""

@@ -12,9 +12,9 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
-from steerway.estimation.inference.model import COURSE, RATE, SPEED
-from steerway.estimation.inference.motion import arc_of, set_rates
-from steerway.estimation.inference.relative import difference, is_steady, shifted, turned, widen
+from steerway.estimation.filter.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.motion import arc_of, set_rates
+from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
 
 _UNKNOWN = 1e12
 """Factor on a variance that leaves nothing of the later row's information, and keeps the factorisation regular."""

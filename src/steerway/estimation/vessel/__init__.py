@@ -1,1 +1,1 @@
-"""What a vessel and its receiver are, as the filters take it."""
+"""Models of vessel and receiver: parts, structures, aids and profiles."""

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from steerway.core.errors import InputError
 from steerway.core.settings import positive_number
-from steerway.estimation.inference.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, RATE, SPEED
 
 _DEG = math.pi / 180.0
 

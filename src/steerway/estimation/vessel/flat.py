@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LEAST_SHARE
-from steerway.estimation.inference.model import (
+from steerway.estimation.filter.bank import LEAST_SHARE
+from steerway.estimation.filter.model import (
     MODE,
     ON_ACCELERATION,
     ON_AID,
@@ -19,8 +19,8 @@ from steerway.estimation.inference.model import (
     RECEIVER,
     Model,
 )
-from steerway.estimation.inference.structures import Shaping, assembled
 from steerway.estimation.vessel.aids import TABLE
+from steerway.estimation.vessel.structures import Shaping, assembled
 
 OUTLIER_RATE = 1e-3
 """Share of fixes that are off by any distance. Chosen: the median of its prior for a log of unknown origin."""

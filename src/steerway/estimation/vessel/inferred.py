@@ -9,11 +9,11 @@ from typing import ClassVar, Self
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from steerway.core.settings import parse_toml, positive_number, read_toml, toml_value
-from steerway.estimation.inference.course import STEERAGEWAY
-from steerway.estimation.inference.parts import PARTS
-from steerway.estimation.inference.selection import Structure
-from steerway.estimation.inference.structures import parameters_of
+from steerway.estimation.fit.selection import Structure
+from steerway.estimation.log.course import STEERAGEWAY
+from steerway.estimation.vessel.parts import PARTS
 from steerway.estimation.vessel.profile import Profile, ProfileFile
+from steerway.estimation.vessel.structures import parameters_of
 
 LOG = logging.getLogger("steerway")
 REMOVED = {

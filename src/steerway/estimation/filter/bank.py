@@ -7,10 +7,10 @@ neither the rate of fixes nor a gap changes the tuning.
 import math
 
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
-from steerway.estimation.inference.discrete import set_steps
-from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_FIX, SPEED
-from steerway.estimation.inference.motion import predict
-from steerway.estimation.inference.relative import from_likeliest, shifted
+from steerway.estimation.filter.discrete import set_steps
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_FIX, SPEED
+from steerway.estimation.filter.motion import predict
+from steerway.estimation.filter.relative import from_likeliest, shifted
 
 LONGEST_STEP = 3.0
 """s; a longer interval is predicted in parts: up to four equal ones of at most this, beyond that from either end on a

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.course import STEERAGEWAY
-from steerway.estimation.inference.parts import UNKNOWN_PERIODS
-from steerway.estimation.inference.record import usual_interval
+from steerway.estimation.log.course import STEERAGEWAY
+from steerway.estimation.log.record import usual_interval
+from steerway.estimation.vessel.parts import UNKNOWN_PERIODS
 
 _SPAN, _FEWEST = 100.0, 32
 """s, and fixes at least, of a segment: it resolves an oscillation of 5 s to a quarter of a second. Chosen."""

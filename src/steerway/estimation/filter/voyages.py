@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.compiled import called_kernel, kernel
-from steerway.estimation.inference.course import SOG
-from steerway.estimation.inference.discrete import set_steps
-from steerway.estimation.inference.model import (
+from steerway.estimation.filter.discrete import set_steps
+from steerway.estimation.filter.model import (
     COURSE,
     EAST,
     FUSED,
@@ -27,10 +26,11 @@ from steerway.estimation.inference.model import (
     empty_bank,
     room_to_keep,
 )
-from steerway.estimation.inference.motion import spin_share
-from steerway.estimation.inference.place import MOMENTS, mixed
-from steerway.estimation.inference.row import Asked, recall, run_record
-from steerway.estimation.inference.whole_log import Track
+from steerway.estimation.filter.motion import spin_share
+from steerway.estimation.filter.row import Asked, recall, run_record
+from steerway.estimation.log.course import SOG
+from steerway.estimation.log.place import MOMENTS, mixed
+from steerway.estimation.log.run import Track
 
 VOYAGES = 500
 """Of all structures together. Chosen: the spread is known to 3 %, the mean to 4 % of it; 0.04 s for ten minutes."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from steerway.core.compiled import called_kernel
-from steerway.estimation.inference.model import EAST, NORTH
+from steerway.estimation.filter.model import EAST, NORTH
 
 MOMENTS = 5
 """Mean north and east (m), variance of north, covariance, variance of east (m²)."""

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LONGEST_STEP
-from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
-from steerway.estimation.inference.model import Model
-from steerway.estimation.inference.parts import OPTIONAL, PARTS, PLAIN, Scales
-from steerway.estimation.inference.record import excerpt, predictions
-from steerway.estimation.inference.starts import scales_of, vessels
-from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.filter.bank import LONGEST_STEP
+from steerway.estimation.filter.model import Model
+from steerway.estimation.fit.posterior import DRAWS, Fit, Rows, fitted, likeliest
+from steerway.estimation.fit.starts import scales_of, vessels
+from steerway.estimation.log.record import excerpt, predictions
+from steerway.estimation.vessel.parts import OPTIONAL, PARTS, PLAIN, Scales
+from steerway.estimation.vessel.structures import model_of, parameters_of
 
 FEW, MANY = 500, 1500
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. Chosen: they

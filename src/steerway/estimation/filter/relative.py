@@ -4,8 +4,8 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import COURSE, SPEED
-from steerway.estimation.inference.motion import symmetrise, turn_pair
+from steerway.estimation.filter.model import COURSE, SPEED
+from steerway.estimation.filter.motion import symmetrise, turn_pair
 
 _STEADY = 3.0
 """Speed in its standard deviations, or in those across the course, above which velocities are compared, averaged and

@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
-from steerway.estimation.inference.fix import correct, see
-from steerway.estimation.inference.vectors import (
+from steerway.estimation.filter.fix import correct, see
+from steerway.estimation.filter.vectors import (
     Sym2,
     Vec2,
     inverse,
@@ -25,7 +25,7 @@ from steerway.estimation.inference.vectors import (
     trace,
     widened,
 )
-from steerway.estimation.inference.weigh import (
+from steerway.estimation.filter.weigh import (
     DIFFUSE,
     LEAST_PROBABILITY,
     NORMAL,

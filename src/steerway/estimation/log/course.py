@@ -10,11 +10,11 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.filter import five_state
-from steerway.estimation.inference.fuse import COURSE_STD, add_unresolved_rate, add_unresolved_speed
-from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
-from steerway.estimation.inference.reversal import reversal_of, reversed_aids
-from steerway.estimation.inference.row import Asked, Rows, run_record
-from steerway.estimation.inference.smoother import room_to_meet, smooth_kept
+from steerway.estimation.filter.fuse import COURSE_STD, add_unresolved_rate, add_unresolved_speed
+from steerway.estimation.filter.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.filter.reversal import reversal_of, reversed_aids
+from steerway.estimation.filter.row import Asked, Rows, run_record
+from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
 
 STEERAGEWAY = 0.3
 """m/s; no course is stated below it, as by the profiles: what a receiver at rest reports

@@ -15,10 +15,10 @@ import numpy as np
 from steerway.core.errors import InputError
 from steerway.core.records import OK, REJECTED, Fixes
 from steerway.core.statistics import NORMAL_95
-from steerway.estimation.inference.description import Tuned
-from steerway.estimation.inference.fit import Posterior, Rows
-from steerway.estimation.inference.selection import BETTER, Inference, Structure, infer
-from steerway.estimation.inference.whole_log import Track, motion_of_track, part_of
+from steerway.estimation.fit.description import Tuned
+from steerway.estimation.fit.posterior import Posterior, Rows
+from steerway.estimation.fit.selection import BETTER, Inference, Structure, infer
+from steerway.estimation.log.run import Track, motion_of_track, part_of
 from steerway.estimation.vessel.inferred import InferredProfile, WeighedStructure
 
 _HELD_BACK = 0.2

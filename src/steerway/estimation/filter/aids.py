@@ -9,10 +9,10 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, inlined_kernel
-from steerway.estimation.inference.fuse import rate_weights
-from steerway.estimation.inference.model import COURSE, RATE, SPEED
-from steerway.estimation.inference.relative import corrected, is_steady
-from steerway.estimation.inference.weigh import DECADES, LEAST_OUTLIER
+from steerway.estimation.filter.fuse import rate_weights
+from steerway.estimation.filter.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.relative import corrected, is_steady
+from steerway.estimation.filter.weigh import DECADES, LEAST_OUTLIER
 from steerway.estimation.vessel.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 
 _OUTLIER_RATE = 1e-3

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from steerway.core.angles import sinc
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
 
 _SLOW = 1e-6
 """m/s: below it a change of speed does not scale the velocity across: it is divided by."""

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.compiled import called_kernel, inlined_kernel
-from steerway.estimation.inference.aids import take_aids
-from steerway.estimation.inference.bank import advance, start
-from steerway.estimation.inference.cells import take_written
-from steerway.estimation.inference.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
-from steerway.estimation.inference.model import COURSE, ON_ACCELERATION, SPEED, Kept
+from steerway.estimation.filter.aids import take_aids
+from steerway.estimation.filter.bank import advance, start
+from steerway.estimation.filter.cells import take_written
+from steerway.estimation.filter.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
+from steerway.estimation.filter.model import COURSE, ON_ACCELERATION, SPEED, Kept
 
 
 class Row(NamedTuple):

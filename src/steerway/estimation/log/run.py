@@ -7,7 +7,10 @@ import numpy as np
 
 from steerway.core.angles import wrap_array
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
-from steerway.estimation.inference.course import (
+from steerway.estimation.filter.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.filter.row import Asked, Rows
+from steerway.estimation.fit.selection import Inference, Structure, infer
+from steerway.estimation.log.course import (
     COG,
     POSITION_STD,
     RATE,
@@ -18,11 +21,9 @@ from steerway.estimation.inference.course import (
     run_model,
     smoothed_record,
 )
-from steerway.estimation.inference.digits import quantum_of
-from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
-from steerway.estimation.inference.parts import PLAIN
-from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import (
+from steerway.estimation.log.digits import quantum_of
+from steerway.estimation.log.plane import Plane, laid_out, placed, steps_between
+from steerway.estimation.log.record import (
     LONG,
     extrapolated,
     of_other_receiver,
@@ -30,10 +31,6 @@ from steerway.estimation.inference.record import (
     usual_interval,
     without_copies,
 )
-from steerway.estimation.inference.row import Asked, Rows
-from steerway.estimation.inference.selection import Inference, Structure, infer
-from steerway.estimation.inference.stamps import regular_times
-from steerway.estimation.inference.structures import parameters_of
 from steerway.estimation.log.rows import (
     LONGEST_GAP,
     distinct_rows,
@@ -45,7 +42,10 @@ from steerway.estimation.log.rows import (
     variance_scales,
     without_duplicates,
 )
+from steerway.estimation.log.stamps import regular_times
 from steerway.estimation.vessel.aids import AIDS, expect_aids
+from steerway.estimation.vessel.parts import PLAIN
+from steerway.estimation.vessel.structures import parameters_of
 
 UNKNOWN_SPEED = 3.0
 """m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen

@@ -13,16 +13,16 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.aids import take_aids
-from steerway.estimation.inference.algebra import factor, inverse, invert_factor, whitened_square
-from steerway.estimation.inference.bank import advance, start
-from steerway.estimation.inference.cells import take_written
-from steerway.estimation.inference.fuse import fuse
-from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED, Model
-from steerway.estimation.inference.motion import spin_share
-from steerway.estimation.inference.relative import difference, is_steady, shifted, turned, widen
-from steerway.estimation.inference.vectors import Sym2, Vec2, density, dot, plus, trace
-from steerway.estimation.inference.weigh import NORMAL, outlier_density
+from steerway.estimation.filter.aids import take_aids
+from steerway.estimation.filter.algebra import factor, inverse, invert_factor, whitened_square
+from steerway.estimation.filter.bank import advance, start
+from steerway.estimation.filter.cells import take_written
+from steerway.estimation.filter.fuse import fuse
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Model
+from steerway.estimation.filter.motion import spin_share
+from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
+from steerway.estimation.filter.vectors import Sym2, Vec2, density, dot, plus, trace
+from steerway.estimation.filter.weigh import NORMAL, outlier_density
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states

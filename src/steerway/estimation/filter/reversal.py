@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.angles import wrap_array
-from steerway.estimation.inference.model import (
+from steerway.estimation.filter.model import (
     ON_ACCELERATION,
     ON_ANTENNA,
     ON_RATE,

@@ -6,7 +6,7 @@ import numpy as np
 
 from steerway.core.earth import radii
 from steerway.core.rounding import last_digit
-from steerway.estimation.inference.record import white_std
+from steerway.estimation.log.record import white_std
 
 _FINE, _COARSE = 0.02, 20.0
 """m: a finer last digit is taken for none, unless all fixes are at one place, and a coarser one (of 0.01 minutes it is

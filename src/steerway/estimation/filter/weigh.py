@@ -7,9 +7,9 @@ import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.fix import correct, see
-from steerway.estimation.inference.model import EAST, NORTH
-from steerway.estimation.inference.vectors import (
+from steerway.estimation.filter.fix import correct, see
+from steerway.estimation.filter.model import EAST, NORTH
+from steerway.estimation.filter.vectors import (
     Sym2,
     Vec2,
     density,

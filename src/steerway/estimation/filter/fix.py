@@ -8,9 +8,9 @@ import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_ANTENNA, ON_FIX, RATE, SPEED
-from steerway.estimation.inference.relative import corrected
-from steerway.estimation.inference.vectors import Sym2, Vec2, outer, plus, scaled, widened
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_ANTENNA, ON_FIX, RATE, SPEED
+from steerway.estimation.filter.relative import corrected
+from steerway.estimation.filter.vectors import Sym2, Vec2, outer, plus, scaled, widened
 
 
 class Seen(NamedTuple):

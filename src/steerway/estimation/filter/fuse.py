@@ -4,7 +4,7 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED
 
 SOG_VARIANCE, COURSE_VARIANCE, RATE_VARIANCE = 5, 6, 7
 """Columns of `fuse`."""

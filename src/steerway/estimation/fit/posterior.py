@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.ascent import Ascent, climb
-from steerway.estimation.inference.model import FUSED, bank_in, bank_size, room_to_keep
-from steerway.estimation.inference.parts import LONGEST_ROLL
-from steerway.estimation.inference.row import Asked, Rows, run_record
-from steerway.estimation.inference.structures import log_share, model_of, priors_of
+from steerway.estimation.filter.model import FUSED, bank_in, bank_size, room_to_keep
+from steerway.estimation.filter.row import Asked, Rows, run_record
+from steerway.estimation.fit.ascent import Ascent, climb
+from steerway.estimation.vessel.parts import LONGEST_ROLL
+from steerway.estimation.vessel.structures import log_share, model_of, priors_of
 
 _NO_OUT = np.empty((0, FUSED + 2))
 _SETTLING = 10

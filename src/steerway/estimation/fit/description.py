@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from steerway.estimation.inference.parts import PARTS
-from steerway.estimation.inference.selection import Inference
+from steerway.estimation.fit.selection import Inference
 from steerway.estimation.vessel.aids import TABLE
 from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.parts import PARTS
 
 _ANGLES = ("wander_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid.words))
 

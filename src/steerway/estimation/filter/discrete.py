@@ -8,7 +8,7 @@ import cmath
 import math
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
+from steerway.estimation.filter.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)

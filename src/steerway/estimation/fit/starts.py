@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from steerway.estimation.inference.parts import PLAIN, Scales
-from steerway.estimation.inference.record import usual_interval, white_std
-from steerway.estimation.inference.row import Rows
-from steerway.estimation.inference.spectrum import periods_of
-from steerway.estimation.inference.structures import parameters_of
+from steerway.estimation.filter.row import Rows
+from steerway.estimation.fit.spectrum import periods_of
+from steerway.estimation.log.record import usual_interval, white_std
+from steerway.estimation.vessel.parts import PLAIN, Scales
+from steerway.estimation.vessel.structures import parameters_of
 
 _RESOLVED = 2.0
 """Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.records import Fixes
-from steerway.estimation.inference.fit import Posterior, Rows
-from steerway.estimation.inference.selection import BETTER, Structure
-from steerway.estimation.inference.whole_log import Track
+from steerway.estimation.fit.posterior import Posterior, Rows
+from steerway.estimation.fit.selection import BETTER, Structure
+from steerway.estimation.log.run import Track
 from steerway.estimation.vessel.aids import AIDS, COG, SOG
 
 AUTO = "auto"

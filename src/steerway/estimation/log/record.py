@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LONGEST_STEP, steps_in
-from steerway.estimation.inference.row import Rows
+from steerway.estimation.filter.bank import LONGEST_STEP, steps_in
+from steerway.estimation.filter.row import Rows
 
 
 def usual_interval(time) -> float:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from steerway.estimation.inference.model import (
+from steerway.estimation.filter.model import (
     ON_AID,
     ON_ANTENNA,
     ON_COURSE,

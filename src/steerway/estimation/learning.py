@@ -13,19 +13,19 @@ from itertools import product
 import numpy as np
 
 from steerway.core.arrays import Floats
-from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
-from steerway.estimation.inference.digits import quantum_of
-from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
-from steerway.estimation.inference.parts import PLAIN
-from steerway.estimation.inference.record import Measurements, extrapolated, measurements
-from steerway.estimation.inference.row import Asked, Rows, run_record
-from steerway.estimation.inference.selection import Structure, infer
-from steerway.estimation.inference.structures import VESSELS, parameters_of
+from steerway.estimation.filter.model import FUSED, Bank, empty_bank, room_to_keep
+from steerway.estimation.filter.row import Asked, Rows, run_record
+from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
+from steerway.estimation.fit.selection import Structure, infer
+from steerway.estimation.log.digits import quantum_of
+from steerway.estimation.log.record import Measurements, extrapolated, measurements
 from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter, Set, set_of
 from steerway.estimation.stream_row import ELAPSED, LATITUDE, LONGITUDE
 from steerway.estimation.vessel.aids import AIDS
 from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.parts import PLAIN
+from steerway.estimation.vessel.structures import VESSELS, parameters_of
 
 LOG = logging.getLogger("steerway.live")
 _NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LEAST_SHARE
-from steerway.estimation.inference.model import (
+from steerway.estimation.filter.bank import LEAST_SHARE
+from steerway.estimation.filter.model import (
     AID,
     DRIVING,
     MODE,
@@ -15,8 +15,8 @@ from steerway.estimation.inference.model import (
     Model,
     has_two_states,
 )
-from steerway.estimation.inference.parts import PARTS, Prior
 from steerway.estimation.vessel.aids import TABLE
+from steerway.estimation.vessel.parts import PARTS, Prior
 
 CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
