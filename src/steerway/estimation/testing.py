@@ -8,7 +8,8 @@ if TYPE_CHECKING:
     from steerway.core.estimate import NO_MEASUREMENTS
     from steerway.core.kalman import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
-    from steerway.estimation.filter import five_state, voyages
+    from steerway.estimation.filter import five_state
+    from steerway.estimation.filter import voyages as inference_forecast
     from steerway.estimation.filter.bank import advance
     from steerway.estimation.filter.bank import start as bank_start
     from steerway.estimation.filter.cells import cell_of, interval_of, take_cell
