@@ -81,12 +81,14 @@ def sailed(course, act, by="mavlink"):
                 task.cancel()
                 await asyncio.gather(task, return_exceptions=True)
 
-    with mock.patch.object(logger, "level", logging.INFO):
-        logger.addHandler(handler)
-        try:
-            hastened.run(both(), START)
-        finally:
-            logger.removeHandler(handler)
+    level = logger.level
+    logger.setLevel(logging.INFO)  # sets aside what the logger remembers of a level
+    logger.addHandler(handler)
+    try:
+        hastened.run(both(), START)
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(level)
     return boat.table(), text.getvalue()
 
 
