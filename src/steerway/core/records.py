@@ -107,11 +107,16 @@ class Record(ABC):
         return self.rows((self.time >= low) & (self.time < high))
 
     def tracks(self) -> Iterator[tuple[int | None, Self]]:
-        """Each vessel's rows as (mmsi, table); a table without mmsi is one track. Rows of a vessel stand together."""
+        """Each vessel's rows as (mmsi, table); a table without mmsi is one track. Rows of a vessel stand together.
+
+        Raises InputError where mmsi is not as long as the times.
+        """
         mmsi = self.columns().get("mmsi")
         if mmsi is None or len(self) == 0:
             yield None, self
             return
+        if len(mmsi) != len(self):
+            raise InputError(f"mmsi has {len(mmsi)} rows, expected {len(self)}, as many as the times")
         edges = np.flatnonzero(np.diff(mmsi)) + 1
         bounds = [0, *edges.tolist(), len(self)]
         for first, last in pairwise(bounds):
