@@ -18,7 +18,7 @@ from steerway.identification import (
     identify_yaw,
     identify_yaw_from_fixes,
 )
-from steerway.identification.testing import Interval, read_steering
+from steerway.identification.testing import Interval, following, read_steering
 from steerway.sensors import white
 from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
 from steerway_studies.testing import sailing
@@ -215,6 +215,17 @@ def test_a_propeller_that_is_not_known_is_identified_in_any_unit_of_command():
     for _ in range(3000):
         state = SMALL.step(state, (60.0,), CALM, 0.02)
     assert guess.top_speed == pytest.approx(state[3], rel=0.2)
+
+
+def test_a_shaft_follows_a_ramp_as_its_equation_says():
+    time, lag = np.array([0.0, 0.5, 2.0, 2.1]), 0.7
+    command = np.array([1.0, 4.0, 2.0, 2.0])
+    fine = np.linspace(0.0, 2.1, 210_001)
+    asked, shaft = np.interp(fine, time, command), np.empty(len(fine))
+    shaft[0] = 1.0
+    for k in range(1, len(fine)):
+        shaft[k] = shaft[k - 1] + (asked[k - 1] - shaft[k - 1]) * 1e-5 / lag
+    np.testing.assert_allclose(following(time, command, lag), np.interp(time, fine, shaft), rtol=1e-4)
 
 
 @pytest.mark.parametrize("lag", [0.3, 1.0])

@@ -177,7 +177,7 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
         return curve
 
     def simulated(parameters: Floats) -> Floats:
-        turning = _behind(shortest, turns, parameters[-1]) if lagged else turns
+        turning = following(shortest, turns, parameters[-1]) if lagged else turns
         return _sail(shortest, turning, parameters[3], parameters[0], parameters[1], curve_of(parameters))
 
     guess = [0.05, 0.05 / fastest, 0.1 * fastest, speed[0]]
@@ -292,7 +292,7 @@ def _verdict(model: SurgeModel, std: Floats, speed: Floats) -> tuple[bool, str]:
 
 
 @kernel
-def _behind(time: Floats, command: Floats, lag: float) -> Floats:
+def following(time: Floats, command: Floats, lag: float) -> Floats:
     """(n,) a shaft that follows with a lag (s) what goes evenly from row to row of a command."""
     out = np.empty(len(time))
     out[0] = command[0]
