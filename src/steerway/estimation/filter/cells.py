@@ -3,7 +3,7 @@
 The density of a cell is an integral of the normal distribution; where its noise is small beside the digit, an added
 variance of q²/12 would be far too wide and the fix itself far too narrow. Moments are those of a truncated normal
 distribution (N. L. Johnson, S. Kotz and N. Balakrishnan, Continuous Univariate Distributions, vol. 1, 1994, §10.1),
-north first, then east given north. Only good fixes are taken so: outliers, poor fixes and the NIS see the added
+north first, then east given north. Only good fixes are taken so: outliers, poor fixes, steps and the NIS see the added
 variance.
 """
 
@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
-from steerway.estimation.filter.fix import correct, see
+from steerway.estimation.filter.fix import see
 from steerway.estimation.filter.vectors import (
     Sym2,
     Vec2,
@@ -26,21 +26,18 @@ from steerway.estimation.filter.vectors import (
     widened,
 )
 from steerway.estimation.filter.weigh import (
-    DIFFUSE,
-    LEAST_PROBABILITY,
     NORMAL,
-    RARE,
     Share,
     expect,
     follow_run,
-    joined,
     learn_noise,
     noise_seen,
     return_step,
-    share,
     take_fix,
+    take_shares,
     usual_spread,
     weigh,
+    whole_of,
 )
 
 _NARROW, _FAR = 0.2, 25.0
@@ -127,8 +124,7 @@ def take_cell(bank, model, north, east, excess):
         s = plus(widened(seen.s, variance - loose), scaled(_REGULAR, added))
         cell = cell_of(seen.off, s, width)
         good = expected.good * cell.density
-        whole = good + weighed.poor + weighed.wrong
-        density_of[k] = weight * whole
+        density_of[k] = weight * (good + weighed.poor + weighed.step + weighed.wrong)
         total += density_of[k]
         wrong += weight * weighed.wrong
         poor += weight * weighed.poor
@@ -137,13 +133,8 @@ def take_cell(bank, model, north, east, excess):
         mean = Vec2(mean.n + weight * seen.off.n, mean.e + weight * seen.off.e)
         spread = plus(spread, scaled(weight, plus(usual_spread(seen, expected, receiver, loose), outer(seen.off))))
         least = min(least, trace(seen.s))
-        if trace(seen.s) > DIFFUSE * loose and weighed.wrong < RARE * whole:
-            whole -= weighed.wrong
-        taken = cell_share(good / whole, cell, s)
-        if weighed.poor > LEAST_PROBABILITY * whole:
-            taken = joined(taken, share(weighed.poor / whole, seen.off, plus(seen.s, weighed.poor_noise)))
-        information = plus(taken.information, outer(taken.s))
-        correct(bank.x[k], bank.p[k], bank.rows, information, taken.s, len(probability) == 1)
+        whole = whole_of(good, seen, weighed, loose)
+        take_shares(bank, k, seen, weighed, whole, receiver, cell_share(good / whole, cell, s))
     for k in range(len(probability)):
         probability[k] = density_of[k] / total
     learn_noise(run, expected, poor / total, learned / total)
