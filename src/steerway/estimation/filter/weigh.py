@@ -131,7 +131,7 @@ def take_fix(bank, model, north, east, excess):
         mean = Vec2(mean.n + weight * seen.off.n, mean.e + weight * seen.off.e)
         spread = plus(spread, scaled(weight, plus(usual_spread(seen, expected, receiver, variance), outer(seen.off))))
         least = min(least, trace(seen.s))
-        whole = whole_of(weighed.good, seen, weighed, variance)
+        whole = whole_of(seen, weighed, variance)
         take_shares(bank, k, seen, weighed, whole, receiver, share(weighed.good / whole, seen.off, seen.s))
     for k in range(len(probability)):
         probability[k] = density_of[k] / total
@@ -159,9 +159,9 @@ def weigh(seen, expected, run, receiver, variance):
 
 
 @lean_kernel
-def whole_of(good, seen, weighed, variance):
+def whole_of(seen, weighed, variance):
     """What all hypotheses of a fix weigh, without an outlier that is rare beside a vague prediction (see DIFFUSE)."""
-    known = good + weighed.poor + weighed.step
+    known = weighed.good + weighed.poor + weighed.step
     whole = known + weighed.wrong
     return known if trace(seen.s) > DIFFUSE * variance and weighed.wrong < RARE * whole else whole
 
