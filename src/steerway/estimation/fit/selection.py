@@ -43,7 +43,7 @@ FINALISTS = 3
 """Structures fitted to many rows at most. Chosen: each takes 0.1 to 1 s."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
-_BY_ROUNDING, _OF_ROUNDED = 2.0, ("error",)
+_BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
 """Variance of fixes, in that of their rounding, up to which only these parts are tried: the others take the pattern of
 rounding for motion or obstructions (SOG of 140 generated records is off by 0.19 m/s with all, 0.06 so)."""
 _OTHERWISE = ("error", "steps")
