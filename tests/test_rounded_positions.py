@@ -15,7 +15,7 @@ from steerway.estimation.testing import (
     Vec2,
     advance,
     cell_of,
-    cell_step_density,
+    step_density,
     interval_of,
     model_of,
     parameters_of,
@@ -73,7 +73,7 @@ def test_a_cell_behind_a_step_has_the_density_of_students_distribution(middle, w
     of_steps = stats.t(4.0, scale=2.0)
     low, high = abs(middle) - 0.5 * width, abs(middle) + 0.5 * width
     expected = (of_steps.sf(low) - of_steps.sf(high)) / width
-    found = cell_step_density(Vec2(middle, 0.0), Sym2(4.0, 0.5, 4.0), Vec2(width, 1.0))
+    found = step_density(Vec2(middle, 0.0), Sym2(4.0, 0.5, 4.0), Vec2(width, 1.0))
     assert found == pytest.approx(expected * (1.0 - 2.0 * of_steps.sf(0.5)), rel=1e-9)
 
 
