@@ -15,10 +15,10 @@ from steerway.estimation.testing import (
     Vec2,
     advance,
     cell_of,
-    step_density,
     interval_of,
     model_of,
     parameters_of,
+    step_density,
     take_cell,
 )
 from steerway.estimation.testing import bank_start as start

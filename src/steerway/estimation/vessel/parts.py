@@ -33,9 +33,10 @@ evidence below it. Surge begins from all that waves and strokes of oars may have
 _SHORTEST_STAY = 2.5
 """Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
 changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
-_SEEN = 0.1
+_SEEN = 0.3
 """Last digits of a written fix that a step has at least: a smaller one hardly shows. Chosen: with any, the
-smoothed SOG of a boat in a record ten digits long is off by a sixth, with a σ far below."""
+smoothed SOG of a boat in a record ten digits long is off by a sixth, with a σ far below; with 0.1 that of boats that
+drift by twice as much as without steps."""
 UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 """s, where a record does not tell them: about a factor of 1.7 apart."""
 
