@@ -47,10 +47,10 @@ def test_estimate_advise_and_show_take_it(inferred, log, tmp_path):
 
 def test_parts_of_earlier_versions_are_left_out_and_named(inferred, log, tmp_path, caplog):
     old = tmp_path / "old.toml"
-    text = inferred.read_text().replace('"wander"]', '"wander", "steps", "clock"]')
-    old.write_text(text.replace("fix_std =", "step_every = 9.0\nstep_std = 0.1\ntime_std = 0.02\nfix_std ="))
+    text = inferred.read_text().replace('"wander"]', '"wander", "slips", "quick_error"]')
+    old.write_text(text.replace("fix_std =", "slip_std = 0.1\nquick_std = 0.1\nquick_time = 2.0\nfix_std ="))
     assert load_profile(old) == load_profile(inferred)
-    assert caplog.messages == [f"profile {old}: read without clock, steps, which this version does not have"]
+    assert caplog.messages == [f"profile {old}: read without quick_error, slips, which this version does not have"]
     tables = []
     for profile in (inferred, old):
         code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", profile)
@@ -60,6 +60,16 @@ def test_parts_of_earlier_versions_are_left_out_and_named(inferred, log, tmp_pat
     old.write_text(text.replace("fix_std =", "sail_std = 9.0\nfix_std ="))
     code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", old)
     assert code == 2 and said.count("\n") == 1 and "values has sail_std" in said
+
+
+def test_steps_and_an_uncertain_moment_of_earlier_versions_are_read(inferred, tmp_path, caplog):
+    old = tmp_path / "old.toml"
+    text = inferred.read_text().replace('"wander"]', '"wander", "steps", "clock"]')
+    old.write_text(text.replace("fix_std =", "step_every = 9.0\nstep_std = 0.1\ntime_std = 0.02\nfix_std ="))
+    receiver = load_profile(old).weighed[0].model.receiver[0]
+    assert caplog.messages == []
+    assert receiver["step_rate"] == pytest.approx(1.0 / 9.0) and receiver["step_variance"] == pytest.approx(0.01)
+    assert receiver["time_variance"] == pytest.approx(0.0004)
 
 
 def test_a_scenario_is_sailed_by_it(inferred, tmp_path):

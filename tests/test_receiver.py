@@ -1,4 +1,4 @@
-"""What a receiver does to its fixes: outliers, steps of its error that are followed, fixes that it extrapolates."""
+"""What a receiver does to its fixes: outliers, steps of its error, fixes that it extrapolates."""
 
 import itertools
 import math
@@ -16,6 +16,7 @@ from steerway.estimation.testing import (
     COURSE,
     MODES,
     SPEED,
+    LogEstimator,
     WeighedStructure,
     advance,
     extrapolated,
@@ -37,6 +38,25 @@ def rms(errors):
     return math.sqrt(np.nanmean(errors[SETTLED:] ** 2))
 
 
+def stepping(time):
+    """An error of the receiver that changes by about a metre every 50 s, and stays."""
+    change = np.random.default_rng(5).normal(0.0, 0.7, (2, 12))
+    return np.cumsum(change, axis=1)[:, (time // 50.0).astype(int) % 12]
+
+
+@pytest.mark.study
+def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
+    scene = turning(1.5, 0.3, 599.0, seed=3)
+    found = {}
+    for name, fixes in (("clean", scene.fixes(0.05, 3)), ("stepping", scene.fixes(0.05, 3, stepping))):
+        estimator = LogEstimator(fixes)
+        found[name] = [estimator.motion(fixes, smooth=smooth) for smooth in (False, True)]
+    assert all("steps" in each.parts for each in estimator.profile.structures)
+    for clean, stepped in zip(found["clean"], found["stepping"], strict=True):
+        assert rms(stepped.sog - scene.sog) < 1.3 * rms(clean.sog - scene.sog)
+        assert not (stepped.status == REJECTED).any()
+
+
 def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
     """Far from where the receiver was and from where it is: the fixes after it are taken."""
     names, medians, _ = parameters_of(("base", "wander"))
@@ -50,9 +70,9 @@ def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
 
 def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
     """Against the hypotheses corrected one by one, those of less than 1e-6 too; an outlier leaves a mode as it is."""
-    parts = ("base", "wander")
+    parts = ("base", "wander", "steps", "clock")
     names, medians, _ = parameters_of(parts)
-    values = dict(zip(names, np.exp(medians), strict=True)) | {"poor_rate": 0.1}
+    values = dict(zip(names, np.exp(medians), strict=True)) | {"step_every": 20.0, "poor_rate": 0.1}
     model = model_of(parts, values)
     bank = empty_bank(model)
     states = bank.x.shape[1]
@@ -69,20 +89,29 @@ def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
     for k in range(MODES):
         nu = fix - x[k, :2]
         velocity = x[k, 2] * np.array([math.cos(x[k, 3]), math.sin(x[k, 3])])
-        s = p[k, :2, :2] + variance * np.eye(2)
+        seen = variance * np.eye(2) + values["time_std"] ** 2 * np.outer(velocity, velocity)
+        s = p[k, :2, :2] + seen
         poor = 35.0 * variance * np.eye(2) + late * np.outer(velocity, velocity)
+        step = values["step_std"] ** 2 * np.eye(2)
+        far = max(1.0, (nu @ nu - np.trace(s)) / np.trace(step)) * step
         density = {
             "good": gaussian(nu, s),
             "poor": gaussian(nu, s + poor),
+            "step": student(nu, s + step),
             "outlier": 1.0 / (20.0 * math.pi * (nu @ nu + np.trace(s) + 100.0 * variance)),
         }
-        prior = np.array([0.9 * (1.0 - wrong), 0.1 * (1.0 - wrong), wrong])
+        steps = 1.0 - math.exp(-1.0 / 20.0)
+        prior = (1.0 - wrong) * np.array([0.9 * (1.0 - steps), 0.1, 0.9 * steps, wrong / (1.0 - wrong)])
         weights = prior * np.array(list(density.values()))
         weights /= weights.sum()
-        moments = []
-        for weight, added in zip(weights, (np.zeros((2, 2)), poor, None), strict=True):
-            gain = np.zeros((states, 2)) if added is None else p[k][:, :2] @ np.linalg.inv(s + added)
-            moments.append((weight, gain @ nu, p[k] - gain @ p[k][:2]))
+        moments, none = [], np.zeros((2, 2))
+        for weight, added, moves in zip(weights, (none, poor, none, None), (none, none, far, none), strict=True):
+            before = p[k].copy()
+            before[:2, :2] += moves
+            gain = np.zeros((states, 2))
+            if added is not None:
+                gain = before[:, :2] @ np.linalg.inv(before[:2, :2] + seen + added)
+            moments.append((weight, gain @ nu, before - gain @ before[:2]))
         mean = sum(w * shift for w, shift, _ in moments)
         spread = sum(w * (after + np.outer(shift - mean, shift - mean)) for w, shift, after in moments)
         rows = np.setdiff1d(np.arange(states), (SPEED, COURSE))  # a velocity that is hardly known is turned besides
@@ -118,6 +147,7 @@ STATES = {
     "after a followed step": (("base", "wander"), [20.0] * 4),
     "long after it": (("base", "wander"), [20.0] * 12),
     "after a return": (("base", "wander"), [20.0] * 8 + [0.0]),
+    "with steps": (("base", "wander", "steps"), [1.0]),
     "in an obstruction": (("base", "wander", "obstructions"), [2.0, -1.5, 2.5]),
 }
 

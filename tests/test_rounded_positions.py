@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import steerway
 from steerway.core import NORMAL_95
@@ -17,6 +18,7 @@ from steerway.estimation.testing import (
     interval_of,
     model_of,
     parameters_of,
+    step_density,
     take_cell,
 )
 from steerway.estimation.testing import bank_start as start
@@ -66,12 +68,23 @@ def test_a_cell_has_the_moments_of_the_plane_normal_distribution_in_it(covarianc
     np.testing.assert_allclose(found.spread[1:], sampled[1], atol=0.005)
 
 
-def test_the_densities_of_all_cells_add_up_to_one():
+@pytest.mark.parametrize(("middle", "width"), [(0.0, 0.4), (0.7, 3.0), (-2.5, 1.0), (40.0, 1.0), (0.3, 50.0)])
+def test_a_cell_behind_a_step_has_the_density_of_students_distribution(middle, width):
+    of_steps = stats.t(4.0, scale=2.0)
+    low, high = abs(middle) - 0.5 * width, abs(middle) + 0.5 * width
+    expected = (of_steps.sf(low) - of_steps.sf(high)) / width
+    found = step_density(Vec2(middle, 0.0), Sym2(4.0, 0.5, 4.0), Vec2(width, 1.0))
+    assert found == pytest.approx(expected * (1.0 - 2.0 * of_steps.sf(0.5)), rel=1e-9)
+
+
+@pytest.mark.parametrize("steps", [{}, {"step_every": 8.0, "step_std": 0.4}], ids=["plain", "with steps"])
+def test_the_densities_of_all_cells_add_up_to_one(steps):
     """Those of outliers fill a kilometre, of which the cells hold little."""
-    names, medians, _ = parameters_of(("base", "wander"))
-    values = dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": 0.01, "outlier_rate": 1e-4}
+    parts = ("base", "wander", "steps") if steps else ("base", "wander")
+    names, medians, _ = parameters_of(parts)
+    values = dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": 0.01, "outlier_rate": 1e-4} | steps
     width = np.array([1.85, 1.2])
-    model = model_of(("base", "wander"), values, tuple(width))
+    model = model_of(parts, values, tuple(width))
     bank = empty_bank(model)
     start(bank, model, 0.0, 0.0)
     for k in range(1, 30):

@@ -96,11 +96,9 @@ def test_the_noise_of_the_receiver_is_found(noises):
     std, low, high = noises
     assert np.all(np.abs(std / 0.3 - 1.0) < 0.13)
     assert np.all(high < 1.3 * low)
-    assert held(noises) >= 0.84
 
 
 @pytest.mark.study
-@pytest.mark.xfail(strict=True, reason="0.844, and 0.842 of twelve logs: 0.907 with parts whose intervals were wider")
 def test_the_noise_of_the_receiver_lies_in_its_intervals(noises):
     assert held(noises) >= 0.85
 

@@ -3,15 +3,15 @@
 The density of a cell is an integral of the normal distribution; where its noise is small beside the digit, an added
 variance of q²/12 would be far too wide and the fix itself far too narrow. Moments are those of a truncated normal
 distribution (N. L. Johnson, S. Kotz and N. Balakrishnan, Continuous Univariate Distributions, vol. 1, 1994, §10.1),
-north first, then east given north. Only good fixes are taken so: outliers, poor fixes and the NIS see the added
-variance.
+north first, then east given north. Good fixes are taken so, and steps are weighed so; outliers, poor fixes, the
+correction by a step and the NIS see the added variance.
 """
 
 import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
-from steerway.estimation.filter.fix import correct, see
+from steerway.estimation.filter.fix import see
 from steerway.estimation.filter.vectors import (
     Sym2,
     Vec2,
@@ -26,21 +26,19 @@ from steerway.estimation.filter.vectors import (
     widened,
 )
 from steerway.estimation.filter.weigh import (
-    DIFFUSE,
-    LEAST_PROBABILITY,
     NORMAL,
-    RARE,
     Share,
+    Weighed,
     expect,
     follow_run,
-    joined,
     learn_noise,
     noise_seen,
     return_step,
-    share,
     take_fix,
+    take_shares,
     usual_spread,
     weigh,
+    whole_of,
 )
 
 _NARROW, _FAR = 0.2, 25.0
@@ -98,6 +96,31 @@ def cell_of(off, s, width):
 
 
 @lean_kernel
+def step_density(off, scale, width):
+    """Density (1/m²) of a cell behind a step, either coordinate by Student's t distribution of this scale (Sym2, m²).
+
+    With the added variance small steps would be likelier than a vessel that stays in a cell.
+    """
+    return student_density(off.n, scale.nn, width.n) * student_density(off.e, scale.ee, width.e)
+
+
+@lean_kernel
+def student_density(middle, scale, width):
+    """Density of an interval about `middle` of Student's t distribution of four degrees of freedom, in closed form."""
+    std = math.sqrt(scale)
+    low, high = (abs(middle) - 0.5 * width) / std, (abs(middle) + 0.5 * width) / std
+    within = student_tail(low) if low > 0.0 else 1.0 - student_tail(-low)
+    return (within - student_tail(high)) / width
+
+
+@lean_kernel
+def student_tail(t):
+    """Probability that a number of that distribution is above t ≥ 0."""
+    root = (t * t + 4.0) ** 1.5
+    return (6.0 * t * t + 32.0) / (root * (root + t * (t * t + 6.0)))
+
+
+@lean_kernel
 def cell_share(probability, cell, s):
     """What a good fix adds to the correction: S⁻¹ − S⁻¹ V S⁻¹ − s sᵀ and s = S⁻¹ a, of the mean a and covariance V."""
     information = inverse(s)
@@ -126,9 +149,11 @@ def take_cell(bank, model, north, east, excess):
         weighed = weigh(seen, expected, run, receiver, loose)
         s = plus(widened(seen.s, variance - loose), scaled(_REGULAR, added))
         cell = cell_of(seen.off, s, width)
-        good = expected.good * cell.density
-        whole = good + weighed.poor + weighed.wrong
-        density_of[k] = weight * whole
+        good, step = expected.good * cell.density, 0.0
+        if expected.step > 0.0:
+            step = expected.step * step_density(seen.off, widened(s, receiver.step_variance), width)
+        weighed = Weighed(good, weighed.poor, step, weighed.wrong, weighed.poor_noise)
+        density_of[k] = weight * (good + weighed.poor + step + weighed.wrong)
         total += density_of[k]
         wrong += weight * weighed.wrong
         poor += weight * weighed.poor
@@ -137,13 +162,8 @@ def take_cell(bank, model, north, east, excess):
         mean = Vec2(mean.n + weight * seen.off.n, mean.e + weight * seen.off.e)
         spread = plus(spread, scaled(weight, plus(usual_spread(seen, expected, receiver, loose), outer(seen.off))))
         least = min(least, trace(seen.s))
-        if trace(seen.s) > DIFFUSE * loose and weighed.wrong < RARE * whole:
-            whole -= weighed.wrong
-        taken = cell_share(good / whole, cell, s)
-        if weighed.poor > LEAST_PROBABILITY * whole:
-            taken = joined(taken, share(weighed.poor / whole, seen.off, plus(seen.s, weighed.poor_noise)))
-        information = plus(taken.information, outer(taken.s))
-        correct(bank.x[k], bank.p[k], bank.rows, information, taken.s, len(probability) == 1)
+        whole = whole_of(seen, weighed, loose)
+        take_shares(bank, k, seen, weighed, whole, receiver, cell_share(good / whole, cell, s))
     for k in range(len(probability)):
         probability[k] = density_of[k] / total
     learn_noise(run, expected, poor / total, learned / total)

@@ -341,6 +341,7 @@ def is_plain(model, aids) -> bool:
     receiver = model.receiver[0]
     extras = (
         receiver["poor_rate"],
+        receiver["step_rate"],
         model.modes[0]["sideways"],
     )
     return len(model.modes) == 1 and model.states == 5 and not any(extras) and len(aids) == 0

@@ -45,13 +45,13 @@ from which it starts a step the share of which half counts (see `bank.LEAST_SHAR
 PROCESS = _record("decay frequency variance", "acts_on state")
 """A shaping filter: λ (1/s), ν (rad/s; 0: real), stationary variance, what it acts on, its first state."""
 RECEIVER = _record(
-    "fix_variance outlier_rate poor_rate poor_noise poor_time time_variance late_variance followed_after"
-    " quantum_north quantum_east"
+    "fix_variance outlier_rate poor_rate poor_noise poor_time time_variance late_variance"
+    " step_rate step_variance followed_after quantum_north quantum_east"
 )
 """Variance of a fix (white, m²); share of outliers; share of poor fixes, how many times the usual noise one has, and
 how long (s) fixes stay poor, 0 where each is so by itself; variance of the moment of a fix and that of a poor one
-besides (s²); how long (s) outliers that agree are refused at least; last digit of
-a written fix north and east (m), 0 of one that is not rounded."""
+besides (s²); steps of the error a second and the variance of one north or east (m²); how long (s) outliers that agree
+are refused at least; last digit of a written fix north and east (m), 0 of one that is not rounded."""
 AID = _record("variance", "companion")
 """Variance (of COG: of the velocity across, m²/s²) of an aid of `course.update.aids.TABLE`, NaN of one not used, and
 the state of its companion (error of the receiver's velocity, crab angle, the water's own speed along the course, the

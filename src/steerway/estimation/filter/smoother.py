@@ -21,8 +21,8 @@ from steerway.estimation.filter.fuse import fuse
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Model
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
-from steerway.estimation.filter.vectors import Sym2, Vec2, density, dot, plus, trace
-from steerway.estimation.filter.weigh import NORMAL, outlier_density
+from steerway.estimation.filter.vectors import Sym2, Vec2, density, dot, plus, trace, widened
+from steerway.estimation.filter.weigh import FREEDOM, NORMAL, outlier_density
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -269,10 +269,11 @@ def forwards(reversal, x, out):
 def step_between(x, p, reversal, bank, room):
     """Variance (m²) by which a step of the receiver loosens the place behind a row from that before it, x and p.
 
-    Only one of the two filters follows it yet. It went as far as both places are farther apart than they should be;
-    between no step and one the harmonic mean is taken.
+    The step may be one of its error, or one that only one filter follows yet. It went as far as both places are farther
+    apart than they should be; between no step and one the harmonic mean is taken.
     """
     m, weight, receiver = len(bank.x), room.weight, reversal.model.receiver[0]
+    happens, size = 1.0 - math.exp(-receiver.step_rate * bank.run[0].since), receiver.step_variance
     stays = steps = total = variance = spread = 0.0
     for q in range(len(weight)):
         if weight[q] == 0.0:
@@ -282,9 +283,11 @@ def step_between(x, p, reversal, bank, room):
         both = plus(place_of(bank.p[j]), place_of(p[i]))
         stays += weight[q] * density(off, both, NORMAL)
         steps += weight[q] * receiver.outlier_rate * outlier_density(off, trace(both), receiver.fix_variance)
+        if happens > 0.0:
+            steps += weight[q] * happens * density(off, widened(both, size), FREEDOM)
         total += weight[q]
         spread += weight[q] * 0.5 * trace(both)
-        variance += weight[q] * 0.5 * max(0.0, dot(off, off) - trace(both))
+        variance += weight[q] * max(size, 0.5 * (dot(off, off) - trace(both)))
     if not stays + steps > 0.0:
         return 0.0
     spread, variance, probability = spread / total, variance / total, steps / (stays + steps)

@@ -1,4 +1,4 @@
-"""What a fix does to all modes: good, poor or an outlier.
+"""What a fix does to all modes: good, poor, a step of the receiver, or an outlier.
 
 All hypotheses are weighed in one likelihood, and nothing is left out of it.
 """
@@ -33,7 +33,10 @@ NORMAL = math.inf
 """Degrees of freedom of the normal distribution as one of Student's."""
 FREEDOM = 4.0
 """Degrees of freedom of Student's t distribution (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American
-Statistical Association 84(408), 1989): the noise of an obstruction, before its fixes show it, is seldom large."""
+Statistical Association 84(408), 1989): steps are seldom large, nor is the noise of an obstruction before its fixes show
+it."""
+STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
+"""Variance of that distribution at unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
 """Variance of a predicted fix, in that of its white noise, from which on a fix that is so seldom an outlier is right,
 as the first one is: the share of so vague a prediction would outweigh the fix in the correction. Chosen."""
@@ -54,6 +57,7 @@ class Expected(NamedTuple):
 
     good: float
     poor: float
+    step: float
     wrong: float
     noise: float  # variance that a poor fix has besides, in its usual noise
     freedom: float  # degrees of freedom of what is known of that
@@ -76,14 +80,16 @@ def expect(run, receiver):
         freedom = FREEDOM + learnt
         level = (FREEDOM + learnt * run.level) / freedom
     poor = (1.0 - wrong) * (stays + (1.0 - stays) * receiver.poor_rate)
-    return Expected(1.0 - wrong - poor, poor, wrong, level, freedom, learnt)
+    step = (1.0 - wrong - poor) * (1.0 - math.exp(-receiver.step_rate * run.since))
+    return Expected(1.0 - wrong - poor - step, poor, step, wrong, level, freedom, learnt)
 
 
 class Weighed(NamedTuple):
-    """A fix by three hypotheses: probability times density of each, and what a poor fix has besides noise."""
+    """A fix by four hypotheses: probability times density of each, and what a poor fix has besides noise."""
 
     good: float
     poor: float
+    step: float
     wrong: float
     poor_noise: Sym2  # m²
 
@@ -99,8 +105,9 @@ class Share(NamedTuple):
 def take_fix(bank, model, north, east, excess):
     """Weigh and take a fix. Returns (NIS of the mean of all modes, log density, probability of an outlier).
 
-    A fix is good, poor (its noise several times the usual) or an outlier; in every mode all three are weighed, and the
-    correction is their mean, see `take_weighed`.
+    A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
+    (a step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
+    correction is their mean, see `take_shares`.
     excess: how many times its usual variance the white noise of this fix has.
     """
     run, receiver, probability, density_of = bank.run[0], model.receiver[0], bank.probability, bank.shares[0]
@@ -115,7 +122,7 @@ def take_fix(bank, model, north, east, excess):
         x, p, weight = bank.x[k], bank.p[k], probability[k]
         seen = see(x, p, model.processes, receiver.time_variance, fix, variance, bank.rows)
         weighed = weigh(seen, expected, run, receiver, variance)
-        density_of[k] = weight * (weighed.good + weighed.poor + weighed.wrong)
+        density_of[k] = weight * (weighed.good + weighed.poor + weighed.step + weighed.wrong)
         total += density_of[k]
         wrong += weight * weighed.wrong
         poor += weight * weighed.poor
@@ -124,7 +131,8 @@ def take_fix(bank, model, north, east, excess):
         mean = Vec2(mean.n + weight * seen.off.n, mean.e + weight * seen.off.e)
         spread = plus(spread, scaled(weight, plus(usual_spread(seen, expected, receiver, variance), outer(seen.off))))
         least = min(least, trace(seen.s))
-        take_weighed(bank, k, seen, weighed, variance)
+        whole = whole_of(seen, weighed, variance)
+        take_shares(bank, k, seen, weighed, whole, receiver, share(weighed.good / whole, seen.off, seen.s))
     for k in range(len(probability)):
         probability[k] = density_of[k] / total
     learn_noise(run, expected, poor / total, learned / total)
@@ -141,28 +149,40 @@ def weigh(seen, expected, run, receiver, variance):
         again = Vec2(off.n - run.outlier_north, off.e - run.outlier_east)
         wrong = (1.0 - SAME_OFFSET) * wrong + SAME_OFFSET * density(again, widened(s, variance), NORMAL)
     noise = poor_noise(seen, expected, receiver, variance)
-    poor = 0.0
+    poor = step = 0.0
     if expected.poor > 0.0:
         poor = expected.poor * density(off, plus(s, noise), expected.freedom)
+    if expected.step > 0.0:
+        step = expected.step * density(off, widened(s, receiver.step_variance), FREEDOM)
     good = expected.good * density(off, s, NORMAL)
-    return Weighed(good, poor, expected.wrong * wrong, noise_shown(seen, noise, expected.freedom))
+    return Weighed(good, poor, step, expected.wrong * wrong, noise_shown(seen, noise, expected.freedom))
 
 
 @lean_kernel
-def take_weighed(bank, k, seen, weighed, variance):
-    """Correct mode k by the mean of all hypotheses h.
+def whole_of(seen, weighed, variance):
+    """What all hypotheses of a fix weigh, without an outlier that is rare beside a vague prediction (see DIFFUSE)."""
+    known = weighed.good + weighed.poor + weighed.step
+    whole = known + weighed.wrong
+    return known if trace(seen.s) > DIFFUSE * variance and weighed.wrong < RARE * whole else whole
+
+
+@lean_kernel
+def take_shares(bank, k, seen, weighed, whole, receiver, mean):
+    """Correct mode k by the mean of all hypotheses h, of which `mean` has that of a good fix.
 
     Probabilistic data association (Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4):
     x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ in `rows`, s_h = S_h⁻¹ ν and
-    s̄ = Σ β_h s_h.
+    s̄ = Σ β_h s_h; for a step see `step_position`.
     """
     off, s, x, p, rows = seen.off, seen.s, bank.x[k], bank.p[k], bank.rows
-    whole = weighed.good + weighed.poor + weighed.wrong
-    if trace(s) > DIFFUSE * variance and weighed.wrong < RARE * whole:
-        whole -= weighed.wrong
-    mean = share(weighed.good / whole, off, s)
     if weighed.poor > LEAST_PROBABILITY * whole:
         mean = joined(mean, share(weighed.poor / whole, off, plus(s, weighed.poor_noise)))
+    if weighed.step > LEAST_PROBABILITY * whole:
+        # it went as far as the innovation is larger than it should be
+        size = max(receiver.step_variance, 0.5 * (dot(off, off) - trace(s)))
+        own = share(weighed.step / whole, off, widened(s, size))
+        mean = joined(mean, own)
+        step_position(x, p, size, weighed.step / whole, own, mean.s, rows)
     correct(x, p, rows, plus(mean.information, outer(mean.s)), mean.s, len(bank.x) == 1)
 
 
@@ -208,7 +228,33 @@ def usual_spread(seen, expected, receiver, variance):
     loose = expected.poor * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     if expected.freedom < NORMAL:
         loose *= expected.freedom / (expected.freedom - 2.0)
-    return widened(seen.s, loose)
+    return widened(seen.s, loose + expected.step * STUDENT_VARIANCE * receiver.step_variance)
+
+
+@called_kernel
+def step_position(x, p, size, probability, own, mean, rows):
+    """Move the position of a mode by what a step of variance d = `size` (m²) and probability β does to it, E of x.
+
+    x ← x + d E b and P ← P − d (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β d I − d² (J + b bᵀ)) Eᵀ, with J and b of its
+    `own` share and s̄ the mean of all hypotheses; what is common to them follows by `correct`.
+    """
+    j, b = own.information, own.s
+    x[NORTH] += size * b.n
+    x[EAST] += size * b.e
+    to_north = Vec2(size * (j.nn + mean.n * b.n), size * (j.ne + mean.e * b.n))
+    to_east = Vec2(size * (j.ne + mean.n * b.e), size * (j.ee + mean.e * b.e))
+    for i in range(len(x)):
+        known = Vec2(rows[0, i], rows[1, i])
+        a, c = dot(known, to_north), dot(known, to_east)
+        p[i, NORTH] -= a
+        p[NORTH, i] -= a
+        p[i, EAST] -= c
+        p[EAST, i] -= c
+    left = widened(scaled(-size * size, plus(j, outer(b))), probability * size)
+    p[NORTH, NORTH] += left.nn
+    p[EAST, EAST] += left.ee
+    p[NORTH, EAST] += left.ne
+    p[EAST, NORTH] += left.ne
 
 
 @lean_kernel

@@ -60,9 +60,9 @@ class Posterior:
         self.settling = min(_SETTLING, len(rows.time) // 3)
         priors = priors_of(parts)
         self.names = tuple(priors)
-        median, self.deviations, least, most, periods = np.array(list(priors.values())).T
+        median, self.deviations, least, most, periods, digits = np.array(list(priors.values())).T
         self.medians = np.log(median)
-        least = np.maximum(least, periods * shortest)
+        least = np.maximum.reduce([least, periods * shortest, digits * max(rows.quantum)])
         if "antenna" in parts and "waves" in parts:
             least[self.names.index("yaw_period")] = max(least[self.names.index("yaw_period")], LONGEST_ROLL)
         with np.errstate(divide="ignore"):

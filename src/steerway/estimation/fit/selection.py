@@ -43,9 +43,11 @@ FINALISTS = 3
 """Structures fitted to many rows at most. Chosen: each takes 0.1 to 1 s."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
-_BY_ROUNDING = 2.0
-"""Variance of fixes, in that of their rounding, up to which no part but `error` is tried: the others take the pattern
-of rounding for motion or obstructions (SOG of 140 generated records is off by 0.19 m/s with all, 0.06 so)."""
+_BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
+"""Variance of fixes, in that of their rounding, up to which only these parts are tried: the others take the pattern of
+rounding for motion or obstructions (SOG of 140 generated records is off by 0.19 m/s with all, 0.06 so)."""
+_OTHERWISE = ("error", "steps")
+"""Parts that explain what the plain structure explains by the vessel: the search begins from a second vessel too."""
 LEAST_WEIGHT = 0.02
 """Share of all weight below which a structure is left out: a mean moves by this part of the distance at most.
 Chosen: well below the deviation of a mean."""
@@ -155,10 +157,10 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
 
     is_rounding = scales.noise**2 <= _BY_ROUNDING * sum(digit**2 for digit in few.quantum) / 24.0
     for part in OPTIONAL:
-        if not PARTS[part].resolved(shortest) or (is_rounding and part != "error"):
+        if not PARTS[part].resolved(shortest) or (is_rounding and part not in _OF_ROUNDED):
             continue
         if not (first := PARTS[part].only_with):
-            if part == "error":  # explains what the plain structure explains by the vessel
+            if part in _OTHERWISE:
                 compete(part, begin[1])
             compete(part, plain)
         elif (*base, first) in fits and fits[*base, first].evidence > plain.evidence + BETTER:

@@ -18,10 +18,8 @@ from steerway.estimation.vessel.structures import parameters_of
 LOG = logging.getLogger("steerway")
 REMOVED = {
     "strokes": ("stroke_surge", "stroke_period", "stroke_damping"),
-    "clock": ("time_std",),
     "beat": ("beat_std", "beat_period", "beat_damping"),
     "quick_error": ("quick_std", "quick_time"),
-    "steps": ("step_every", "step_std"),
     "slips": ("slip_std",),
 }
 """Parts of earlier versions, and their numbers: a file that names them is read without them."""

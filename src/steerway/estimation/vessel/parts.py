@@ -30,6 +30,13 @@ _WAVE = 3.0
 """s: a line across of a shorter period is looked for in the antenna first, and yaw begins from longer ones, or where
 there is none from unknown ones. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of log
 evidence below it. Surge begins from all that waves and strokes of oars may have."""
+_SHORTEST_STAY = 2.5
+"""Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
+changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
+_SEEN = 0.3
+"""Last digits of a written fix that a step has at least: a smaller one hardly shows. Chosen: with any, the
+smoothed SOG of a boat in a record ten digits long is off by a sixth, with a σ far below; with 0.1 that of boats that
+drift by twice as much as without steps."""
 UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 """s, where a record does not tell them: about a factor of 1.7 apart."""
 
@@ -43,6 +50,8 @@ class Prior(NamedTuple):
     most: float = math.inf
     periods: float = 0.0
     """Its least value in shortest periods that the fixes resolve."""
+    digits: float = 0.0
+    """Its least value in last digits of a written fix."""
 
 
 class Filter(NamedTuple):
@@ -198,6 +207,11 @@ PARTS = {
         lambda scales, values: [{"roll_period": scales.rolls(), "roll_std": (0.02, 0.1)}],
         only_with="antenna",
     ),
+    "clock": Part(
+        {"time_std": Prior(0.03, 1.2)},  # s, of the moment of a fix
+        "time of a fix within {time_std:.2g} s",
+        begin=lambda scales, values: [{"fix_std": _half(values, "fix_std"), "time_std": (0.001, 0.01, 0.1)}],
+    ),
     "error": Part(
         {"error_std": Prior(0.7, 1.2), "error_time": Prior(100.0, 1.5)},  # m, s
         "error of {error_std:.2g} m over {error_time:.2g} s",
@@ -207,6 +221,17 @@ PARTS = {
                 "fix_std": _half(values, "fix_std", scales.noise),
                 "error_std": scales.sizes(1.0),
                 "error_time": (20.0, 200.0),
+            }
+        ],
+    ),
+    "steps": Part(  # s and m, as of the study's developing half
+        {"step_every": Prior(15.0, 1.0, periods=_SHORTEST_STAY), "step_std": Prior(0.15, 1.3, digits=_SEEN)},
+        "steps of {step_std:.2g} m every {step_every:.2g} s",
+        begin=lambda scales, values: [
+            {
+                "fix_std": _half(values, "fix_std"),
+                "step_every": (10.0, 60.0),
+                "step_std": (3.0 * scales.noise, 10.0 * scales.noise),
             }
         ],
     ),

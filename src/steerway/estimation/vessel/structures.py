@@ -138,7 +138,10 @@ def _receiver_of(v, quantum) -> np.ndarray:
         "poor_rate": min(v["poor_rate"], _MOST_BAD),
         "poor_noise": 1.0 + v.get("obstructed_noise", _POOR),
         "poor_time": v.get("obstructed_time", 0.0),
+        "time_variance": v.get("time_std", 0.0) ** 2,
         "late_variance": v["late_std"] ** 2,
+        "step_rate": 1.0 / v.get("step_every", math.inf),
+        "step_variance": v.get("step_std", 0.0) ** 2,
         "quantum_north": quantum[0],
         "quantum_east": quantum[1],
     }.items():
