@@ -1,8 +1,8 @@
 """Holding a position with thrust and steering alone, by a boat whose heading and current are estimated.
 
-In a current that she can steer in, the boat lies with her bow into it and goes as fast through the water as the water
-goes: a distance from the point changes speed and heading by little. In less she drifts, and sails back to the point
-slowly when she has left a circle about it.
+In a current that it can steer in, the boat lies with its bow into it and goes as fast through the water as the water
+goes: a distance from the point changes speed and heading by little. In less it drifts, and sails back to the point
+slowly when it has left a circle about it.
 """
 
 import math
@@ -22,7 +22,7 @@ _RETURNED = 0.4
 """Share of the radius within which a boat that came back drifts again. Chosen: below 1, so that drifting and
 returning do not alternate."""
 _FAR = 3.0
-"""Radii beyond which she sails straight to the point. Chosen: stemming the current she would come back too slowly."""
+"""Radii beyond which it sails straight to the point. Chosen: stemming the current it would come back too slowly."""
 _PULL = 0.1
 """1/s: speed towards the point for a distance from it. Chosen: it dies away in 10 s, slower than the boat's speed
 changes."""
@@ -38,7 +38,7 @@ class Wanted(NamedTuple):
 class PositionHold:
     """Keeps a boat about a point.
 
-    radius (m) of the circle in which she may drift; slowest (m/s) speed through the water at which she steers well.
+    radius (m) of the circle in which it may drift; slowest (m/s) speed through the water at which it steers well.
     """
 
     def __init__(self, radius: float, slowest: float):

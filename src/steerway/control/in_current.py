@@ -36,8 +36,8 @@ _DEPARTURE = 10.0
 _LONGEST_WITHOUT_WAY = 60.0
 """s without coming nearer to the waypoint, of a boat whose yaw rate answers within 1 s."""
 _CARRIED, _CARRIED_TIME = 4.0, 8.0
-"""Radii of the tightest turn, and s at the boat's speed, the larger: further away from the waypoint than she was on the
-leg, a boat under way has been carried off. On squares in 65 % of her speed turns take her back by up to 12 m."""
+"""Radii of the tightest turn, and s at the boat's speed, the larger: further away from the waypoint than it was on the
+leg, a boat under way has been carried off. On squares in 65 % of its speed turns take it back by up to 12 m."""
 LEAST_WAY = 0.03
 """Share of the boat's speed that it has to make along a leg."""
 _KEPT_SIDE = 0.5 * math.pi
@@ -63,7 +63,7 @@ class YawResponse(NamedTuple):
 
     @property
     def stable_speed(self) -> float:
-        """Speed through the water (m/s) up to which the boat keeps a straight course by herself."""
+        """Speed through the water (m/s) up to which the boat keeps a straight course by itself."""
         return math.sqrt(max(self.linear, 0.0) / self.munk) if self.munk > 0.0 else math.inf
 
     def gains(self, bandwidth: float, speed: float, limit: float) -> AnglePIDGains:
@@ -91,7 +91,7 @@ class InCurrent:
     """What steering in a current has to know of the boat.
 
     response: to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits of the speed
-    through the water; below the slowest she hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
+    through the water; below the slowest it hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
     of the heading loop with a perfect estimate, rad/s. over_ground: whether the speed that is controlled is that over
     ground along the bow, else that through the water. pivot, slip_time: as of `Boat`. speed_time: time constant of the
     speed, s.

@@ -82,7 +82,7 @@ class PositionPID:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what holds her against wind and current."""
+        """Forget what holds it against wind and current."""
         self.integral = np.zeros(3)
 
     def step(

@@ -1,4 +1,4 @@
-"""What a speed controller has to know of a boat: a rough guess of drag and thrust, and the limits of her shaft.
+"""What a speed controller has to know of a boat: a rough guess of drag and thrust, and the limits of its shaft.
 
 The guessed boat u̇ = −d0 u − b0 u|u| + g0 n|n|, P3 (13), has a top speed U at full throttle and reaches it in the time
 T = U/(g0 n²). Gains and bounds of the controllers are numbers in units of the two, so that boats of 10 kg and of

@@ -1,4 +1,4 @@
-"""`estimate`: the main job in one call, with the vessel and her receiver inferred from the log itself."""
+"""`estimate`: the main job in one call, with the vessel and its receiver inferred from the log itself."""
 
 from pathlib import Path
 

@@ -10,7 +10,7 @@ from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 
 KINDS = ("exact", "arc", "clothoid")
-"""How a boat passes a waypoint: as well as she can turn, on an arc, or on a curve whose curvature rises and falls."""
+"""How a boat passes a waypoint: as well as it can turn, on an arc, or on a curve whose curvature rises and falls."""
 _STEP = 0.02
 """rad of the turn between two points of a curve. Chosen: the chord is 5·10⁻⁵ of the radius from the arc."""
 _LEAST_TURN = math.radians(3.0)

@@ -78,7 +78,7 @@ def _advise_steering(scenario, known, speed):
     loops = [steering_loop(known, scenario.gnss, speed, current, each) for each in _directions(scenario)]
     worst = min(loops, key=lambda loop: loop.damping)
     way = "" if current == 0.0 else f" in a current of {current:g} m/s"
-    most = f"she makes way against a current of up to {tolerated_current(known):.2g} m/s"
+    most = f"it makes way against a current of up to {tolerated_current(known):.2g} m/s"
     if worst.speed <= 0.0:
         return False, f"The boat cannot follow the route{way}: {most}, so sail faster or wait for a weaker one."
     kind = scenario.autopilot.kind
@@ -135,7 +135,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
 
 
 def _steady(steering, speed, north, east):
-    """The estimate of a boat that sails north, as fast as she is asked to and can."""
+    """The estimate of a boat that sails north, as fast as it is asked to and can."""
     water = Estimate(*[math.nan] * 11, 0.0, speed, north, east, 0.0, 1.0)
     water_speed = steering.water_speed(0.0, speed, water)
     heading, along = heading_for(0.0, water_speed, north, east)

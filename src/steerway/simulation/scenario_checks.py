@@ -82,7 +82,7 @@ def _places(scenario):
 
 
 def _legs(scenario):
-    """Where the boat steers by an estimated current and turns early: legs that are shorter than her turns."""
+    """Where the boat steers by an estimated current and turns early: legs that are shorter than its turns."""
     known = assembly.boat(scenario)
     if scenario.estimator.kind != "steering" or not known.steers:
         return

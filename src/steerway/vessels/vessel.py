@@ -24,7 +24,7 @@ CURRENT_NORTH, CURRENT_EAST, FORCE_NORTH, FORCE_EAST, MOMENT = range(5)
 
 
 class Actuated:
-    """A vessel, whose representation names her actuators."""
+    """A vessel, whose representation names its actuators."""
 
     actuators: tuple["Actuator", ...]
 

@@ -108,7 +108,7 @@ QUANTITIES = [
 ]
 REMARK = (
     "{} runs. Legs count from 20 s after a turn begins (the ship: 600 s), the first from twice that. The boat's speed "
-    "is that of her route: the Otter 1.2 m/s, the motorboat 2 m/s, which is all she has, the Mariner 15 knots. The "
+    "is that of its route: the Otter 1.2 m/s, the motorboat 2 m/s, which is all it has, the Mariner 15 knots. The "
     "turn radius is that over ground with the current, (U + V)/ω for the largest rate ω that is ordered. "
     "Positions are 0.2 s late, and known to be."
 )

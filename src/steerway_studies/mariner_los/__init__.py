@@ -255,7 +255,7 @@ def _lyapunov(ideal, ship):
     ]
     caption = (
         "The Lyapunov function of P1 (37)–(38) along an approach from 600 m beside the path. With χ = χ_d it falls as "
-        "(38) has it. The ship, whose autopilot needs time and whose command is low-passed, goes out on her parallel "
+        "(38) has it. The ship, whose autopilot needs time and whose command is low-passed, goes out on its parallel "
         "course first, crosses the path and swings back: the proof supposes perfect tracking."
     )
     return series([Panel("V = y_e²/2 (m²)", curves, ylim=(1e-2, 1e6), log=True)]), caption

@@ -119,7 +119,7 @@ class MissionTrack:
 
 
 def ideal_path(circuit: np.ndarray, steps: int) -> np.ndarray:
-    """(steps, 2) positions at 1 s of a boat that sails the legs at her speed, without a current; then the end."""
+    """(steps, 2) positions at 1 s of a boat that sails the legs at its speed, without a current; then the end."""
     corners = np.vstack([np.zeros(2), circuit])
     ends = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
     sailed = SPEED * np.arange(steps)

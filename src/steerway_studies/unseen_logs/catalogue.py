@@ -80,7 +80,7 @@ KNOWN = (
             f"palmer_seapath_truth/NBP1406_{name}-2014-08-01",
             "research ship in swell",
             receiver,
-            "her inertial system, Seapath 330",
+            "its inertial system, Seapath 330",
             truth=_INERTIAL,
         )
         for name, receiver in (

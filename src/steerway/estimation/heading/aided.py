@@ -236,7 +236,7 @@ class AidedHeadingFilter:
             p[WATER_SPEED, WATER_SPEED] += std * std
 
     def turned(self, std: float) -> None:
-        """The boat has turned by more or less than her model says, 1σ in rad."""
+        """The boat has turned by more or less than its model says, 1σ in rad."""
         for each in self._beginnings:
             each.covariance[0, 0] += (math.degrees(std) / self._model[OUTPUT_1]) ** 2
 

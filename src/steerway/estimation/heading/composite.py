@@ -143,7 +143,7 @@ class CompositeFilter:
         return math.radians(math.sqrt(heading_variance_deg2(self._covariance, self._model)))
 
     def turned(self, std: float) -> None:
-        """The boat has turned by more or less than her model says, 1σ in rad."""
+        """The boat has turned by more or less than its model says, 1σ in rad."""
         self._covariance[0, 0] += (math.degrees(std) / self._model[OUTPUT_1]) ** 2
 
     def yaw_rate(self, difference: float) -> float:

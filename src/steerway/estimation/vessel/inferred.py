@@ -73,7 +73,7 @@ class WeighedStructure(BaseModel):
 
 
 class InferredProfile(ProfileFile):
-    """What was inferred of a vessel and her receiver: structures, each a bank of modes, and how much each counts."""
+    """What was inferred of a vessel and its receiver: structures, each a bank of modes, and how much each counts."""
 
     name: str = "inferred"
     steerageway: float = positive_number(STEERAGEWAY)

@@ -1,4 +1,4 @@
-"""The declared parts: what a vessel and her receiver may be made of, an entry of `PARTS` each.
+"""The declared parts: what a vessel and its receiver may be made of, an entry of `PARTS` each.
 
 A part has the weak priors of its numbers, the shaping filters by which it enters the model, values from which the
 search for them begins, and words. Numbers are fitted as logarithms, with normal priors. One deviation of 1 is a factor

@@ -1,4 +1,4 @@
-"""Polygons: the fence that the boat must not leave, areas that she must not enter, and whether she is about to."""
+"""Polygons: the fence that the boat must not leave, areas that it must not enter, and whether it is about to."""
 
 import math
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class Polygon:
         self._refuse_crossings()
 
     def is_met(self, latitude: float, longitude: float, sog: float, cog: float) -> bool:
-        """Whether the boat crosses an edge on her course within `AHEAD`."""
+        """Whether the boat crosses an edge on its course within `AHEAD`."""
         way = sog * AHEAD
         if not (math.isfinite(way) and math.isfinite(cog)):
             return False

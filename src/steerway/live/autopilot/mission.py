@@ -93,8 +93,8 @@ class GeodeticRoute:
     """Waypoints in latitude and longitude (n,), rad, in the order in which they are sailed.
 
     settings: the keys of the mission file. waypoints: tables with what differs from them on the leg to each.
-    fence: the area that the boat must not leave; no_go: areas that she must not enter. rally: where
-    she returns to, None for the route's beginning.
+    fence: the area that the boat must not leave; no_go: areas that it must not enter. rally: where
+    it returns to, None for the route's beginning.
     Raises InputError for a route that leaves its fence or enters such an area, and a rally place outside of it.
     """
 

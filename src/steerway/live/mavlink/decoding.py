@@ -92,7 +92,7 @@ class MavlinkDecoder:
         self._aids: dict[str, deque[tuple[float, float]]] = {}  # the newest, time and value
         self._fixed = -math.inf  # arrival of the newest fix
         self._moment = self._moment_came = math.nan  # of the newest row
-        self._says_throttle = False  # armed, and of a kind whose throttle is known to be that of her motors
+        self._says_throttle = False  # armed, and of a kind whose throttle is known to be that of its motors
 
     def message(self, message, arrival: float) -> list[InputRow]:
         """The rows, none or one, of a message that came in at `arrival` (s, monotonic)."""

@@ -145,7 +145,7 @@ class MissionServer:
         return [self._messages.MAVLink_mission_current_message(self._routed.guide.item_under_way)]
 
     def _on_clear(self, message, now):
-        """A boat that is steered keeps her mission."""
+        """A boat that is steered keeps its mission."""
         return [self._ack(self._messages.MAV_MISSION_DENIED)]
 
     def _request(self, now):

@@ -90,7 +90,7 @@ class DeviationBounds:
         return self.low, self.high
 
     def turned(self, std: float) -> None:
-        """The boat has turned by more or less than her model says, 1σ in rad."""
+        """The boat has turned by more or less than its model says, 1σ in rad."""
         self._covariance[0, 0] += math.degrees(std) ** 2
 
     def yaw_rate(self, difference: float) -> float:
