@@ -48,7 +48,7 @@ def numbers(run: Run, passages=()) -> dict[str, float]:
     cross = run["leg_cross_track"]
     true_cross = true_cross_track(run)
     within = np.abs(error["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows] + _ROUNDING
-    known = np.isfinite(error["cog"][rows])
+    known = np.isfinite(error["cog"][rows] + run["estimated_cog_std"][rows])
     heading = error["heading"][rows]
     of_heading = {"heading_rms_deg": math.degrees(_known_rms(heading))} if np.isfinite(heading).any() else {}
     return of_heading | {

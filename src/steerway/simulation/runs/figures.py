@@ -213,7 +213,7 @@ def _finished(figure, axes):
     for each in axes:
         each.grid(alpha=0.25)
         each.margins(x=0.01)
-        each.legend(loc="upper right", fontsize=8, framealpha=0.85, ncols=3)
+        each.legend(loc="best", fontsize=8, framealpha=0.85, ncols=3)
     axes[-1].set_xlabel("time (s)")
     return figure
 
