@@ -21,6 +21,13 @@ estimator = steerway.FiveStateFilter()
 estimator.predict(0.02)
 estimator.update(1.0, 0.2)
 """
+# Started by a small process: the largest memory of a process begins with that of the one that started it.
+_MEASURED = """
+import resource, subprocess, sys
+subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, check=True)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3)
+"""
 
 
 def run():
@@ -49,9 +56,15 @@ def _seconds(code, cache):
 def _estimated(log, cache):
     """Processor time (s) and largest memory (MB) of `steerway estimate` with an output."""
     environment = os.environ | {"STEERWAY_CACHE": str(cache)}
-    command = [Path(sys.executable).with_name("steerway"), "estimate", log, "-o", log.with_suffix(".csv")]
-    started = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
-    _, code, used = os.wait4(started.pid, 0)
-    if code:
-        raise RuntimeError(f"steerway estimate ended with {code}")
-    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
+    command = [
+        str(Path(sys.executable).with_name("steerway")),
+        "estimate",
+        str(log),
+        "-o",
+        str(log.with_suffix(".csv")),
+    ]
+    measured = [sys.executable, "-c", _MEASURED, *command]
+    ended = subprocess.run(measured, env=environment, capture_output=True, text=True)
+    if ended.returncode:
+        raise RuntimeError(ended.stderr)
+    return tuple(map(float, ended.stdout.split()))
