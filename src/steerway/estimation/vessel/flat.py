@@ -22,8 +22,6 @@ from steerway.estimation.filter.model import (
 from steerway.estimation.vessel.aids import TABLE
 from steerway.estimation.vessel.structures import Shaping, assembled
 
-OUTLIER_RATE = 1e-3
-"""Share of fixes that are off by any distance. Chosen: the median of its prior for a log of unknown origin."""
 FOLLOWED_AFTER = 2.0
 """s for which fixes elsewhere that agree are refused. Chosen: a jump of a second is no step of the receiver."""
 _LARGEST_START_RATE = math.radians(20.0)
@@ -146,6 +144,6 @@ def _receiver(profile) -> np.ndarray:
     """(1,) RECEIVER: no poor fixes, and no steps."""
     receiver = np.zeros(1, RECEIVER)
     receiver["fix_variance"], receiver["time_variance"] = profile.position_std**2, profile.time_std**2
-    receiver["outlier_rate"], receiver["poor_noise"] = OUTLIER_RATE, 1.0
+    receiver["outlier_rate"], receiver["poor_noise"] = profile.outlier_rate, 1.0
     receiver["followed_after"] = FOLLOWED_AFTER
     return receiver

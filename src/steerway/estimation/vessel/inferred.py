@@ -92,7 +92,7 @@ class InferredProfile(ProfileFile):
 
     @classmethod
     def of(cls, structures: Iterable[Structure], name: str = "inferred") -> Self:
-        """The profile of weighed structures (see `inference.selection`)."""
+        """The profile of weighed structures (see `fit.selection`)."""
         return cls(name=name, structures=tuple(WeighedStructure(**each._asdict()) for each in structures))
 
     @property
