@@ -160,3 +160,25 @@ def test_a_part_is_there_where_the_first_call_of_it_is_pruned(tmp_path):
         python(f"import sys; sys.path.append({str(tmp_path)!r}); import pruned", STEERWAY_CACHE=str(tmp_path))
         == "6.0\n"
     )
+
+
+SHAPED = """
+import numpy as np
+from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.shaping import shaped
+@lean_kernel
+def mark(x, n):
+    shaped(x[1:], (n, 3))[1, 2] = 7.0
+@kernel
+def rows(x, n):
+    return shaped(x[: 2 * n], (n, 2))
+x = np.zeros(8)
+mark(x, 2)
+print(x[6], rows(np.arange(8.0), 3)[2, 0], rows.py_func(np.arange(8.0), 3)[2, 0])
+"""
+
+
+def test_a_kernel_sees_memory_in_another_shape(tmp_path):
+    (tmp_path / "shapes.py").write_text(SHAPED)
+    code = f"import sys; sys.path.append({str(tmp_path)!r}); import shapes"
+    assert python(code, STEERWAY_CACHE=str(tmp_path)) == "7.0 4.0 4.0\n"

@@ -2,7 +2,7 @@
 
 Its whole state is one array, so that a snapshot is one copy. Rows between and ahead of fixes are predicted with another
 filter that is given the snapshot. A profile of one mode without extras runs by the paper's Table 1
-(`filter.five_state`), all others by the general filter (`inference.row`).
+(`filter.five_state`), all others by the general filter (`filter.row`).
 """
 
 import math

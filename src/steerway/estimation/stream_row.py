@@ -85,7 +85,7 @@ def predict_plain(state, numbers, dt):
         return
     state[SINCE] += dt
     state[ELAPSED] += dt
-    five_state.take(bank, model_in(numbers), Row(dt, math.nan, math.nan, 1.0))
+    five_state.wait(bank, model_in(numbers), dt)
 
 
 @lean_kernel

@@ -7,6 +7,7 @@ neither the rate of fixes nor a gap changes the tuning.
 import math
 
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
+from steerway.core.shaping import shaped
 from steerway.estimation.filter.discrete import set_steps
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_FIX, SPEED
 from steerway.estimation.filter.motion import predict
@@ -97,7 +98,7 @@ def mix(bank, modes):
 def add_second_moments(moments, p):
     """Behind the mean error (n,) in `moments`: P (n, n) and its square."""
     n = len(p)
-    second = moments[n:].reshape((n, n))
+    second = shaped(moments[n:], (n, n))
     for a in range(n):
         for b in range(n):
             second[a, b] = p[a, b] + moments[a] * moments[b]
@@ -107,7 +108,7 @@ def add_second_moments(moments, p):
 def take_covariance(moments, p):
     """P (n, n) of moments as `add_second_moments` makes them."""
     n = len(p)
-    second = moments[n:].reshape((n, n))
+    second = shaped(moments[n:], (n, n))
     for a in range(n):
         for b in range(n):
             p[a, b] = second[a, b] - moments[a] * moments[b]

@@ -11,7 +11,7 @@ belongs to the error [δx^n δy^n δU δs δω_χ] with δs = U δχ, the veloci
 kept and read is its upper triangle. Two things are added: below `drift_speed` a vessel is pushed about in any
 direction, and a fix counts by the probability β that it is no outlier (Table 1 has β = 1).
 
-The general filter (`inference.row`) has several modes of motion that are mixed and weighed, shaping filters as further
+The general filter (`filter.row`) has several modes of motion that are mixed and weighed, shaping filters as further
 states (waves, errors of the receiver and of aids), and fixes that are poor or follow a step of the receiver. This is
 its fast path for one mode without any of these, with the same numbers. A run of outliers is left to it.
 """
@@ -22,6 +22,7 @@ from typing import NamedTuple
 from steerway.core.angles import sinc, wrap
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
 from steerway.estimation.filter.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
+from steerway.estimation.filter.bank import advance as advance_modes
 from steerway.estimation.filter.fuse import COURSE_STD, mean_speed
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
 from steerway.estimation.filter.motion import symmetrise
@@ -263,12 +264,33 @@ def take_fix(bank, model, fix, excess):
 
 
 @inlined_kernel
+def is_usual(run):
+    """Whether a filter is under way, and its last fixes agree with it."""
+    return run.started and run.outliers == 0.0 and run.step_north == 0.0 and run.step_east == 0.0
+
+
+@inlined_kernel
+def wait(bank, model, dt):
+    """A row without a fix, as `take` takes it."""
+    if is_usual(bank.run[0]) and dt <= LONGEST_STEP:
+        if dt > 0.0:
+            advance(bank, model, dt)
+    elif bank.run[0].started and dt > 0.0:
+        wait_longer(bank, model, dt)
+
+
+@called_kernel
+def wait_longer(bank, model, dt):
+    """Predict by the general filter."""
+    symmetrise(bank.p[0])
+    advance_modes(bank, model, dt)
+
+
+@inlined_kernel
 def take(bank, model, row):
     """One row without aids, as `take_row` takes it."""
-    run, fixed = bank.run[0], math.isfinite(row.north) and math.isfinite(row.east)
-    usual = run.outliers == 0.0 and run.step_north == 0.0 and run.step_east == 0.0
-    dt = row.dt
-    if run.started and usual and dt <= LONGEST_STEP:
+    fixed, dt = math.isfinite(row.north) and math.isfinite(row.east), row.dt
+    if is_usual(bank.run[0]) and dt <= LONGEST_STEP:
         if dt > 0.0:
             advance(bank, model, dt)
         if not fixed:
@@ -321,7 +343,7 @@ def state_row(bank, model, out):
 
 @lean_kernel
 def write_estimate(bank, model, steerageway, estimate):
-    """SOG, COG and course rate after a row as they are given out, into `estimate` (9,); see `inference.course`."""
+    """SOG, COG and course rate after a row as they are given out, into `estimate` (9,); see `log.course`."""
     x, p = bank.x[0], bank.p[0]
     if bank.run[0].started == 0:
         for i in range(len(estimate)):

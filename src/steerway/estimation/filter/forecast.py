@@ -6,7 +6,7 @@ times are known in closed form, and the first two moments of the position are in
 E[U(s) U(t) e^{i(χ(s) ± χ(t))}] over one and two times. Acceleration persists for its time, a turn for 1/α2; a vessel
 without a course drifts, slower than steerageway.
 
-Voyages drawn as for structures that were inferred (`inference.forecast`) lie farther off by this many numbers: on AIS
+Voyages drawn as for structures that were inferred (`filter.voyages`) lie farther off by this many numbers: on AIS
 of the Solent 104 m in place of 86 two minutes ahead (median), since a drawn speed does not fall below zero, or returns
 to what it was; and they take 40 times as long.
 """

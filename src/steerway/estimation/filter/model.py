@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.compiled import jitable
+from steerway.core.shaping import shaped
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 """The states that every structure has."""
@@ -142,17 +143,17 @@ def bank_in(memory, m, n):
     g = f + 2 * m
     h = g + 8 * n
     return Bank(
-        memory[:x].reshape((m, n)),
-        memory[x : x + p].reshape((m, n, n)),
+        shaped(memory[:x], (m, n)),
+        shaped(memory[x : x + p], (m, n, n)),
         memory[x + p : a],
         memory[a:b].view(RUN),
         memory[b:c].view(STEP),
-        memory[c:d].view(RESPONSE).reshape((m, n)),
-        memory[d:e].reshape((m, m)),
-        memory[e:f].reshape((m + 1, moments_of(n))),
-        memory[f:g].reshape((2, m)),
-        memory[g:h].reshape((8, n)),
-        memory[h : h + m * m].reshape((m, m)),
+        shaped(memory[c:d].view(RESPONSE), (m, n)),
+        shaped(memory[d:e], (m, m)),
+        shaped(memory[e:f], (m + 1, moments_of(n))),
+        shaped(memory[f:g], (2, m)),
+        shaped(memory[g:h], (8, n)),
+        shaped(memory[h : h + m * m], (m, m)),
     )
 
 
@@ -187,7 +188,7 @@ def model_in(numbers):
     d = c + RECEIVER_SIZE
     return Model(
         numbers[5:a].view(MODE),
-        numbers[a:b].reshape((m, m)),
+        shaped(numbers[a:b], (m, m)),
         numbers[b:c].view(PROCESS),
         numbers[c:d].view(RECEIVER),
         numbers[d : d + aids * AID_SIZE].view(AID),

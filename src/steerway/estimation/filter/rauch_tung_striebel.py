@@ -1,6 +1,6 @@
 """Fixed-interval smoothing by Rauch, Tung and Striebel, AIAA Journal 3(8), 1965.
 
-The two-filter smoother (`inference.smoother`) divides by what is known without any fix, which is exact only where the
+The two-filter smoother (`filter.smoother`) divides by what is known without any fix, which is exact only where the
 noise does not change. This one serves where it changes at every row, and models of another kind. The backward pass
 predicts each row again: only the filter state after every row is kept.
 """
@@ -103,7 +103,7 @@ def carry(covariance, bank, model, room):
 
 @called_kernel
 def smooth_row(x, p, x_next, p_next, later, p_later, room):
-    """Smooth x (n,) and P of a row, as errors of velocity along and across the course, see `inference.model`.
+    """Smooth x (n,) and P of a row, as errors of velocity along and across the course, see `filter.model`.
 
     x_next, p_next: predicted from there, of which `room.gain` is the covariance with the row; later, p_later: the next
     row smoothed, in the same plane. All are used up.

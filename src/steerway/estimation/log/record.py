@@ -374,4 +374,5 @@ def predictions(record: Rows):
     """Number of predictions from each row to the next, (n - 1,)."""
     intervals = np.diff(record.time)
     intervals[record.restarts - 1] = 0.0
-    return np.array([steps_in(interval) for interval in intervals])
+    different, places = np.unique(intervals, return_inverse=True)  # few, of a receiver
+    return np.array([steps_in(interval) for interval in different], np.int64)[places]
