@@ -53,7 +53,7 @@ class ReceiverErrors(BaseModel):
     drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="slower error of the receiver")
     drift_time: float = positive_number(600.0, unit="s", what="its correlation time")
     # By default the median of its prior for a log of unknown origin.
-    outlier_rate: float = positive_number(1e-3, or_zero=True, most=0.5, unit="1", what="share of fixes that are outliers")
+    outlier_rate: float = positive_number(1e-3, or_zero=True, most=0.5, unit="1", what="share of outliers among fixes")
 
 
 class ProfileFile(BaseModel):
