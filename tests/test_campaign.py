@@ -1,6 +1,7 @@
 """Long work: many seeds on one core, on several and on a cluster that loses a worker; and work that was interrupted."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,9 +14,11 @@ import numpy as np
 import pytest
 
 from steerway.core import InputError
+from steerway.core.testing import only_writer
 from steerway.simulation import Unfinished, numbers_of_seed, over_seeds, parse_scenario
-from tests.command_line import STEERWAY
+from tests.command_line import STEERWAY, run
 
+ROOT = Path(__file__).parent.parent
 SHORT = parse_scenario(
     'duration = 15\n[route]\nat_end = "stop"\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]'
 )
@@ -164,6 +167,30 @@ def test_an_interrupted_study_continues_whatever_interrupted_it(tmp_path):
         assert not (out / "study.unfinished").exists()
         assert set(theirs.cases()) > set(before) and len(set(theirs.cases())) == 40
         assert len(theirs.cases()) - 40 <= os.cpu_count()  # again only those that were at work
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("simulate", ROOT / "examples" / "otter-mission.toml"),
+        ("simulate", ROOT / "examples" / "otter-mission.toml", "--seeds", 2),
+        ("simulate", ROOT / "examples" / "otter-square.toml", "--live", "--to", "stdout:"),
+        ("study", "otter-path"),
+        ("demo",),
+    ],
+    ids=lambda command: " ".join(each for each in map(str, command) if "/" not in each),
+)
+def test_a_second_command_into_the_directory_is_refused_while_the_first_one_lasts(command, tmp_path):
+    with only_writer(tmp_path / "out", "a test"):
+        code, _, said = run(*command, "-o", tmp_path / "out")
+        assert code == 2 and re.search(r"out is being written by process \d+ on \S+ since 20\d\d-", said), said
+    assert not any((tmp_path / "out").iterdir())
+
+
+def test_a_lock_that_a_killed_process_has_left_holds_nobody(tmp_path):
+    (tmp_path / ".lock").write_text("process 1 on a machine since long\n")
+    with only_writer(tmp_path, "a test"):
+        assert f"process {os.getpid()} " in (tmp_path / ".lock").read_text()
 
 
 class Found(NamedTuple):

@@ -12,7 +12,7 @@ from steerway.core import Fixes, displacement, wrap
 from steerway.estimation import InferredFilter, InferredProfile, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
-from steerway.estimation.testing import HeadingTracker, WeighedStructure, model_of_profile, parameters_of
+from steerway.estimation.testing import HeadingTracker, WeighedStructure, model_of_profile, noise, parameters_of, taken_up
 from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification.testing import _under_way, positions_cost, rate_noise
 from steerway.testing import response_of
@@ -286,6 +286,24 @@ def test_noise_of_a_rate_by_quadrature_and_in_closed_form():
         turn = (1.0 - left) / decay
         expected = [t * np.mean(each) for each in (left * left, left * turn, turn * turn)]
         np.testing.assert_allclose(rate_noise(decay, t), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("pole", [-1.0, -0.05, -0.4 + 2.0j, -0.02 + 0.8j])
+@pytest.mark.parametrize("t", [0.02, 0.5, 3.0, 10.0])
+@pytest.mark.parametrize("integrates", [True, False])
+def test_noise_of_a_process_over_a_step_of_any_length_against_fine_sums(pole, t, integrates):
+    lag = t * (np.arange(20_000) + 0.5) / 20_000
+    state = np.exp(pole * lag)
+    once = (state - 1.0) / pole
+    gain, way = (once, (once - lag) / pole) if integrates else (state, once)
+    pairs = (way, way), (way, gain), (gain, gain), (state, way), (state, gain), (state, state)
+    expected = np.array([t * np.mean(a * b.conj()) for a, b in pairs])
+    expected[:3] = expected[:3].real
+    np.testing.assert_allclose(taken_up(complex(pole), integrates, t), expected, rtol=1e-5)
+    if not np.iscomplexobj(pole) and integrates:
+        of_five_states = noise(-pole, t)
+        found = [of_five_states[k] for k in (5, 4, 2, 3, 1, 0)]
+        np.testing.assert_allclose(found, expected.real, rtol=1e-5)
 
 
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):

@@ -19,7 +19,7 @@ from steerway.archive.unit import LOOKAHEAD, Work, run_unit
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory
 from steerway.core.kernel_cache import source_digest
-from steerway.core.locks import only_writer
+from steerway.core.locks import LOCK, only_writer
 from steerway.core.workers import run_chains
 from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
@@ -110,9 +110,9 @@ def run(
     files = inputs.found(paths)
     store = Store(made_directory(directory))
     workers = workers or max(1, min(os.cpu_count() or 1, int(memory / 6e8)))
-    if not store.manifest_path.exists() and any(each != store.lock_path for each in store.root.iterdir()):
+    if not store.manifest_path.exists() and any(each.name != LOCK for each in store.root.iterdir()):
         raise InputError(f"{store.root} is not empty and holds no archive, expected a new or an empty directory")
-    with only_writer(store.lock_path, f"the archive {store.root}"):
+    with only_writer(store.root, f"the archive {store.root}"):
         manifest = _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile)
         try:
             report = Report(store.root)

@@ -77,10 +77,6 @@ class Store:
     def manifest_path(self) -> Path:
         return self.root / "manifest.json"
 
-    @property
-    def lock_path(self) -> Path:
-        return self.root / ".lock"
-
     def manifest(self) -> dict[str, Any]:
         """Inputs and settings. Raises InputError for a file that is damaged."""
         try:

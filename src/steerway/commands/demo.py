@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from steerway.commands.terminal import print_pairs, progress_line
+from steerway.core.locks import only_writer
 
 SCENARIO = """
 name = "An Otter on a survey in a crossing current"
@@ -59,7 +60,7 @@ def demo(
 
         steerway demo -o demo && steerway estimate demo/run.nmea --report demo/estimate.html
     """
-    with progress_line("simulating the demo") as step:
+    with only_writer(out, str(out)), progress_line("simulating the demo") as step:
         rows, written = simulate_demo(out, progress=step)
     print_pairs(rows)
     for path in written:

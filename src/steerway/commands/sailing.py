@@ -1,5 +1,6 @@
 """The commands of the simulation: simulate, advise."""
 
+import contextlib
 import hashlib
 import sys
 from functools import partial
@@ -11,6 +12,7 @@ import typer
 from steerway.commands import interruption
 from steerway.commands.terminal import flag, print_table, progress_line
 from steerway.core.errors import InputError
+from steerway.core.locks import only_writer
 
 _FASTEST = 1000.0  # m/s
 
@@ -103,19 +105,21 @@ def simulate(
         _refuse_with_live(seeds=seeds, nmea=nmea, strict=strict, manoeuvre=manoeuvre)
         from steerway.live.simulated.running import sail_live
 
-        sail_live(chosen, to or (), mavlink, propellers, speed, out)
+        with contextlib.nullcontext() if out is None else only_writer(out, str(out)):
+            sail_live(chosen, to or (), mavlink, propellers, speed, out)
         return
     if to or mavlink or propellers:
         raise InputError("--to, --mavlink and --propellers are links of a real-time run, expected --live with them")
     if out is None:
         raise InputError("-o is missing, expected an output directory")
     sentence = _warned(*advising.advise(chosen), strict)
-    if seeds is not None:
-        _campaign(chosen, seeds, dask, out, resume, sentence)
-        return
-    with progress_line(f"simulating {chosen.name}") as step:
-        sailed = run.sail_scenario(chosen, progress=step)
-    written = write(sailed, out, nmea, [sentence])
+    with only_writer(out, str(out)):
+        if seeds is not None:
+            _campaign(chosen, seeds, dask, out, resume, sentence)
+            return
+        with progress_line(f"simulating {chosen.name}") as step:
+            sailed = run.sail_scenario(chosen, progress=step)
+        written = write(sailed, out, nmea, [sentence])
     print_run(sailed.numbers, chosen.name)
     for path in written:
         print(f"wrote {path}")

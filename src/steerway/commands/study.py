@@ -12,6 +12,7 @@ from steerway.commands import interruption
 from steerway.commands.terminal import flag, print_pairs, progress_line
 from steerway.core.errors import InputError
 from steerway.core.extras import install
+from steerway.core.locks import only_writer
 from steerway.simulation.unfinished import Unfinished
 
 GROUP = "steerway.studies"
@@ -48,14 +49,15 @@ def study(
         raise InputError(f"study {name!r} is unknown, expected one of {', '.join(modules)}")
     chosen = import_module(modules[name]).STUDY
     chosen.check_installed()
-    parts = Unfinished(out / "study.unfinished", {"study": name}, resume, (modules[name].split(".")[0],))
-    parts.noted = lambda: interruption.keep(f"{len(parts.results)} parts", out)
-    if parts.results:
-        print(f"resumed with {len(parts.results)} parts", file=sys.stderr)
-    with progress_line(name) as step:
-        results = chosen.run_keeping(parts, seeds, first_seed, lambda share, what="": step(share, what), full)
-    page = results.write(out)
-    parts.remove()
+    with only_writer(out, str(out)):
+        parts = Unfinished(out / "study.unfinished", {"study": name}, resume, (modules[name].split(".")[0],))
+        parts.noted = lambda: interruption.keep(f"{len(parts.results)} parts", out)
+        if parts.results:
+            print(f"resumed with {len(parts.results)} parts", file=sys.stderr)
+        with progress_line(name) as step:
+            results = chosen.run_keeping(parts, seeds, first_seed, lambda share, what="": step(share, what), full)
+        page = results.write(out)
+        parts.remove()
     print_pairs([(each.what, results.measured(each)) for each in results.comparisons])
     for remark in results.remarks:
         print(f"· {remark}")

@@ -11,7 +11,8 @@ from typing import BinaryIO
 
 from steerway.core.errors import InputError
 
-_unfinished: set[Path] = set()
+unfinished: set[Path] = set()
+"""What `remove_unfinished` removes."""
 
 
 @contextlib.contextmanager
@@ -31,7 +32,7 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
                 yield file
             return
         beside = target.with_name(f".{target.name[:200]}.{os.getpid()}.part")
-        _unfinished.add(beside)
+        unfinished.add(beside)
         try:
             with open(beside, "wb") as file:
                 if target.exists():
@@ -44,7 +45,7 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             beside.unlink(missing_ok=True)
             raise
         finally:
-            _unfinished.discard(beside)
+            unfinished.discard(beside)
     except Exception as error:
         if (refused := _of_the_system(error)) is None:
             raise
@@ -74,6 +75,6 @@ def _of_the_system(error: Exception) -> OSError | None:
 
 def remove_unfinished() -> None:
     """Remove what is being written: the process ends without unwinding."""
-    for each in list(_unfinished):
+    for each in list(unfinished):
         with contextlib.suppress(OSError):
             each.unlink()

@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import IO
 
 from steerway.core.errors import InputError
+from steerway.core.files import cannot_write, made_directory, unfinished
 
 try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
+LOCK = ".lock"
 _LONGEST_WAIT = 120.0
 """s for another process. Chosen: four times what the largest kernel takes with all that it calls."""
 
@@ -36,14 +38,18 @@ def one_process(path: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def only_writer(path: Path, what: str) -> Iterator[None]:
-    """Hold the lock file `path` while the block writes `what`; the file says which process holds it and since when.
+def only_writer(directory: str | os.PathLike[str], what: str) -> Iterator[Path]:
+    """The directory, made where it is missing, for this process alone while the block writes `what` into it.
 
-    Raises InputError, with what the file says, if another process holds it or if the file cannot be written.
+    A file `LOCK` there says meanwhile which process writes and since when; one that a killed process has left is taken
+    over. Raises InputError, with what the file says, if another process writes, or if nothing can be written.
     """
+    path = made_directory(directory) / LOCK
     with contextlib.ExitStack() as stack:
         try:
             file = stack.enter_context(path.open("a+b"))
+            while not held_elsewhere(file) and not _is(path, file):  # its holder has ended and removed it meanwhile
+                file = stack.enter_context(path.open("a+b"))
             if held_elsewhere(file):
                 file.seek(0)
                 holder = file.read(200).decode(errors="replace").strip() or "another process"
@@ -53,8 +59,22 @@ def only_writer(path: Path, what: str) -> Iterator[None]:
             file.write(f"process {os.getpid()} on {platform.node()} since {now:%Y-%m-%d %H:%M:%S} UTC\n".encode())
             file.flush()
         except OSError as error:
-            raise InputError(f"cannot write {str(path)!r}: {error.strerror or error}") from error
-        yield
+            raise cannot_write(path, error) from error
+        unfinished.add(path)
+        try:
+            yield path.parent
+        finally:
+            unfinished.discard(path)
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+
+def _is(path: Path, file: IO[bytes]) -> bool:
+    """Whether a path still leads to an open file."""
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(file.fileno()))
+    except FileNotFoundError:
+        return False
 
 
 def held_elsewhere(file: IO[bytes]) -> bool:

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all, displacement
     from steerway.core.kinematics import GroundMotion, heading_for, in_body, over_ground, turning_rate
     from steerway.core.leg import Leg, LegState
+    from steerway.core.locks import only_writer
     from steerway.core.magnetic import model_of, variation
     from steerway.core.records import LOST, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
     from steerway.core.settings import NotNegative, Table, refusal, union_by_kind

@@ -6,6 +6,7 @@ to a unit a time s before: φ0 = e^{ps}, its integral φ1, and the integral of t
 
 import cmath
 import math
+from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.filter.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
@@ -13,6 +14,8 @@ from steerway.estimation.filter.model import ON_ACCELERATION, ON_COURSE, ON_FIX,
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss and Legendre's rule with three nodes on an interval of length 1."""
+_SHORT = 0.1
+"""Of a step times |pole|: the rule errs by 4e-6 there, and the closed form by 1e-10."""
 
 
 @lean_kernel
@@ -32,12 +35,6 @@ def phi(pole, s):
 def together(a, b):
     """Real part of a b*: the covariance of the real and imaginary parts of two processes with one noise."""
     return a.real * b.real + a.imag * b.imag
-
-
-@lean_kernel
-def apart(a, b):
-    """Imaginary part of a b*: the covariance of the imaginary part of a with the real part of b."""
-    return a.imag * b.real - a.real * b.imag
 
 
 @lean_kernel
@@ -63,26 +60,68 @@ def add_process(responses, j, pole, density, acts_on, dt):
     if complex_:
         respond(responses[j + 1], acts_on, -change.imag, -mean.imag, dt)
         responses[j].spun = whole.imag
-    ww = wg = gg = with_way = with_gain = added = late_way = late_gain = 0.0
+    sums = taken_up(pole, integrates, dt)
+    response = responses[j]
+    response.with_way, response.with_gain = density * sums.with_way.real, density * sums.with_gain.real
+    response.added = density * sums.added
+    if complex_:
+        response = responses[j + 1]
+        response.with_way, response.with_gain = density * sums.with_way.imag, density * sums.with_gain.imag
+        response.added = density * sums.added
+    return density * sums.ww, density * sums.wg, density * sums.gg
+
+
+class TakenUp(NamedTuple):
+    """Integrals over a step of products of the responses to noise of density 1: state z, its gain g and its way w."""
+
+    ww: float  # |w|²
+    wg: float  # w g*, real part
+    gg: float  # |g|²
+    with_way: complex  # z w*
+    with_gain: complex  # z g*
+    added: float  # |z|²
+
+
+@lean_kernel
+def taken_up(pole, integrates, dt):
+    """What noise adds over a step: in closed form, which cancels in steps that are short against the process, and there
+    by quadrature.
+    """
+    if abs(pole) * dt > _SHORT:
+        return over_a_long_step(pole, integrates, dt)
+    ww = wg = gg = added = 0.0
+    with_way = with_gain = complex(0.0, 0.0)
     for i in range(3):
         whole, first, second = phi(pole, dt * _NODES[i])
         way, gain = (second, first) if integrates else (first, whole)
-        weight = density * dt * _WEIGHTS[i]
+        weight = dt * _WEIGHTS[i]
         ww += weight * together(way, way)
         wg += weight * together(way, gain)
         gg += weight * together(gain, gain)
-        with_way += weight * together(whole, way)
-        with_gain += weight * together(whole, gain)
         added += weight * together(whole, whole)
-        if complex_:
-            late_way += weight * apart(whole, way)
-            late_gain += weight * apart(whole, gain)
-    response = responses[j]
-    response.with_way, response.with_gain, response.added = with_way, with_gain, added
-    if complex_:
-        response = responses[j + 1]
-        response.with_way, response.with_gain, response.added = late_way, late_gain, added
-    return ww, wg, gg
+        with_way += weight * whole * way.conjugate()
+        with_gain += weight * whole * gain.conjugate()
+    return TakenUp(ww, wg, gg, with_way, with_gain, added)
+
+
+@lean_kernel
+def over_a_long_step(pole, integrates, dt):
+    """Closed form of `taken_up`: with φ1 = (φ0 − 1)/p and φ2 = (φ0 − 1 − p s)/p² all are integrals of |φ0|², φ0, s φ0
+    and powers of s.
+    """
+    whole, once, _ = phi(pole, dt)
+    other = pole.conjugate()
+    size = together(pole, pole)
+    late = (dt * whole - once) / pole  # the integral of s φ0
+    added = 0.5 * math.expm1(2.0 * pole.real * dt) / pole.real if pole.real != 0.0 else dt
+    first = (added - once) / other  # φ0 φ1*
+    both = (added - 2.0 * once.real + dt) / size  # |φ1|²
+    if not integrates:
+        return TakenUp(both, first.real, added, first, complex(added, 0.0), added)
+    second = (added - once - other * late) / (other * other)  # φ0 φ2*
+    between = (added - once - other * late - once.conjugate() + dt + 0.5 * other * dt * dt) / (pole * other * other)
+    ways = added + dt + size * dt**3 / 3.0 - 2.0 * once.real - 2.0 * together(late, pole) + pole.real * dt * dt
+    return TakenUp(ways / (size * size), between.real, both, second, first, added)
 
 
 @called_kernel
@@ -169,13 +208,8 @@ def hold_speed(step, decay, density):
         return
     whole, first, _ = phi(complex(-decay, 0.0), dt)
     step.left, step.way = whole.real, first.real
-    step.held_ll = step.held_lu = step.held_uu = 0.0
-    for i in range(3):
-        whole, first, _ = phi(complex(-decay, 0.0), dt * _NODES[i])
-        weight = density * dt * _WEIGHTS[i]
-        step.held_ll += weight * first.real * first.real
-        step.held_lu += weight * first.real * whole.real
-        step.held_uu += weight * whole.real * whole.real
+    sums = taken_up(complex(-decay, 0.0), False, dt)
+    step.held_ll, step.held_lu, step.held_uu = density * sums.ww, density * sums.wg, density * sums.gg
 
 
 @called_kernel

@@ -45,7 +45,7 @@ from steerway.estimation.filter.weigh import DIFFUSE, OUTLIERS_LAST, RARE, outli
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss and Legendre's rule with three nodes on an interval of length 1."""
-_LONG_DECAY = 0.5
+_LONG_DECAY = 0.1
 
 
 @lean_kernel
@@ -73,11 +73,11 @@ class Noise(NamedTuple):
 
 @called_kernel
 def noise(decay, h):
-    """Noise over h seconds: the integral of the responses to a unit of it by quadrature, over long steps as it is.
+    """Noise over h seconds: the integral of the responses to a unit of it, in short steps by quadrature.
 
-    The closed form cancels where `decay` h is small; the quadrature errs by 1e-4 where it is `_LONG_DECAY`.
+    The closed form cancels where `decay` h is small; the quadrature errs by 4e-6 where it is `_LONG_DECAY`.
     """
-    if h > LONGEST_STEP and decay * h > _LONG_DECAY:
+    if decay * h > _LONG_DECAY:
         w, x, y = decaying(decay, h)
         xx = (h - 2.0 * x + 0.5 * (1.0 - w * w) / decay) / decay**2
         area = (0.5 * h * h - y) / decay  # the integral of y

@@ -19,7 +19,7 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import POSITION, ROUTE, Guide
-from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
+from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor, TrackMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
@@ -91,13 +91,14 @@ class Supervisor:
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
         self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead, route.no_go)
-        self._receiver, self._response, self._turns = ReceiverMonitor(), None, None
+        self._receiver, self._response, self._track, self._turns = ReceiverMonitor(), None, None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
             self._response = ResponseMonitor(boat.nomoto_time, boat.cruise)
+            self._track = TrackMonitor(boat.nomoto_time, boat.cruise)
             declared = route.settings.boat.max_yaw_rate_dps
             self._turns = TurnLimit(None if declared is None else math.radians(declared))
-        self._monitors = [each for each in (self._receiver, self._response) if each]
+        self._monitors = [each for each in (self._receiver, self._response, self._track) if each]
 
     @property
     def guide(self) -> Guide:
@@ -180,6 +181,8 @@ class Supervisor:
         estimate = self.pilot.estimator.step(row, 0.0)
         current = estimate.current_north, estimate.current_east
         self._response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
+        if math.isnan(measured.yaw_rate):  # a gyro tells it sooner
+            self._track.fix(row.time, measured.latitude, measured.longitude)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
@@ -196,6 +199,7 @@ class Supervisor:
         self._trouble = self._watch.step(row, dt)
         if self._response is not None:
             self._response.order(self.pilot.estimator.ordered, dt)
+            self._track.order(self.pilot.estimator.ordered, dt)
             self._turns.order(self.pilot.estimator.ordered, self._thrust, dt)
             limit_turns(self.pilot, self._turns.rate)
         if self._is_new and self._is_finished:
@@ -261,6 +265,7 @@ class Supervisor:
                 monitor.restart()
         if is_held and self._response is not None:
             self._response.restart()  # positions of a boat that hardly moves show no turn
+            self._track.restart()
         if self.guide.finished:
             self._is_finished = True
             trouble = trouble or "the route is finished"
