@@ -140,9 +140,13 @@ class Supervisor:
     def take_mission(self, items: Sequence[MissionItem]) -> None:
         """Another route, of uploaded items; what is learned of the current is kept. InputError for what cannot be."""
         self.guide.exchange(items, self.state in UNDER_WAY)
+        self._begin_leg()
+        self._guard.start()
+
+    def _begin_leg(self):
+        """A turn that was planned, and what was seen of the way made, are of another leg."""
         if self.pilot.in_current is not None:
             self.pilot.in_current.restart()
-        self._guard.start()
 
     def turns(self, limit: float) -> None:
         """The vehicle's own limit of its yaw rate, rad/s."""
@@ -211,7 +215,7 @@ class Supervisor:
 
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
         """See `pilot.Observer`: whether to steer, by what is known and where the boat is."""
-        cross_track = math.nan if self.guide.finished else leg.cross_track
+        cross_track = math.nan if self.guide.finished else leg.cross_track + self.guide.offset
         self._say_turn(leg)
         self._speed = self.guide.slowed(leg)
         if self.state in UNDER_WAY:
@@ -259,6 +263,10 @@ class Supervisor:
             self._guard.start()
             for monitor in self._monitors:
                 monitor.restart()
+        elif self.guide.rejoins:
+            self._begin_leg()
+            self._guard.rejoin()
+        self.guide.rejoins = False
         if is_held and self._response is not None:
             self._response.restart()  # positions of a boat that hardly moves show no turn
         if self.guide.finished:
