@@ -216,7 +216,7 @@ class Guide:
         """
         offset = 0.0 if by is None else self.offset + by
         settings = self.route.settings
-        most = _OFFSET * widest(settings.limits, settings.lookahead)
+        most = _OFFSET * widest(settings.limits, settings.guided.lookahead)
         if abs(offset) > most:
             raise InputError(f"the offset is {offset:g} m, expected at most {most:g} m, half of the cross-track limit")
         beside, sailed = self._straight, self.route

@@ -90,7 +90,7 @@ class Supervisor:
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
-        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead, route.no_go)
+        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.guided.lookahead, route.no_go)
         self._receiver, self._response, self._turns = ReceiverMonitor(), None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
