@@ -52,6 +52,66 @@ def test_a_course_is_held_and_adjusted():
     assert desk.leg.destination == "WP1" and desk.service.controls.state()["mode"] == "route"
 
 
+def test_dodging_leads_off_the_leg_and_back_to_it():
+    """The distance from the leg is beyond the mission's limit then, and no reason to stop on the way back."""
+    desk = holding_desk(((0.0, 0.0), (200.0, 0.0), (200.0, 60.0)), Limits(cross_track=12.0)).start()
+    desk.sail(15.0)
+    asks(desk, "dodge", math.radians(30.0))
+    asks(desk, "dodge", math.radians(20.0))
+    desk.sail(30.0)
+    assert desk.service.controls.state()["dodging"]
+    assert desk.service.controls.state()["target"] == pytest.approx(math.radians(50.0))
+    assert desk.state[7] > 18.0 and desk.order.state is State.RUNNING
+    asks(desk, "dodge", None)
+    assert not desk.service.controls.state()["dodging"]
+    desk.sail(45.0)
+    assert desk.order.state is State.RUNNING and desk.leg.destination == "WP1" and abs(desk.state[7]) < 1.5
+    asks(desk, "hold-position")
+    with pytest.raises(InputError, match="the route is not followed"):
+        asks(desk, "dodge", 0.1)
+
+
+def test_the_boat_follows_the_route_from_beside_it():
+    """Also behind a corner; what is off the route counts from the route itself."""
+    desk = holding_desk(((0.0, 0.0), (80.0, 0.0), (80.0, 80.0)), current=0.3, limits=Limits(cross_track=12.0)).start()
+    asks(desk, "offset", -4.0)
+    assert desk.service.controls.state()["offset"] == -4.0
+    desk.sail(45.0)
+    assert desk.state[7] == pytest.approx(-4.0, abs=1.0) and abs(desk.leg.cross_track) < 1.0
+    desk.until(lambda: desk.leg.destination == "WP2")
+    desk.sail(25.0)
+    assert desk.state[6] == pytest.approx(84.0, abs=1.0)
+    destination = displacement(desk.leg.latitude, desk.leg.longitude, *HOME)
+    assert destination == pytest.approx((84.0, 80.0), abs=0.01)
+    asks(desk, "offset", None)
+    desk.sail(25.0)
+    assert desk.state[6] == pytest.approx(80.0, abs=1.0) and desk.order.state is State.RUNNING
+    with pytest.raises(InputError, match="the offset is 7 m, expected at most 6 m"):
+        asks(desk, "offset", 7.0)
+
+
+def test_an_offset_beyond_the_fence_or_a_leg_is_refused():
+    fence = ((-40.0, -3.0), (-40.0, 50.0), (70.0, 50.0), (70.0, -3.0))
+    desk = Desk(square(((0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (0.0, 10.0)), fence))
+    with pytest.raises(InputError, match="waypoint 0 lies outside of the fence"):
+        asks(desk, "offset", -4.0)
+    with pytest.raises(InputError, match="4 m to starboard the leg to waypoint 2 is not longer than its acceptance"):
+        asks(desk, "offset", 4.0)
+    assert desk.service.controls.state()["offset"] == 0.0
+
+
+def test_the_boat_goes_faster_and_slower_than_the_route_says():
+    desk = holding_desk(((0.0, 0.0), (300.0, 0.0))).start()
+    for by, speed in ((0.5, 1.7), (-0.8, 0.9), (None, 1.2)):
+        asks(desk, "faster", by)
+        desk.sail(25.0)
+        mean = sum(row.sog for row in desk.rows[-250:]) / 250
+        assert mean == pytest.approx(speed, abs=0.15) and desk.order.speed == pytest.approx(speed)
+    for by, why in ((2.0, "is 3.20 m/s"), (-1.2, "is 0.00 m/s"), ("1", "a number in m/s")):
+        with pytest.raises(InputError, match=why):
+            asks(desk, "faster", by)
+
+
 def from_place(desk, rows):
     place = desk.autopilot.guide.place
     return [math.hypot(*displacement(row.latitude, row.longitude, *place)) for row in rows]

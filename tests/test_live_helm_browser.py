@@ -102,7 +102,7 @@ class Page:
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", settings)
 
     def find(self, name):
-        return self.browser.find_element(By.CSS_SELECTOR, f"[data-name={name}]")
+        return self.browser.find_element(By.CSS_SELECTOR, f'[data-name="{name}"]')
 
     def text(self, name):
         return self.find(name).text
@@ -207,8 +207,10 @@ def works(page):
     until(lambda: "0 %" != page.text("thrust") != "–")
     page.press("hold-course", lambda: "is held" in page.text("mode"))
     held = page.text("mode")
-    page.press("starboard-10", lambda: "is held" in page.text("mode") and page.text("mode") != held)
+    page.press("adjust-+10°", lambda: "is held" in page.text("mode") and page.text("mode") != held)
     page.press("route", lambda: page.text("mode") == "" and page.text("state") == "running")
+    page.press("offset-5 m port", lambda: page.text("mode") == "5 m to port of the route")
+    page.press("offset", lambda: page.text("mode") == "")
     page.press("mob", lambda: "bearing" in page.text("overboard"))
     assert page.browser.find_elements(By.CSS_SELECTOR, "svg .mob")
     page.press("mob-over", lambda: page.text("overboard") == "")

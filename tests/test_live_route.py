@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from steerway.core import OK, InputError
+from steerway.core import OK, InputError, wrap
 from steerway.core.testing import NAUTICAL_MILE, Leg, displaced
 from steerway.formats.testing import apb, rmb, sealed, xte
-from steerway.guidance.testing import WaypointTable
+from steerway.guidance.testing import GuidanceTable, WaypointTable
 from steerway.live.testing import (
     Fence,
     GeodeticRoute,
@@ -20,7 +20,7 @@ from steerway.live.testing import (
     lost,
     pilot_of,
 )
-from tests.desk import HOME, NOON, SQUARE, corner, square
+from tests.desk import HOME, NOON, SQUARE, Desk, corner, dock_all, square
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 STARBOARD = Leg(18.52, 0.0, math.radians(350.0), 1852.0, math.radians(-10.0), 2.0, *HOME, "WP0", "WP1")
@@ -124,16 +124,46 @@ def test_a_mission_file(tmp_path):
     path.write_text(MISSION)
     route = GeodeticRoute.load(path)
     assert route.speed.tolist() == [1.5, 0.8] and route.acceptance.tolist() == [10.0, 3.0]
-    assert route.settings.lookahead == 12.0 and route.settings.safe == "hand-back"
+    assert route.settings.guided.lookahead == 12.0 and route.settings.safe == "hand-back"
     assert route.settings.limits.max_sog_mps == 2.0
     assert route.settings.boat.reverse and route.settings.boat.top_speed_mps == 3.0
     assert route.fence.holds(*HOME) and not route.fence.holds(math.radians(54.2), HOME[1])
 
 
 @pytest.mark.parametrize(
+    ("law", "gains"),
+    [
+        ("vector-field", {"approach_deg": 60.0}),
+        ("integral-line-of-sight", {"integral_gain": 0.25}),
+        ("adaptive-line-of-sight", {"adaptive_gain": 0.003}),
+    ],
+)
+def test_a_mission_is_guided_as_a_scenario_is(law, gains):
+    """By the same laws and gains; those that give a heading find the crab angle of 0.4 m/s of current."""
+    table = GuidanceTable(law=law, **gains)
+    desk = Desk(square(((0.0, 0.0), (90.0, 0.0)), guidance=table), current=0.4, seed=3)
+    guide_by = desk.autopilot.pilot.law
+    assert guide_by == table.design(8.0, 1.2)
+    desk.start().until(lambda: desk.state[6] > 50.0, 120.0)
+    off = []
+    while desk.state[6] < 80.0:
+        desk.sail(0.2)
+        off.append(desk.state[7])
+    assert sum(off) / len(off) == pytest.approx(0.0, abs=0.8)
+    crab = math.atan2(0.4 * math.sin(0.7), 1.2 - 0.4 * math.cos(0.7))
+    found = getattr(guide_by, "crab_angle", crab)
+    if law == "integral-line-of-sight":
+        found = math.atan(0.25 * guide_by.integral / 8.0)
+    assert abs(wrap(found - crab)) < math.radians(8.0)
+    dock_all()
+
+
+@pytest.mark.parametrize(
     ("name", "text", "why"),
     [
         ("a.kml", "", "ending"),
+        ("a.toml", MISSION + "[guidance]\nlookahead = 9.0", "lookahead and guidance.lookahead are both given"),
+        ("a.toml", MISSION + "[guidance]\nlaw = 'ilos'", "guidance.law is 'ilos', expected one of line-of-sight"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\nlon_deg = 1.0", "has 1 waypoints"),
         ("a.toml", MISSION.replace("[boat]", "[boats]"), "unknown key boats, expected perhaps boat"),
         ("a.toml", MISSION.replace("= 0.8", "= nan"), r"waypoint\[1\].speed_mps is nan, expected a finite number"),

@@ -7,13 +7,41 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from steerway.core import InputError
+from steerway.core import InputError, track_errors
 from steerway.guidance import LineOfSight, Mission, Passing, Phase, Route
 from steerway.guidance.testing import Voyage, corner
 from steerway_studies.testing import RangeRatePassing
 from tests.boats import Nomoto
 
 SQUARE = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0])
+
+
+@given(st.floats(-80.0, 40.0))
+def test_beside_a_route_every_leg_is_parallel_and_as_far_to_its_side(offset):
+    beside = SQUARE.beside(offset)
+    for one, other in zip(legs_of(SQUARE), legs_of(beside), strict=True):
+        assert other[2] == pytest.approx(one[2], abs=1e-9)
+        assert track_errors(*other[:2], *one)[1] == pytest.approx(offset, abs=1e-9)
+
+
+def legs_of(route):
+    """Begin and direction of each leg."""
+    ahead = np.arctan2(np.diff(route.east), np.diff(route.north))
+    return list(zip(route.north[:-1].tolist(), route.east[:-1].tolist(), ahead.tolist(), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("route", "offset", "why"),
+    [
+        (SQUARE, 50.0, "50 m to starboard the leg to waypoint 2 is not longer than its acceptance of 10 m"),
+        (Route([0.0, 100.0, 0.0], [0.0, 0.0, 10.0]), 1.0, "turns nearly right round at waypoint 1"),
+    ],
+)
+def test_where_there_is_no_way_beside_a_route(route, offset, why):
+    with pytest.raises(InputError, match=why):
+        route.beside(offset)
+
+
 CIRCLE = Passing(rule="circle")
 
 

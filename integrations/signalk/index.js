@@ -145,7 +145,7 @@ module.exports = function (app) {
     disengage: () => ask('stop'),
     tack: () => unsupported('tacking'),
     gybe: () => unsupported('gybing'),
-    dodge: () => unsupported('dodging'),
+    dodge: (by) => ask('dodge', by),
     courseCurrentPoint: () => ask('route'),
     courseNextPoint: () => unsupported('going on to the next point')
   }

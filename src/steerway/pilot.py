@@ -176,6 +176,8 @@ class Orders(NamedTuple):
 
 
 UNKNOWN = Reference(math.nan, 0.0, 0.0)
+_LEAST_SHARE = 0.7
+"""Share of the route's speed that the boat is taken to have through the water, as in `InCurrent.heading`."""
 
 
 class Pilot:
@@ -192,7 +194,8 @@ class Pilot:
     cruise:    speed where the mission gives none, m/s.
     steer_by:  "course"; "heading" for a law that gives a heading; "crab" for a course by the heading that makes it good
                in the current, where the estimator knows it.
-    in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early.
+    in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early. The
+               heading of a law is then the course that it makes good, and its gains find what the estimate misses.
     max_dead_reckoning: time without a position after which the engines stop, s.
     observer: supervises in place of a `Lookout` with that time.
     """
@@ -219,7 +222,9 @@ class Pilot:
         self.in_current = in_current
         self.observer: Observer = observer or Lookout(max_dead_reckoning)
         self.mode = Mode.WAITING
-        self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading", "crab")) != "heading"
+        by_heading = one_of("pilot.steer_by", steer_by, ("course", "heading", "crab")) == "heading"
+        self._law_of_course = not by_heading or in_current is not None
+        self._turns_headings = by_heading and in_current is not None
         self._crabs = steer_by == "crab"
         self._turns = getattr(speed, "turns", None)  # for a speed loop that uses the measured shaft speed
         self._orders = getattr(estimator, "order", _no_order)  # for an estimator that uses what was ordered
@@ -259,7 +264,14 @@ class Pilot:
         if self.mode not in (Mode.UNDER_WAY, Mode.IDLE) or math.isnan(leg.direction):
             return UNKNOWN, 0.0
         speed = self.cruise if math.isnan(leg.speed) else leg.speed
-        return self.law.step(self._seen(leg, speed, estimate), estimate.cog, estimate.sog, dt), speed
+        dt = dt if self.mode is Mode.UNDER_WAY else 0.0  # who is not steered by it teaches the law nothing
+        desired = self.law.step(self._seen(leg, speed, estimate), estimate.cog, estimate.sog, dt)
+        if self._turns_headings and estimate.knows_current:
+            through = max(estimate.water_speed, _LEAST_SHARE * speed)
+            north = through * math.cos(desired.angle) + estimate.current_north
+            east = through * math.sin(desired.angle) + estimate.current_east
+            desired = desired._replace(angle=math.atan2(east, north))
+        return desired, speed
 
     def _steer(self, desired, speed, estimate, dt):
         """Control: the commands for a desired course (or heading) and speed (m/s)."""

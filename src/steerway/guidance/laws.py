@@ -50,8 +50,6 @@ LAWS = {
         ),
     ),
 }
-COURSE_LAWS = tuple(name for name, kind in LAWS.items() if kind.steers_by == "course")
-"""Those that need no heading. They hold no state: asking one twice changes nothing."""
 
 
 def law(name: str, lookahead: float, speed: float, options: Options | None = None) -> GuidanceLaw:

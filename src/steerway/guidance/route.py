@@ -1,6 +1,6 @@
 """A route: waypoints in the north-east plane, checked once so that nothing behind it has to."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +12,8 @@ from steerway.guidance.corners import KINDS, Corner, corner
 
 LONGEST_LEG = 500e3
 """A leg beyond this (m) is no straight line in one tangent plane, and most often a slip of unit."""
+_SHARPEST = -0.9
+"""Cosine of the sharpest turn beside a route, of 154°: behind it the corner is four offsets away. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,29 @@ class Route:
     def lengths(self) -> np.ndarray:
         """(n−1,) length of each leg, m."""
         return np.hypot(np.diff(self.north), np.diff(self.east))
+
+    def beside(self, offset: float) -> "Route":
+        """The route whose legs lie `offset` m to starboard of these, to port where negative.
+
+        Raises InputError where it turns nearly right round, or where a leg would be none there.
+        """
+        ahead = np.column_stack([np.diff(self.north), np.diff(self.east)]) / self.lengths[:, None]
+        turns = np.sum(ahead[:-1] * ahead[1:], axis=1)
+        if np.any(turns < _SHARPEST):
+            index = int(np.argmin(turns)) + 1
+            raise InputError(f"the route turns nearly right round at waypoint {index}, there is no way beside it")
+        abeam = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+        corners = (abeam[:-1] + abeam[1:]) / (1.0 + turns)[:, None]
+        north, east = (np.array([self.north, self.east]).T + offset * np.vstack([abeam[:1], corners, abeam[-1:]])).T
+        along = np.sum(np.column_stack([np.diff(north), np.diff(east)]) * ahead, axis=1)
+        if np.any(along <= self.acceptance[1:]):
+            index = int(np.argmin(along - self.acceptance[1:])) + 1
+            side = "starboard" if offset > 0.0 else "port"
+            raise InputError(
+                f"{abs(offset):g} m to {side} the leg to waypoint {index} is not longer than its acceptance of "
+                f"{self.acceptance[index]:g} m, expected an offset that leaves it longer"
+            )
+        return replace(self, north=north, east=east)
 
     def _curves(self) -> tuple[Corner | None, ...]:
         """The curve at each waypoint, None for none."""

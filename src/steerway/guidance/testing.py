@@ -6,7 +6,7 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.guidance.corners import corner
-    from steerway.guidance.laws import LAWS
+    from steerway.guidance.laws import LAWS, GuidanceTable
     from steerway.guidance.line_of_sight import line_of_sight
     from steerway.guidance.ordered import OrderTable
     from steerway.guidance.reference import SHAPERS

@@ -144,6 +144,13 @@ class Mission:
         if remaining <= self._acceptance < math.hypot(self._ends[2] - north, self._ends[3] - east):
             self._sail(target, north, east, north, east)
 
+    def exchange(self, route: Route) -> None:
+        """Sail another route of as many waypoints, from the leg under way on."""
+        self.route = route
+        if self._target and self.phase is Phase.UNDER_WAY:
+            before = self._target - 1
+            self._sail(self._target, route.north[before], route.east[before], *self._last_seen)
+
     def _begin(self, north, east):
         route = self.route
         self._last_seen = (north, east)

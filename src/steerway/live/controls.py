@@ -11,8 +11,8 @@ from steerway.live.rows import UNDER_WAY, Row, lost
 LOG = logging.getLogger("steerway.live")
 PRESENT = "present"
 """The request that asks for nothing."""
-_TURNS = 1e6  # rad; of a larger number the angle is not known to a degree
-_LARGEST = math.radians(90.0)  # of one adjustment of the course
+_LARGEST = 1e6  # of an angle in rad: of a larger number it is not known to a degree; and of what else is given
+_ADJUSTED = math.radians(90.0)  # at most by one request
 
 
 class Mark(NamedTuple):
@@ -24,7 +24,8 @@ class Mark(NamedTuple):
 
 
 class Controls:
-    """Requests by name: start, stop, hold-course, adjust, hold-position, route, leg, mob, mob-over, present.
+    """Requests by name: start, stop, hold-course, adjust, hold-position, route, leg, dodge, offset, faster, mob,
+    mob-over, present.
 
     Without a supervisor (no mission) only the mark of a man overboard can be set.
     """
@@ -42,6 +43,9 @@ class Controls:
             "hold-position": self._hold_position,
             "route": self._route,
             "leg": self._leg,
+            "dodge": self._dodge,
+            "offset": self._offset,
+            "faster": self._faster,
             "mob": self._mob,
             "mob-over": self._mob_over,
         }
@@ -70,13 +74,16 @@ class Controls:
         """The state for other programs: angles in rad, null for unknown."""
         if self.supervisor is None:
             return {"state": None, "reason": "", "mode": None, "target": None, "engaged": False}
-        course = self.guide.course if self.guide.mode == "course" else math.nan
+        mode, course, dodges, offset, faster = self.guide.followed
         return {
             "state": self.supervisor.state.value,
             "reason": self.supervisor.reason,
-            "mode": self.guide.mode,
+            "mode": mode,
             "target": None if math.isnan(course) else course % (2.0 * math.pi),
             "engaged": self.supervisor.state in UNDER_WAY,
+            "dodging": dodges,
+            "offset": offset,
+            "faster": faster,
         }
 
     def _steering(self):
@@ -92,14 +99,25 @@ class Controls:
 
     def _hold_course(self, value, who):
         self._steering()
-        self.guide.hold_course(None if value is None else _number(value))
+        self.guide.hold_course(_number(value, "rad"))
 
     def _adjust(self, value, who):
         self._steering()
-        by = _number(value)
-        if abs(by) > _LARGEST:
-            raise InputError(f"adjustment is {math.degrees(by):.0f}°, expected at most {math.degrees(_LARGEST):.0f}°")
-        self.guide.adjust(by)
+        if value is None:
+            raise InputError("adjustment is null, expected a number in rad")
+        self.guide.adjust(_turn(value))
+
+    def _dodge(self, value, who):
+        self._steering()
+        self.guide.dodge(_turn(value))
+
+    def _offset(self, value, who):
+        self._steering()
+        self.guide.shift(_number(value, "m"))
+
+    def _faster(self, value, who):
+        self._steering()
+        self.guide.change_speed(_number(value, "m/s"))
 
     def _hold_position(self, value, who):
         self._steering()
@@ -125,9 +143,19 @@ class Controls:
         self.mark = None
 
 
-def _number(value):
+def _number(value, unit):
+    """The number, or None for none."""
+    if value is None:
+        return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
-        raise InputError(f"value is {value!r}, expected a number in rad")
-    if abs(value) > _TURNS:
-        raise InputError(f"value is beyond {_TURNS:g} rad, expected an angle")
+        raise InputError(f"value is {value!r}, expected a number in {unit}")
+    if abs(value) > _LARGEST:
+        raise InputError(f"value is beyond {_LARGEST:g} {unit}, expected a smaller number")
     return float(value)
+
+
+def _turn(value):
+    by = _number(value, "rad")
+    if by is not None and abs(by) > _ADJUSTED:
+        raise InputError(f"adjustment is {math.degrees(by):.0f}°, expected at most {math.degrees(_ADJUSTED):.0f}°")
+    return by

@@ -132,7 +132,8 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
     kinds = scenario.autopilot.kind, scenario.speed.controller
     if scenario.estimator.kind == "steering":
         std = profile(scenario).position_std
-        return steering_pilot(known, mission, law, std, radius=scenario.station.radius, kinds=kinds)
+        radius = scenario.station.radius
+        return steering_pilot(known, mission, law, std, radius=radius, kinds=kinds, steer_by=guidance.angle)
     truth, shaper = scenario.estimator.kind == "truth", SHAPERS[scenario.reference.kind or scenario.vessel.reference]
     crabs = scenario.estimator.heading.kind == "aided" and guidance.angle == "course"
     return build_pilot(
@@ -185,19 +186,18 @@ def steering_pilot(
     *,
     radius: float = 5.0,
     learn: bool = True,
-    follows_orders: bool = True,
     kinds: tuple[str, str] = DEFAULT_KINDS,
+    steer_by: str = "course",
 ) -> Pilot:
     """A pilot that steers by the estimated current, its estimator knowing what is ordered.
 
     position_std (m) of a fix is where learning the receiver's noise begins; radius (m) in which a position is held;
-    `learn` and `follows_orders` False take
-    that away, and the knowledge of the orders, to see what they are worth; kinds of the autopilot and of the speed
-    controller.
+    `learn` False takes that away, to see what it is worth; kinds of the autopilot and of the speed controller;
+    steer_by: as of `Pilot`.
     """
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
-    estimator = SteeringEstimator(filtering, known.yaw_response.gain, follows_orders)
-    return build_pilot(known, mission, law, estimator, kinds=kinds, radius=radius)
+    estimator = SteeringEstimator(filtering, known.yaw_response.gain)
+    return build_pilot(known, mission, law, estimator, kinds=kinds, radius=radius, steer_by=steer_by)
 
 
 def voyage(scenario: Scenario, known: Boat) -> Voyage:

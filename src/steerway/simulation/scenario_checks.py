@@ -220,10 +220,10 @@ def _instruments(scenario):
             raise InputError(f"estimator.aid names {table.measures}, expected a table [{name}]")
     if any(table.measures == "heading" for table in instruments.values()):
         return
-    if scenario.guidance.angle == "heading":
-        raise InputError(f"guidance.law {scenario.guidance.law} commands a heading, expected a table [compass]")
     if scenario.estimator.kind == "steering":
         return
+    if scenario.guidance.angle == "heading":
+        raise InputError(f"guidance.law {scenario.guidance.law} commands a heading, expected a table [compass]")
     if scenario.route.at_end == "hold":
         raise InputError('route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading')
     for index, each in enumerate(scenario.route.points):

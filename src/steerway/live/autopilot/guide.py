@@ -2,6 +2,10 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
 
 from steerway.control.boats import Boat
 from steerway.core.angles import wrap
@@ -10,6 +14,7 @@ from steerway.core.errors import InputError
 from steerway.core.leg import UNKNOWN_LEG, Leg, LegState
 from steerway.guidance.route_table import route_of
 from steerway.guidance.waypoints import Mission, Passing, Phase
+from steerway.live.autopilot.limits import widest
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.mission_items import SPEED, MissionItem, items_of
 from steerway.live.rows import lost
@@ -26,7 +31,19 @@ _SLOWEST = 0.6
 """Share of the route's speed at which it is reached: a boat at rest has no course."""
 _SAME = 1.0
 """m between two places that count as one waypoint."""
+_OFFSET = 0.5
+"""Share of the cross-track limit that the boat may be led beside the route; the rest is left to it. Chosen."""
 _UNKNOWN = LegState(0, *[math.nan] * 7)
+
+
+class Followed(NamedTuple):
+    """What is followed, and what the skipper changed of it."""
+
+    mode: str  # one of MODES
+    course: float = math.nan  # that is held, rad
+    dodges: bool = False  # whether that course leads off the route for a while
+    offset: float = 0.0  # m to starboard of the route
+    faster: float = 0.0  # m/s above the route's speed
 
 
 class Guide:
@@ -51,6 +68,9 @@ class Guide:
         self.row = lost(math.nan)  # of the tick
         self.finished = False  # the last waypoint was passed before this tick
         self._leg = 0  # to go on from; 0: the one under way
+        self.rejoins = False  # from wherever it was led to the route: the supervisor takes note
+        self.dodges = False  # the course that is held leads off the route for a while
+        self._direction = math.nan  # of the leg under way
 
     def _take(self, route):
         places = [displacement(*place, *self._origin) for place in route.places]
@@ -58,7 +78,15 @@ class Guide:
         tables = [each.model_copy(update={"speed": speed}) for each, speed in pairs]
         self.mission = Mission(route_of(route.settings, places, tables, self._boat), Passing(time_factor=None))
         self.speed = float(route.speed.min())
-        self.route = route
+        self.route = self._sailed = route
+        self._straight = self.mission.route  # without an offset
+        self.offset = self.faster = 0.0  # m to starboard of the route, m/s above its speed
+
+    @property
+    def followed(self) -> Followed:
+        """For displays and other programs."""
+        course = self.course if self.mode == COURSE else math.nan
+        return Followed(self.mode, course, self.dodges, self.offset, self.faster)
 
     @property
     def items(self) -> Sequence[MissionItem]:
@@ -137,6 +165,10 @@ class Guide:
 
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
         """See `Mission.step`; a course or position that is held as a leg."""
+        leg = self._step(north, east, dt)
+        return leg if not self.faster or math.isnan(leg.speed) else leg._replace(speed=self._changed(leg.speed))
+
+    def _step(self, north, east, dt):
         self.given_course = math.nan
         self.finished = self.mode == ROUTE and not self._leg and self.mission.phase is not Phase.UNDER_WAY
         if self.finished and self.route.settings.at_end == "hold":
@@ -153,28 +185,76 @@ class Guide:
     def hold_course(self, course: float | None = None) -> None:
         """Hold a course (rad), by default the present one. Raises InputError where that is unknown."""
         course = self._known("cog", "course") if course is None else course
-        self.mode, self.course = COURSE, wrap(course)
+        self.mode, self.course, self.dodges = COURSE, wrap(course), False
 
     def adjust(self, by: float) -> None:
         """Turn the course that is held by an angle (rad, + to starboard); of another mode, the present course."""
-        before = self.course if self.mode == COURSE else self._known("cog", "course")
+        before, dodges = (self.course if self.mode == COURSE else self._known("cog", "course")), self.dodges
         self.hold_course(before + by)
+        self.dodges = dodges
+
+    def dodge(self, by: float | None) -> None:
+        """Leave the route by an angle (rad, + to starboard) to its leg, more by the next one; None: back to it.
+
+        Raises InputError where the route is not followed.
+        """
+        if self.mode != ROUTE and not self.dodges:
+            raise InputError("the route is not followed, expected a course to adjust")
+        if by is None:
+            self.follow()
+            return
+        before = self._direction if self.mode == ROUTE else self.course
+        if math.isnan(before):
+            raise InputError("the leg is not known, expected one to leave")
+        self.hold_course(before + by)
+        self.dodges = True
+
+    def shift(self, by: float | None) -> None:
+        """Follow the route from so many m further to starboard; None: on the route itself.
+
+        Raises InputError beyond half of the cross-track limit, and for a way that cannot be sailed there.
+        """
+        offset = 0.0 if by is None else self.offset + by
+        settings = self.route.settings
+        most = _OFFSET * widest(settings.limits, settings.guided.lookahead)
+        if abs(offset) > most:
+            raise InputError(f"the offset is {offset:g} m, expected at most {most:g} m, half of the cross-track limit")
+        beside, sailed = self._straight, self.route
+        if offset:
+            beside = self._straight.beside(offset)
+            places = zip(beside.north.tolist(), beside.east.tolist(), strict=True)
+            latitude, longitude = np.array([displaced(*self._origin, *each) for each in places]).T
+            sailed = replace(self.route, latitude=latitude, longitude=longitude)  # refused beyond the fence
+        self.mission.exchange(beside)
+        self.offset, self._sailed, self.rejoins = offset, sailed, True
+
+    def change_speed(self, by: float | None) -> None:
+        """Go so much faster (m/s) than the route says; None: as it says. Raises InputError beyond what the boat can."""
+        faster, most = (0.0 if by is None else self.faster + by), self._boat.top_speed
+        speeds = [float(each) + faster for each in (self.route.speed.min(), self.route.speed.max())]
+        wrong = next((each for each in speeds if not 0.0 < each <= most), None)
+        if wrong is not None:
+            raise InputError(f"the speed of a leg is {wrong:.2f} m/s, expected above 0 and at most {most:g} m/s")
+        self.faster = faster
+
+    def _changed(self, speed):
+        return speed + self.faster if speed > 0.0 else speed
 
     def hold_position(self) -> None:
         """Hold the present position. Raises InputError where that is unknown."""
         self.place = self._known("latitude", "position"), self._known("longitude", "position")
-        self.mode = POSITION
+        self.mode, self.dodges = POSITION, False
 
     def go_back(self) -> None:
         """Hold the rally place, or without one the route's beginning."""
-        self.place, self.mode = self.route.rally or self.route.places[0], POSITION
+        self.place, self.mode, self.dodges = self.route.rally or self.route.places[0], POSITION, False
 
     def follow(self, leg: int | None = None) -> None:
         """Follow the route again: go on, or from a leg (1 is the first). Raises InputError for a leg that is none."""
         legs = len(self.route.latitude) - 1
         if leg is not None and (isinstance(leg, bool) or not isinstance(leg, int) or not 1 <= leg <= legs):
             raise InputError(f"leg is {leg!r}, expected 1 to {legs}")
-        self.mode, self._leg = ROUTE, leg or 0
+        self.mode, self._leg, self.rejoins, self.dodges = ROUTE, leg or 0, True, False
 
     def slowed(self, leg: LegState) -> float:
         """The speed of a leg, m/s: less towards the route's end."""
@@ -196,7 +276,7 @@ class Guide:
             north, east = _AHEAD * math.cos(self.course), _AHEAD * math.sin(self.course)
             place = displaced(row.latitude, row.longitude, north, east)
         elif self.mode == ROUTE:
-            place, names = self.route.places[leg.target], (f"WP{max(leg.target - 1, 0)}", f"WP{leg.target}")
+            place, names = self._sailed.places[leg.target], (f"WP{max(leg.target - 1, 0)}", f"WP{leg.target}")
         return Leg(
             leg.cross_track,
             leg.direction,
@@ -219,7 +299,9 @@ class Guide:
             self.mission.step(north, east, dt)
             self.mission.go_to(self._leg)
             self._leg, dt = 0, 0.0
-        return self.mission.step(north, east, dt)
+        leg = self.mission.step(north, east, dt)
+        self._direction = leg.direction
+        return leg
 
     def _around(self, north, east):
         place_north, place_east = displacement(*self.place, *self._origin)

@@ -21,7 +21,8 @@ ACCELERATING = 15.0
 class LimitGuard:
     """Checks each step; counts for how long a limit is exceeded.
 
-    Where the mission gives no cross-track limit there is a usual one, for a boat that was on its leg.
+    Where the mission gives no cross-track limit there is a usual one, for a boat that was on its leg; and so is that of
+    the mission for one that comes back to its leg.
     """
 
     def __init__(
@@ -30,8 +31,8 @@ class LimitGuard:
         self._areas: list[Fence | NoGo] = [*([] if fence is None else [fence]), *no_go]
         self._low = limits.min_sog_mps or 0.0
         self._high = limits.max_sog_mps or math.inf
-        self._wide = limits.cross_track or math.inf
-        self._usual = math.inf if limits.cross_track else WIDE * lookahead
+        self._wide = widest(limits, lookahead)
+        self._is_given = limits.cross_track is not None
         self.start()
 
     def start(self) -> None:
@@ -39,7 +40,11 @@ class LimitGuard:
         self._under_way = 0.0
         self._beyond = 0.0
         self._is_off_route = False
-        self._was_near = False  # within half of the usual limit since the start
+        self._was_near = self._is_given
+
+    def rejoin(self) -> None:
+        """The boat comes back to its leg from wherever it was led: the limit counts from the leg on."""
+        self._was_near = False
 
     def obstacle(self, row: Row, cross_track: float) -> str:
         """Why not to start here, so many m off the leg; "" for no reason."""
@@ -53,7 +58,7 @@ class LimitGuard:
     def step(self, row: Row, cross_track: float, is_held: bool, dt: float) -> str:
         """Why to stop, "" while all limits are kept. is_held: whether a position is held."""
         self._under_way = 0.0 if is_held else self._under_way + dt
-        self._was_near |= abs(cross_track) < 0.5 * self._usual
+        self._was_near |= abs(cross_track) < (self._wide if self._is_given else 0.5 * self._wide)
         beyond = self._beyond_limit(row, cross_track, self._low if self._under_way > ACCELERATING else 0.0)
         self._is_off_route = beyond.startswith(_OFF)
         self._beyond = self._beyond + min(dt, _LONGEST_STEP) if beyond else 0.0
@@ -70,7 +75,11 @@ class LimitGuard:
             return f"speed is {row.sog:.2f} m/s, the limit {self._high:g} m/s"
         if row.sog < low:
             return f"speed is {row.sog:.2f} m/s, the least {low:g} m/s"
-        wide = min(self._wide, self._usual if self._was_near else math.inf)
-        if abs(cross_track) > wide:
-            return f"{_OFF}{abs(cross_track):.1f} m off the leg, the limit {wide:g} m"
+        if abs(cross_track) > self._wide and self._was_near:
+            return f"{_OFF}{abs(cross_track):.1f} m off the leg, the limit {self._wide:g} m"
         return ""
+
+
+def widest(limits: Limits, lookahead: float) -> float:
+    """m off the leg: the mission's limit, or the usual one."""
+    return limits.cross_track or WIDE * lookahead

@@ -18,7 +18,7 @@ from pydantic import Field, ValidationError
 
 from steerway.core.errors import InputError
 from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml, refusal
-from steerway.guidance.laws import COURSE_LAWS
+from steerway.guidance.laws import LAWS, GuidanceTable
 from steerway.guidance.route_table import PlaceTable, RouteKeys, WaypointTable
 from steerway.live.autopilot.fence import Fence, NoGo
 from steerway.live.autopilot.mission_items import MissionItem, mission_of, read_plan, read_waypoints
@@ -69,10 +69,11 @@ class MissionTable(RouteKeys):
 
     name: str = ""
     origin: PlaceTable | None = Field(None, description="a place, for waypoints given in m")
-    lookahead: Positive = LOOKAHEAD  # m
+    law: Literal[*LAWS] | None = Field(None, description="short for guidance.law")  # type: ignore[valid-type]
+    lookahead: Positive | None = Field(None, description="short for guidance.lookahead; 20 where both are missing")  # m
+    guidance: GuidanceTable = Field(GuidanceTable(), description="the guidance law and its gains, as in scenarios")
     acceptance: Positive = 10.0  # m
     speed_mps: Positive = 1.0
-    law: Literal[*COURSE_LAWS] = "line-of-sight"  # type: ignore[valid-type]
     at_end: Literal["stop", "hold"] = "stop"
     hold_radius: Positive = 5.0  # m within which the boat may drift about a position
     safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
@@ -80,6 +81,16 @@ class MissionTable(RouteKeys):
     rally: PlaceTable | None = Field(None, description="where `return` goes; the route's beginning without it")
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
+
+    @property
+    def guided(self) -> GuidanceTable:
+        """The table [guidance] with what stands for its keys, and the default lookahead."""
+        short = {name: getattr(self, name) for name in _SHORT if getattr(self, name) is not None}
+        return self.guidance.model_copy(update={"lookahead": self.guidance.lookahead or LOOKAHEAD} | short)
+
+
+_SHORT = ("law", "lookahead")
+"""Keys of a mission that stand for those of its table [guidance]."""
 
 
 class MissionFile(MissionTable):
@@ -186,6 +197,9 @@ class GeodeticRoute:
             table = MissionFile(**keys)
         except ValidationError as error:
             raise refusal(f"route {path}", error, MissionFile) from None
+        twice = next((name for name in _SHORT if name in keys and name in table.guidance.model_fields_set), None)
+        if twice is not None:
+            raise InputError(f"route {path}: {twice} and guidance.{twice} are both given, expected one of them")
         if len(table.waypoint) < 2 and table.survey is None:
             found = len(table.waypoint)
             raise InputError(f"route {path} has {found} waypoints, expected at least 2, or a table [survey]")

@@ -18,7 +18,6 @@ from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.checks import one_of
 from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
-from steerway.guidance import laws
 from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
@@ -108,7 +107,7 @@ def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
         yaw_limit=rate,
         bandwidth=MAX_BANDWIDTH,
         propulsion=BoatActuation(table, takes),
-        lookahead=settings.lookahead,
+        lookahead=settings.guided.lookahead,
         acceptance=settings.acceptance,
         cruise=cruise,
         top_speed=table.top_speed_mps,
@@ -141,16 +140,17 @@ def pilot_of(
     Raises InputError for a route that cannot be sailed.
     """
     profile = Profile.named(profile) if isinstance(profile, str) else profile
-    boat, least = boat_of(route, takes), profile.steerageway
+    boat, least, guidance = boat_of(route, takes), profile.steerageway, route.settings.guided
     compass = None
     if heading.kind != "tracker":
         compass = MeasuredHeading(heading, boat.nomoto_time, boat.turn_rate, boat.cruise, boat.surge_time)
     return build_pilot(
         boat,
         Guide(route, boat),
-        laws.law(route.settings.law, boat.lookahead, boat.cruise),
+        guidance.design(boat.lookahead, boat.cruise),
         SteeringEstimate(route.places[0], response_of(boat), profile.position_std, compass),
         kinds=kinds,
+        steer_by=guidance.angle,
         steerageway=Steerageway(take=least, give=_GIVE_UP * least, dwell=0.0),
         course_estimate=(profile.agility, profile.position_std),
         radius=route.settings.hold_radius,

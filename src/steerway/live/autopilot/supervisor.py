@@ -90,7 +90,7 @@ class Supervisor:
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
-        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead, route.no_go)
+        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.guided.lookahead, route.no_go)
         self._receiver, self._response, self._track, self._turns = ReceiverMonitor(), None, None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
@@ -141,9 +141,13 @@ class Supervisor:
     def take_mission(self, items: Sequence[MissionItem]) -> None:
         """Another route, of uploaded items; what is learned of the current is kept. InputError for what cannot be."""
         self.guide.exchange(items, self.state in UNDER_WAY)
+        self._begin_leg()
+        self._guard.start()
+
+    def _begin_leg(self):
+        """A turn that was planned, and what was seen of the way made, are of another leg."""
         if self.pilot.in_current is not None:
             self.pilot.in_current.restart()
-        self._guard.start()
 
     def turns(self, limit: float) -> None:
         """The vehicle's own limit of its yaw rate, rad/s."""
@@ -215,7 +219,7 @@ class Supervisor:
 
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
         """See `pilot.Observer`: whether to steer, by what is known and where the boat is."""
-        cross_track = math.nan if self.guide.finished else leg.cross_track
+        cross_track = math.nan if self.guide.finished else leg.cross_track + self.guide.offset
         self._say_turn(leg)
         self._speed = self.guide.slowed(leg)
         if self.state in UNDER_WAY:
@@ -263,6 +267,10 @@ class Supervisor:
             self._guard.start()
             for monitor in self._monitors:
                 monitor.restart()
+        elif self.guide.rejoins:
+            self._begin_leg()
+            self._guard.rejoin()
+        self.guide.rejoins = False
         if is_held and self._response is not None:
             self._response.restart()  # positions of a boat that hardly moves show no turn
             self._track.restart()

@@ -12,6 +12,7 @@ from steerway.core.earth import KNOT, displacement
 from steerway.core.leg import Leg
 from steerway.core.records import PREDICTED, STATUSES
 from steerway.core.statistics import NORMAL_95
+from steerway.live.autopilot.guide import Followed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.view import View
 from steerway.live.rows import Order, Row
@@ -25,7 +26,7 @@ class ViewInput(NamedTuple):
 
     covariance: of the position of `row`: variance of north, covariance, variance of east, m².
     fix:        the row of the last fix that was used.
-    mode, course: what is followed, and the course that is held, rad.
+    followed:   None without an autopilot.
     unreachable: why no order reaches the boat, "" when they do.
     mark:       of a man overboard: latitude and longitude, rad.
     """
@@ -37,8 +38,7 @@ class ViewInput(NamedTuple):
     fix: Row
     source: str
     counts: Mapping[str, int]
-    mode: str | None = None
-    course: float = math.nan
+    followed: Followed | None = None
     unreachable: str = ""
     mark: tuple[float, float] | None = None
 
@@ -95,11 +95,9 @@ def view(seen: ViewInput, plane: ChartPlane) -> View:
         status=STATUSES[_status(row, seen.fix)],
         source=seen.source,
         counts=dict(seen.counts),
-        mode=seen.mode,
-        held_deg=None if math.isnan(seen.course) else _compass(seen.course),
         unreachable=seen.unreachable,
         mark=None if seen.mark is None else plane.place(*seen.mark),
-        **_ordered(seen.order) | _on_route(seen, plane.route),
+        **_followed(seen.followed) | _ordered(seen.order) | _on_route(seen, plane.route),
     )
 
 
@@ -137,6 +135,14 @@ def _on_route(seen, route):
         steer_deg=_compass(leg.course_to_steer),
     )
     return known | {"target": target, "destination": leg.destination}
+
+
+def _followed(followed):
+    if followed is None:
+        return {}
+    mode, course, dodges, offset, faster = followed
+    held = _known(held_deg=_compass(course))
+    return held | {"mode": mode, "dodges": dodges, "offset": offset, "faster_kn": faster / KNOT}
 
 
 def _ordered(order):

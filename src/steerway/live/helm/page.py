@@ -18,6 +18,15 @@ _SPAN = 300.0  # s on the strips
 _ZOOM = 1.5
 _PADDING = 14.0  # pixels inside of a card, as page.css has it
 _NEAR = 0.25  # m a pixel when the boat is followed
+_DODGE, _BESIDE, _FASTER = math.radians(20.0), 5.0, 0.2 * 0.514444  # rad, m, m/s by one key
+_KEYS = (
+    ("", ("Hold course", "hold-course"), ("Hold position", "hold-position"), ("Route", "route")),
+    ("Course", *((f"{each:+d}°".replace("-", "−"), "adjust", math.radians(each)) for each in (-10, -1, 1, 10))),
+    ("Dodge", ("20° port", "dodge", -_DODGE), ("20° stbd", "dodge", _DODGE)),
+    ("Beside", ("5 m port", "offset", -_BESIDE), ("On route", "offset"), ("5 m stbd", "offset", _BESIDE)),
+    ("Speed", ("Slower", "faster", -_FASTER), ("Planned", "faster"), ("Faster", "faster", _FASTER)),
+)
+"""Rows of keys: a title, then for each key its text, its request and the value; see `live.controls.Controls`."""
 _ICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="-16 -16 32 32">'
     '<path d="M0 -15L9 12Q0 6 -9 12Z" fill="#0a5c8f"/></svg>'
@@ -71,6 +80,9 @@ class Page:
     def _build(self):
         with _box("banner"):
             ui.label("No connection to the boat. The values are old, and no button works.").props("role=alert")
+        with _box("marked line") as self._marked:
+            self._text("overboard").props("role=alert")
+            self._key("Clear MOB mark", "mob-over")
         with _box("helm"):
             self._build_head()
             self._build_chart()
@@ -86,8 +98,12 @@ class Page:
                     self._build_route()
                 self._build_strips()
                 self._build_estimator()
-        if self._board.has_autopilot:
-            self._build_bar()
+        with _box("bar", "footer"):
+            if self._board.has_autopilot:
+                self._build_start()
+            self._key("MOB", "mob").classes("overboard").props('aria-label="man overboard"')
+            if self._board.has_autopilot:
+                self._stopper = _button("STOP", "stop", "stop").on("click", self._stop)
 
     def _build_head(self):
         with _box("head", "header"):
@@ -130,25 +146,17 @@ class Page:
                 self._pair("starboard", "Starboard")
 
     def _build_holding(self):
+        legs = range(1, min(len(self._board.route), _LEGS + 1)) if len(self._board.route) > 2 else ()
         with _card("Hold", "holding"):
-            with _box("line keys"):
-                self._key("Hold course", "hold-course", "hold-course")
-                for degrees in (-10, -1, 1, 10):
-                    name = f"{'port' if degrees < 0 else 'starboard'}-{abs(degrees)}"
-                    self._key(f"{degrees:+d}°".replace("-", "−"), name, "adjust", math.radians(degrees))
-                self._key("Hold position", "hold-position", "hold-position")
-                self._key("Route", "route", "route")
-            if len(self._board.route) > 2:
-                with _box("line keys"):
-                    ui.label("Go on from leg")
-                    for leg in range(1, min(len(self._board.route), _LEGS + 1)):
-                        self._key(str(leg), f"leg-{leg}", "leg", leg)
-            with _box("line keys"):
-                self._key("MAN OVERBOARD", "mob", "mob").classes("overboard")
-                self._key("Clear MOB mark", "mob-over", "mob-over")
-            self._text("overboard").classes("notice").props("role=alert")
+            for title, *keys in (*_KEYS, ("Leg", *((str(leg), "leg", leg) for leg in legs))):
+                if keys:
+                    with _box("line keys"):
+                        if title:
+                            ui.label(title).classes("within")
+                        for key in keys:
+                            self._key(*key)
 
-    def _key(self, text, name, what, value=None):
+    def _key(self, text, what, value=None):
         """A button that is obeyed only from a page that shows the present; a man overboard is always marked."""
 
         def ask(event):
@@ -157,6 +165,7 @@ class Page:
             else:
                 _say_late()
 
+        name = what if value is None else f"{what}-{text}"
         return _button(text, "quiet", name).on("click", ask, js_handler="() => emit(helmSeq)")
 
     def _is_fresh(self, seen):
@@ -194,17 +203,15 @@ class Page:
             self._pair("source", "Source")
             self._pair("counts", "Fixes")
 
-    def _build_bar(self):
+    def _build_start(self):
         with ui.dialog() as asks, ui.card().classes("asks"):
             ui.label("Start the autopilot? The propellers will turn.")
             with _box("line choice"):
                 _button("Cancel", "quiet", "cancel").on("click", asks.close)
                 sure = _button("Start", "start", "sure").on("click", self._start, js_handler="() => emit(helmSeq)")
                 sure.on("click", asks.close)
-        with _box("bar", "footer"):
-            self._starter = _button("START", "start", "start").on("click", asks.open)
-            self._stopper = _button("STOP", "stop", "stop")
-            self._stopper.on("click", self._stop).on("click", asks.close)
+        self._asks = asks
+        self._starter = _button("START", "start", "start").on("click", asks.open)
 
     def _text(self, name):
         self._texts[name] = ui.label("").props(f'data-name="{name}"')
@@ -231,6 +238,7 @@ class Page:
             _say_late()
 
     def _stop(self):
+        self._asks.close()
         self._board.order("stop", self._client.ip or "")
 
     def _resized(self, event):
@@ -263,6 +271,7 @@ class Page:
         texts = words(view) | {"notice": self._board.notice}
         for name, label in self._texts.items():
             label.set_text(texts[name])
+        self._marked.set_visibility(bool(texts["overboard"]))
         self._dot.classes(replace=f"box dot {tone(view)}")
         if self._board.has_autopilot:
             self._state.classes(replace=f"value state {view.state or 'idle'}")

@@ -7,7 +7,6 @@ import asyncio
 import contextlib
 import json
 import logging
-import math
 import sys
 from typing import Protocol
 
@@ -133,8 +132,7 @@ def seen(service: ShownService) -> ViewInput:
         navigator.last_fix,
         navigator.choice.present,
         latest.counts,
-        None if guide is None else guide.mode,
-        math.nan if guide is None or guide.mode != "course" else guide.course,
+        None if guide is None else guide.followed,
         service.unreachable(),
         None if mark is None else (mark.latitude, mark.longitude),
     )

@@ -39,6 +39,9 @@ class View(NamedTuple):
     is_engaged: bool = False
     mode: str | None = None  # what is followed: route, course, position
     held_deg: float | None = None  # the course that is held
+    dodges: bool = False  # that course leads off the route for a while
+    offset: float = 0.0  # m to starboard of the route
+    faster_kn: float = 0.0  # above the route's speed
     unreachable: str = ""  # why no order reaches the boat
     mark: tuple[float, float] | None = None  # of a man overboard, m in the chart's plane
     asked_course_deg: float | None = None

@@ -80,7 +80,15 @@ def _status(view):
 
 def _mode(view):
     held = f"course {_course(view.held_deg)} is held"
-    return {"course": held, "position": "the position is held"}.get(view.mode, "")
+    if view.dodges:
+        held = f"off the route by course {_course(view.held_deg)}; Route leads back"
+    said = [{"course": held, "position": "the position is held"}.get(view.mode, "")]
+    if view.offset and view.mode == "route":
+        side = "starboard" if view.offset > 0.0 else "port"
+        said.append(f"{abs(view.offset):g} m to {side} of the route")
+    if round(abs(view.faster_kn), 1):
+        said.append(f"{abs(view.faster_kn):.1f} kn {'above' if view.faster_kn > 0.0 else 'below'} the route's speed")
+    return ", ".join(filter(None, said))
 
 
 def _overboard(view):
