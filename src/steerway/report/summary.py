@@ -9,6 +9,7 @@ import numpy as np
 from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
 from steerway.core.timestamps import iso
+from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
 from steerway.report.episodes import episodes_of, in_words
 
 _GAP_INTERVALS = 3.0
@@ -38,15 +39,15 @@ def summarise(
     fixes: Fixes,
     motion: Motion,
     profile: str,
+    smoothed: bool = False,
     down_weighted: int = 0,
-    sog_late: float = math.nan,
-    cog_late: float = math.nan,
+    late: Lateness = UNKNOWN_LATENESS,
     structures: Sequence[dict] = (),
 ) -> dict:
     """The numbers of a run, flat but for `structures`, names with their units.
 
-    down_weighted: number of fixes with less weight for their reported accuracy. sog_late, cog_late: delay (s) of the
-    receiver's SOG and COG, NaN where unknown. structures: see `estimation.fit.description.structures_of`.
+    smoothed: whether every row of the estimate uses the whole log. down_weighted: number of fixes with less weight for
+    their reported accuracy. structures: see `estimation.fit.description.structures_of`.
     """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)
@@ -56,6 +57,7 @@ def summarise(
     return {
         "source": fixes.source,
         "profile": profile,
+        "smoothed": smoothed,
         "structures": list(structures),
         "vessels": 1 if fixes.mmsi is None else len(np.unique(fixes.mmsi)),
         "start": iso(round(motion.time.min(), 3)) if len(motion) else None,
@@ -63,8 +65,8 @@ def summarise(
         "duration_s": float(np.ptp(motion.time)) if len(motion) else 0.0,
         "fixes": len(placed),
         "fixes_doubted": down_weighted,
-        "receiver_sog_late_s": sog_late,
-        "receiver_cog_late_s": cog_late,
+        "receiver_sog_late_s": late.sog,
+        "receiver_cog_late_s": late.cog,
         "rows": len(motion),
         **{f"rows_{name}": int(status[k]) for k, name in enumerate(STATUSES)},
         "gaps": len(holes),
@@ -92,6 +94,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
         ("typical 1σ", _deviations(s)),
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
+        ("estimate", which_estimate(s["smoothed"])),
         ("episodes", in_words(s["episodes"])),
         ("rows", f"{s['rows']}: {status}"),
         ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
@@ -103,6 +106,11 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("profile", s["profile"]),
         *((f"  weight {each['weight']:.2f}", _structure(each)) for each in s["structures"] if each["weight"]),
     ]
+
+
+def which_estimate(smoothed: bool) -> str:
+    """What the rows of an estimate use, in words."""
+    return "smoothed: every row uses the whole log" if smoothed else "causal: every row uses the fixes until its time"
 
 
 def _gaps(s) -> str:

@@ -64,6 +64,7 @@ class Tuned:
             ("result", result),
             *([] if self.is_default else [("log likelihood", f"{gain:.1f} above the default's on these fixes")]),
             ("NIS", f"{self.nis_mean:.2f} (2 expected), {self.nis_within_pct:.1f} % of fixes in the predicted 95 %"),
+            ("estimate", "causal: every fix is predicted from those before it"),
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             *((f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(self.profile)),
             *([("at a limit of the search", ", ".join(self.at_bounds))] if self.at_bounds else []),
