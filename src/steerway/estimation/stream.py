@@ -19,7 +19,17 @@ from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, 
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.accuracy import variance_scale
-from steerway.estimation.log.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
+from steerway.estimation.log.course import (
+    COG,
+    EAST,
+    NORTH,
+    POSITION_STD,
+    RATE,
+    SOG,
+    SOG_STD,
+    average,
+    least_course_speed,
+)
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.log.record import FEW_STEPS, HELD, LONG
 from steerway.estimation.log.rows import LONGEST_GAP
@@ -51,6 +61,7 @@ from steerway.estimation.stream_row import (
     walk,
 )
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS, expect_aids
+from steerway.estimation.vessel.flat import WeighedModel
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
@@ -129,6 +140,8 @@ class FiveStateFilter:
         only = self._groups[0]
         self._plain = only.models[0] if n == 1 and only.is_plain else None
         self._estimate = np.full(POSITION_STD + 1, np.nan)
+        weighed = [WeighedModel(*each) for each in zip(running.weights, running.structures, strict=True)]
+        self._least_speed = least_course_speed(weighed, self.profile.steerageway)
         self._is_current = False
 
     def __getstate__(self) -> dict:
@@ -211,9 +224,7 @@ class FiveStateFilter:
         reported = math.nan if position_std is None else position_std
         if self._plain is not None:
             self._is_current = True
-            return take_plain(
-                self._state, self._plain, first, second, reported, self.profile.steerageway, self._estimate
-            )
+            return take_plain(self._state, self._plain, first, second, reported, self._least_speed, self._estimate)
         excess = variance_scale(self._state[USUAL : USUAL_COUNT + 1], reported)
         nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
         return nis
@@ -350,9 +361,9 @@ class FiveStateFilter:
         """The estimate now (9,), in the plane."""
         if not self._is_current:
             if self._plain is not None:
-                read_plain(self._state, self._plain, self.profile.steerageway, self._estimate)
+                read_plain(self._state, self._plain, self._least_speed, self._estimate)
             else:
-                average(self._outs, self._weights, self.profile.steerageway, self._estimate)
+                average(self._outs, self._weights, self._least_speed, self._estimate)
             self._is_current = True
         return self._estimate
 
