@@ -41,8 +41,8 @@ def estimate(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences; "
-            ".csv or .json.",
+            help="Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences or "
+            "with the receiver's own SOG; .csv or .json.",
         ),
     ] = None,
     rate: Annotated[
@@ -94,7 +94,7 @@ def estimate(
     late = lateness(fixes)
     down_weighted = int((variance_scales(fixes) > 1.0).sum())
     structures = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
-    summary = summarise(fixes, motion, estimator.profile.name, smoothed, down_weighted, late, structures)
+    summary = summarise(fixes, motion, estimator.profile.name, smoothed, down_weighted, late, structures, aids)
     _write_outputs(logs, out, report, episodes, fixes, motion, summary)
     if as_json:
         print_json(summary)

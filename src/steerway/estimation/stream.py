@@ -26,14 +26,13 @@ from steerway.estimation.log.course import (
     POSITION_STD,
     RATE,
     SOG,
-    SOG_STD,
     average,
     least_course_speed,
 )
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.log.record import FEW_STEPS, HELD, LONG
 from steerway.estimation.log.rows import LONGEST_GAP
-from steerway.estimation.log.run import UNKNOWN_SPEED, motion_of
+from steerway.estimation.log.run import motion_of
 from steerway.estimation.moments import motion_moments
 from steerway.estimation.stream_row import (
     AZIMUTH,
@@ -52,10 +51,14 @@ from steerway.estimation.stream_row import (
     USUAL_COUNT,
     WRONG,
     Alike,
+    doubt_slide,
+    note_fix,
+    note_interval,
     place_of,
     predict_plain,
     read,
     read_plain,
+    settle,
     take_plain,
     true_course,
     walk,
@@ -234,9 +237,11 @@ class FiveStateFilter:
         state = self._state
         if state[SINCE] > LONG:
             state[KNOWN] = 0.0
+        note_interval(state, state[SINCE], state[ELAPSED] + dt)
         state[SINCE] = 0.0
         self._advance(dt, first, second, excess, aids)
         self._settle()
+        note_fix(self._state, self._estimate)
         return self._weighed(NIS), self._weighed(WRONG)
 
     def _weighed(self, column) -> float:
@@ -360,19 +365,22 @@ class FiveStateFilter:
     def _read(self) -> Floats:
         """The estimate now (9,), in the plane."""
         if not self._is_current:
-            if self._plain is not None:
-                read_plain(self._state, self._plain, self._least_speed, self._estimate)
-            else:
-                average(self._outs, self._weights, self._least_speed, self._estimate)
+            self._combine()
+            doubt_slide(self._state, self._estimate)
             self._is_current = True
         return self._estimate
 
+    def _combine(self) -> None:
+        if self._plain is not None:
+            read_plain(self._state, self._plain, self._least_speed, self._estimate)
+        else:
+            average(self._outs, self._weights, self._least_speed, self._estimate)
+
     def _settle(self) -> None:
-        """Note the speed, and whether it is known from now on."""
-        estimate = self._read()
-        self._state[LAST_SOG] = estimate[SOG]
-        if estimate[SOG_STD] < UNKNOWN_SPEED:
-            self._state[KNOWN] = 1.0
+        """Note the speed, whether it is known from now on, and whether the receiver may slide in."""
+        self._combine()
+        settle(self._state, self._estimate)
+        self._is_current = True
 
     @property
     def sog(self) -> float:

@@ -10,7 +10,7 @@ from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
 from steerway.core.timestamps import iso
 from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
-from steerway.report.episodes import episodes_of, in_words
+from steerway.report.episodes import CONTRADICTED, episodes_of, in_words
 
 _GAP_INTERVALS = 3.0
 
@@ -43,11 +43,12 @@ def summarise(
     down_weighted: int = 0,
     late: Lateness = UNKNOWN_LATENESS,
     structures: Sequence[dict] = (),
+    aids: Sequence[str] = (),
 ) -> dict:
     """The numbers of a run, flat but for `structures`, names with their units.
 
     smoothed: whether every row of the estimate uses the whole log. down_weighted: number of fixes with less weight for
-    their reported accuracy. structures: see `estimation.fit.description.structures_of`.
+    their reported accuracy. structures: see `estimation.fit.description.structures_of`. aids: used beside positions.
     """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)
@@ -58,6 +59,7 @@ def summarise(
         "source": fixes.source,
         "profile": profile,
         "smoothed": smoothed,
+        "aids": list(aids),
         "structures": list(structures),
         "vessels": 1 if fixes.mmsi is None else len(np.unique(fixes.mmsi)),
         "start": iso(round(motion.time.min(), 3)) if len(motion) else None,
@@ -133,8 +135,11 @@ def _receiver(s) -> list[tuple[str, str]]:
         for name, lag in (("SOG", s["receiver_sog_late_s"]), ("COG", s["receiver_cog_late_s"]))
         if math.isfinite(lag)
     ]
-    if late:
-        found.extend(late)
+    found.extend(late)
+    contradicted = sum(int(each["rows"]) for each in s["episodes"] if each["kind"] == CONTRADICTED)
+    if contradicted:
+        hint = "" if s["aids"] else " (use --aid auto)"
+        found.append(f"its own SOG contradicts the estimate in {contradicted} rows{hint}")
     return [("receiver", "; ".join(found))] if found else []
 
 

@@ -23,6 +23,7 @@ from steerway.estimation.log.course import (
     smoothed_record,
 )
 from steerway.estimation.log.digits import quantum_of
+from steerway.estimation.log.outage import doubt_slides
 from steerway.estimation.log.plane import Plane, laid_out, placed, steps_between
 from steerway.estimation.log.record import (
     LONG,
@@ -90,10 +91,12 @@ def motion_of_track(track, structures, smooth: bool = False, steerageway: float 
     fixes = track.fixes
     wanted, record = track.wanted, track.record
     least = least_course_speed(structures, steerageway)
-    estimate, nis, wrong = _filtered(record, structures, least)
-    if smooth and len(record.time):
-        estimate = _smoothed(record, structures, least)
+    causal, nis, wrong = _filtered(record, structures, least)
+    estimate = _smoothed(record, structures, least) if smooth and len(record.time) else causal
     starting = _starting(estimate, record)
+    fixed = np.isfinite(record.north)
+    for each in (causal, estimate) if estimate is not causal else (causal,):
+        doubt_slides(record.time, fixed, causal, each)
     latitude, longitude = track.places(estimate)
     cog = wrap_array(estimate[:, COG] + track.azimuth)
     status = np.select(
