@@ -274,19 +274,25 @@ def compare(
     """
     import numpy as np
 
-    from steerway.estimation import estimate as run
+    from steerway.estimation.fit.description import is_of_hull, structures_of
+    from steerway.estimation.log.compare import SWING
     from steerway.estimation.log.compare import compare as agreement
+    from steerway.estimation.log_estimate import LogEstimator
     from steerway.report.summary import which_estimate
 
     smoothed = asks_smoothed(logs, causal, smooth)
     fixes = read_logs(logs, source, start, stop, max_size)
     if not np.isfinite([fixes.sog, fixes.cog]).any():
         raise InputError(f"{', '.join(logs)}: no SOG or COG of a receiver in it, expected at least one to compare with")
-    found = agreement(fixes, run(fixes, profile, smooth=smoothed), least_speed)
+    estimator = LogEstimator(fixes, profile)
+    motion = estimator.motion(fixes, None, smoothed)
+    of_hull = estimator.is_inferred and is_of_hull(structures_of(estimator.profile))
+    found = agreement(fixes, motion, least_speed, SWING if of_hull else 0.0)
     if as_json:
-        print_json(found.as_dict() | {"smoothed": smoothed})
+        print_json(found.as_dict() | {"smoothed": smoothed, "of_hull": of_hull})
         return
-    print_pairs([("estimate", which_estimate(smoothed)), *found.sentences()])
+    how = [("antenna", f"rolls: means over {SWING:g} s are compared, as the estimate is the hull's")] if of_hull else []
+    print_pairs([("estimate", which_estimate(smoothed)), *how, *found.sentences()])
     print_notes(fixes.notes)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
 from steerway.core.timestamps import iso
+from steerway.estimation.fit.description import is_of_hull
 from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
 from steerway.report.episodes import CONTRADICTED, episodes_of, in_words
 
@@ -58,6 +59,7 @@ def summarise(
     return {
         "source": fixes.source,
         "profile": profile,
+        "of_hull": is_of_hull(structures),
         "smoothed": smoothed,
         "aids": list(aids),
         "structures": list(structures),
@@ -97,6 +99,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("typical 1σ", _deviations(s)),
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("estimate", which_estimate(s["smoothed"])),
+        *([("motion", "of the hull, under an antenna that rolls")] if s["of_hull"] else []),
         ("episodes", in_words(s["episodes"])),
         ("rows", f"{s['rows']}: {status}"),
         ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),

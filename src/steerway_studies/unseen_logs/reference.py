@@ -176,7 +176,7 @@ _CLIP = 3.0
 _FEWEST = 30
 _SURE, _BLOCK = 4.0, 10.0
 """Standard errors of its gain from which on a lag of the rate is determined, and s of a block. Chosen: of rates that
-are not late the likeliest of 200 lags gains up to 2.5, of recorded turns of a motor boat 3.3 at −2.05 s; one of a second
+are not late the likeliest of 200 lags gains up to 2.5, of recorded turns of a motor boat 3.3 at −2.05 s; one of 1 s
 gains 6 in the scene `sea` and 4 in `tacks`."""
 
 

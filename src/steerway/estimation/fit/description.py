@@ -100,6 +100,14 @@ def structures_of(profile: InferredProfile, inference: Inference | None = None) 
     return sorted(found, key=lambda each: (-each["weight"], -each["log_evidence"]))
 
 
+def is_of_hull(structures) -> bool:
+    """Whether the motion by these (see `structures_of`) is that of the hull under an antenna that rolls.
+
+    Otherwise it is the antenna's.
+    """
+    return sum(each["weight"] for each in structures if "antenna" in each["parts"]) >= 0.5
+
+
 def in_words(parts, values) -> str:
     """What a structure says of vessel and receiver."""
     shown = {name: math.degrees(value) if name in _ANGLES else value for name, value in values.items()}
