@@ -267,7 +267,7 @@ _MOTION = {
     "time_s": "Unix time, UTC",
     "lat_deg": "latitude, + north, WGS-84",
     "lon_deg": "longitude, + east, −180 to 180",
-    "sog_mps": "speed over ground",
+    "sog_mps": "speed over ground; of the hull where the summary says that the antenna rolls, else of the antenna",
     "cog_deg": "course over ground, clockwise from true north, 0 to 360; empty without steerageway",
     "course_rate_dps": "rate of the course, + to starboard",
     "sog_std_mps": "1σ of SOG",

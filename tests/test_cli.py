@@ -53,6 +53,23 @@ def test_json_is_for_machines_also_of_standard_input_gzip_and_an_interval(log, t
     assert isinstance(json.loads(run("info", log, "--json")[1]), list)
 
 
+def test_files_are_smoothed_standard_input_and_causal_are_not(log):
+    def asked(*arguments, **given):
+        code, out, err = run("estimate", *arguments, "--profile", "small-usv", **given)
+        assert code == 0, err
+        return out
+
+    data = log.read_bytes()
+    causal, smoothed = "causal: every row uses the fixes until its time", "smoothed: every row uses the whole log"
+    assert smoothed in asked(log) and causal in asked(log, "--causal")
+    assert causal in asked("-", stdin=data) and smoothed in asked("-", "--smooth", stdin=data)
+    of_file, of_input = (json.loads(asked(*each, "--json")) for each in ((log,), (log, "--causal")))
+    assert of_file["smoothed"] and not of_input["smoothed"]
+    assert of_file["cog_std_median_deg"] < of_input["cog_std_median_deg"]
+    code, _, err = run("estimate", log, "--causal", "--smooth")
+    assert code == 2 and "--causal and --smooth are both given" in err
+
+
 def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
     short, profile = tmp_path / "short.csv", tmp_path / "mine.toml"
     steerway.write(steerway.read(log).rows(slice(350)), short)

@@ -22,13 +22,13 @@ def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("results")
     fixes = turning(2.0, 0.5, 120.0).fixes(0.3, 1)
     steerway.write(fixes, path / "log.csv")
-    steerway.write(steerway.estimate(fixes, "otter"), path / "causal.csv")
+    steerway.write(steerway.estimate(fixes, "otter", causal=True), path / "causal.csv")
     steerway.write(steerway.estimate(fixes, "otter", smooth=True), path / "smooth.parquet")
     return path
 
 
 def test_a_written_estimate_is_read_back(folder):
-    motion = steerway.estimate(steerway.read(folder / "log.csv"), "otter")
+    motion = steerway.estimate(steerway.read(folder / "log.csv"), "otter", causal=True)
     (track,) = read_tracks(folder / "causal.csv")
     for name in ("latitude", "longitude", "sog", "course_rate", "cog_std"):
         assert_allclose(getattr(track, name), getattr(motion, name), atol=1e-9, err_msg=name)
@@ -72,7 +72,7 @@ def test_the_command_prints_and_draws(folder, tmp_path):
 def test_a_notebook_shows_extent_and_first_rows():
     fixes = Fixes(1.7e9 + 0.2 * np.arange(50.0), np.full(50, 0.9), 0.2 + 1e-8 * np.arange(50), sog=np.full(50, 1.0))
     assert repr(fixes) == "Fixes: 50 rows, 2023-11-14T22:13:20Z to 2023-11-14T22:13:29.8Z, 5 Hz; sog"
-    motion = steerway.estimate(fixes, "otter")
+    motion = steerway.estimate(fixes, "otter", causal=True)
     assert repr(motion).startswith("Motion: 50 rows, 2023-11-14T22:13:20Z to")
     assert "<td>1.7000e9</td>" in motion._repr_html_()
     assert repr(fixes.rows(slice(0))) == "Fixes: no rows"
@@ -91,7 +91,7 @@ def test_a_filter_shows_what_it_estimates():
 
 def test_an_estimate_is_drawn():
     fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
-    motion = steerway.estimate(fixes, "otter")
+    motion = steerway.estimate(fixes, "otter", causal=True)
     assert len(steerway.plot(motion, fixes).axes) == 4
     assert steerway.plot(motion, kind="track").axes
     with pytest.raises(InputError, match="expected signals or track"):

@@ -23,7 +23,7 @@ def scene():
 
 def estimated():
     fixes = scene().fixes(0.3, 2)
-    return fixes, steerway.estimate(fixes, PROFILE)
+    return fixes, steerway.estimate(fixes, PROFILE, causal=True)
 
 
 def test_refused_fixes_in_a_row_are_one_episode():
@@ -38,7 +38,7 @@ def test_refused_fixes_in_a_row_are_one_episode():
 def test_a_gap_and_the_restart_after_it():
     fixes, _ = estimated()
     late = replace(fixes, time=np.where(np.arange(len(fixes)) < 500, fixes.time, fixes.time + 4000.0))
-    motion = steerway.estimate(late, PROFILE)
+    motion = steerway.estimate(late, PROFILE, causal=True)
     assert motion.status[0] == STARTING and motion.status[499] == OK
     found = [each for each in episodes_of(late, motion) if each.kind != REFUSED]
     assert [each.kind for each in found] == [GAP, RESTARTED], "the start itself is none"

@@ -25,7 +25,7 @@ def output(fixes: Fixes, **columns) -> Fixes:
 
 
 def test_columns_and_ranges():
-    frame = steerway.estimate(turning(1.3, 3.0, 120.0).fixes(0.5, 1), SMALL).to_frame()
+    frame = steerway.estimate(turning(1.3, 3.0, 120.0).fixes(0.5, 1), SMALL, causal=True).to_frame()
     assert frame.columns == COLUMNS
     assert frame["cog_deg"].drop_nulls().is_between(0.0, 360.0, closed="left").all()
     undefined = frame.filter(frame["cog_deg"].is_null())
@@ -35,8 +35,8 @@ def test_columns_and_ranges():
 
 def test_a_rate_adds_rows_between_fixes_and_changes_nothing_at_them():
     fixes = turning(1.3, 0.5, 60.0).fixes(0.5, 1)
-    plain = steerway.estimate(fixes, SMALL)
-    fine = steerway.estimate(fixes, SMALL, rate=50.0)
+    plain = steerway.estimate(fixes, SMALL, causal=True)
+    fine = steerway.estimate(fixes, SMALL, rate=50.0, causal=True)
     assert len(fine) == 3001
     np.testing.assert_allclose(np.diff(fine.time), 0.02, atol=1e-4)
     at_fixes = fine.rows(slice(None, None, 10))
@@ -77,7 +77,7 @@ def test_nis_is_two_when_the_filter_knows_the_noise():
     profile = SMALL.model_copy(update={"speed_noise": 1e-6})
     scores = []
     for seed in range(20):
-        motion = steerway.estimate(turning(1.3, 0.3 * seed, 120.0, seed=seed).fixes(0.5, seed), profile)
+        motion = steerway.estimate(turning(1.3, 0.3 * seed, 120.0, seed=seed).fixes(0.5, seed), profile, causal=True)
         scores.append(np.mean(motion.nis[motion.status == OK]))
     assert 1.9 < np.mean(scores) < 2.1
 
@@ -86,9 +86,9 @@ def test_vessels_are_estimated_each_for_itself():
     one, two = turning(5.0, 0.3, 300.0, rate=0.2).fixes(5.0, 1), turning(8.0, 2.0, 300.0, rate=0.1).fixes(5.0, 2)
     mmsi = np.r_[np.full(len(one), 257000001), np.full(len(two), 219000002)]
     columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("time", "latitude", "longitude")}
-    fleet = steerway.estimate(Fixes(**columns, mmsi=mmsi), "ais")
+    fleet = steerway.estimate(Fixes(**columns, mmsi=mmsi), "ais", causal=True)
     assert fleet.to_frame().columns == ["mmsi", *COLUMNS]
-    alone = steerway.estimate(replace(one, mmsi=mmsi[: len(one)]), "ais")
+    alone = steerway.estimate(replace(one, mmsi=mmsi[: len(one)]), "ais", causal=True)
     np.testing.assert_array_equal(fleet.rows(fleet.mmsi == 257000001).sog, alone.sog)
 
 
@@ -117,7 +117,7 @@ def test_aids_help(aid, better_than):
             yaw_rate=true_rate + math.radians(0.3) + rng.normal(0.0, math.radians(0.1), n),
         )
         for found, aids in ((alone, ()), (aided, aid)):
-            motion = steerway.estimate(fixes, profile, aid=aids)
+            motion = steerway.estimate(fixes, profile, aid=aids, causal=True)
             found.append(np.mean(angle_error(motion.cog, scene.cog)[300:] ** 2))
     assert np.sqrt(np.mean(aided)) < better_than * np.sqrt(np.mean(alone))
 

@@ -66,7 +66,7 @@ def test_a_boat_that_drifts_forth_and_back_has_no_negative_speed():
 def test_an_obstruction_of_the_sky_is_no_motion():
     off = 5.0 * np.where(np.arange(12) < 6, 0.0, (-1.0) ** np.arange(12))
     fixes = straight(2.0, 1.0, 11.0, 1.0).fixes(0.1, 5, lambda _: (off, -off))
-    motion = steerway.estimate(fixes, inferred(("base", "wander", "obstructions")))
+    motion = steerway.estimate(fixes, inferred(("base", "wander", "obstructions")), causal=True)
     assert np.abs(motion.sog[6:] - 2.0).max() < 1.0
 
 
@@ -309,7 +309,7 @@ def test_noise_of_a_process_over_a_step_of_any_length_against_fine_sums(pole, t,
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):
     """A straight run with the rudder amidships: an effect that is not there costs."""
     profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1)
-    motion, tuning = steerway.estimate(fixes, profile), model_of_profile(profile)
+    motion, tuning = steerway.estimate(fixes, profile, causal=True), model_of_profile(profile)
     motion = motion.rows(np.isfinite(motion.cog))
     time, rudder = np.arange(12.0), np.ones(12)
     north, east = 2.0 * math.cos(1.0) * time, 2.0 * math.sin(1.0) * time

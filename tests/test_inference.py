@@ -100,7 +100,7 @@ def test_place_and_direction_change_nothing(angle, home):
 @pytest.mark.study
 def test_place_and_direction_change_little_of_what_is_inferred():
     """The search begins from medians north and east."""
-    usual, anew = (steerway.estimate(turned(noisy(), angle).fixes(0.0, 0)) for angle in (0.0, 2.0))
+    usual, anew = (steerway.estimate(turned(noisy(), angle).fixes(0.0, 0), causal=True) for angle in (0.0, 2.0))
     known = np.isfinite(usual.cog) & np.isfinite(anew.cog)
     known[:SETTLED] = False
     assert (np.abs(usual.sog - anew.sog) / usual.sog_std)[known].max() < 0.5
@@ -142,7 +142,7 @@ def test_noise_that_grows_a_hundredfold_is_no_motion():
     scene = straight(1.5, 0.4, 600.0)
     since = np.abs((scene.time - scene.time[0]) % 200.0 - 100.0)
     noise = 5.0 * 0.01 ** (since / 100.0) * np.random.default_rng(3).normal(size=(2, len(since)))
-    motion = steerway.estimate(scene.fixes(0.1, 3, lambda _: noise))
+    motion = steerway.estimate(scene.fixes(0.1, 3, lambda _: noise), causal=True)
     assert np.abs(motion.sog - 1.5)[SETTLED:].max() < 0.3
     assert (motion.status == REJECTED).sum() <= 3
 
@@ -259,6 +259,6 @@ def test_a_ship_that_slows_down_between_fixes_far_apart_is_followed():
     slowed, hurried = (np.exp(-np.maximum(time - begin, 0.0) / 60.0) for begin in (1800.0, 3600.0))
     rate = np.radians(np.where(time % 1100.0 > 900.0, 0.5, 0.0))
     scene = sailed(10.0 - 5.0 * (hurried - slowed), 30.0 * np.cumsum(rate), 1.0 / 30.0)
-    motion = steerway.estimate(scene.fixes(2.0, 2))
+    motion = steerway.estimate(scene.fixes(2.0, 2), causal=True)
     assert (motion.status != REJECTED).all()
     assert np.sqrt(np.mean((motion.sog - scene.sog)[10:] ** 2)) < 0.15

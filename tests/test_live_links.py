@@ -113,7 +113,7 @@ def test_a_token_is_in_no_text(tmp_path, caplog):
 
 def test_json_lines_carry_the_columns_of_estimate():
     line = json.loads(json_line(SAILING._replace(status=NO_COURSE, cog=math.nan)))
-    frame = estimate(nmea0183.read(sortie(3)).sources["GP"], "small-usv").to_frame()
+    frame = estimate(nmea0183.read(sortie(3)).sources["GP"], "small-usv", causal=True).to_frame()
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
@@ -189,7 +189,7 @@ def test_a_log_over_tcp_is_the_estimate_and_a_broken_link_is_opened_again():
             await asyncio.sleep(0.2)
 
     kept = hastened.run(listened(f"tcp://127.0.0.1:{port}", serve, 60))
-    assert_equal(kept.fixes, estimate(nmea0183.read(log).sources["GP"], "small-usv"))
+    assert_equal(kept.fixes, estimate(nmea0183.read(log).sources["GP"], "small-usv", causal=True))
     assert kept.ticks, "the present is sent too"
     times = [row.time for row in kept.ticks]
     assert (np.diff(times) > 0.0).all() and np.allclose(np.array(times) * 50.0 % 1.0, 0.0, atol=1e-3)
@@ -243,7 +243,7 @@ def test_datagrams_in_sentences_out():
     kept = hastened.run(listened(*ends))
     with receiver:
         received = receiver.recv(4096)
-    assert_equal(kept.fixes, estimate(nmea0183.read(b"\r\n".join(log)).sources["GP"], "small-usv"))
+    assert_equal(kept.fixes, estimate(nmea0183.read(b"\r\n".join(log)).sources["GP"], "small-usv", causal=True))
     assert received.startswith(b"$SWRMC,") and b"$SWROT," in received
 
 
@@ -271,7 +271,7 @@ def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
     feed = stream if scheme == "tcp" else lambda: datagrams(port, parts)
     kept = hastened.run(listened(f"{scheme}://127.0.0.1:{port}", feed, len(expected), source=source))
     assert len(expected) >= 39
-    assert_equal(kept.fixes, estimate(expected, "small-usv"))
+    assert_equal(kept.fixes, estimate(expected, "small-usv", causal=True))
 
 
 def test_every_client_receives_and_one_that_does_not_read_stops_nobody():

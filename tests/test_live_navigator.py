@@ -36,7 +36,7 @@ def test_a_replay_is_the_estimate(fixes, rate):
     """Of one of two receivers: they are never mixed."""
     other = Fixes(fixes.time + 0.05, fixes.latitude + 1e-6, fixes.longitude)
     at_fixes, at_ticks = replayed({"GP": fixes, "GN": other}, rate, sources=("GP",))
-    assert_equal(at_fixes if rate is None else at_ticks, estimate(fixes, "small-usv", rate=rate))
+    assert_equal(at_fixes if rate is None else at_ticks, estimate(fixes, "small-usv", rate=rate, causal=True))
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, ra
     source = source or read(path).source
     at_fixes, at_ticks = replayed(sources, rate, sources=(source,), max_dead_reckoning=1800.0)
     fixes = read(path, source=source)
-    motion = estimate(fixes, "small-usv", rate=rate)
+    motion = estimate(fixes, "small-usv", rate=rate, causal=True)
     if rate is None:
         assert_equal(at_fixes, motion.rows(first_of_each(fixes)))
     else:
@@ -65,7 +65,7 @@ def test_what_aids_is_taken_beside_positions(fixes):
     rates = np.where(np.arange(n) % 2 == 0, 0.5 / 2.0 * np.ones(n), np.nan)
     aided = Fixes(fixes.time, fixes.latitude, fixes.longitude, yaw_rate=rates)
     at_fixes, _ = replayed({"GP": aided}, aid=("yaw_rate",))
-    assert_equal(at_fixes, estimate(aided, "small-usv", aid=("yaw_rate",)))
+    assert_equal(at_fixes, estimate(aided, "small-usv", aid=("yaw_rate",), causal=True))
 
 
 def test_asking_changes_nothing(fixes):
@@ -105,7 +105,7 @@ def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
         output += hasty.add(received, clock.now(0.02 * k))
         clock.add(received.time, 0.02 * k)
     assert hasty.counts["clock steps"] == 0
-    assert_equal(output, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv"))
+    assert_equal(output, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv", causal=True))
 
 
 def test_an_instrument_of_another_clock_does_not_carry_the_boat_away(fixes):

@@ -253,7 +253,7 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
 
     kept, rest = asyncio.run(chain())
     (fixes,) = nmea0183.read(log.read_bytes()).sources.values()
-    motion = estimate(fixes.between(kept.fixes[0].time - 0.5), "small-usv")
+    motion = estimate(fixes.between(kept.fixes[0].time - 0.5), "small-usv", causal=True)
     assert len(kept.fixes) == len(motion) >= 30  # gpsd takes some to find out how to read them
     for path, wanted in in_signal_k(motion, -1).items():
         held = rest[path.removeprefix("navigation.")]
@@ -312,7 +312,7 @@ def test_a_serial_line_with_damaged_messages(tmp_path):
     placed = expected.rows(expected.has_position)
     assert len(placed) > 480
     assert answer.count(b"$SWRMC") >= 1
-    assert_equal(rows, estimate(placed, "small-usv"))
+    assert_equal(rows, estimate(placed, "small-usv", causal=True))
 
 
 def test_the_command_from_end_to_end(tmp_path):
@@ -322,7 +322,7 @@ def test_the_command_from_end_to_end(tmp_path):
     code, said, logged = run_process("live", *ends, "--source", "GP", "--profile", "small-usv")
     assert code == 0 and "30 used" in logged
     lines = [json.loads(line) for line in said.splitlines()]
-    motion = estimate(nmea0183.read(log.read_bytes()).sources["GP"], "small-usv").to_frame()
+    motion = estimate(nmea0183.read(log.read_bytes()).sources["GP"], "small-usv", causal=True).to_frame()
     assert lines == motion.to_dicts()
     assert (tmp_path / "run.csv").read_text().count("\n") == 31
     code, _, said = run_process("live", "--from", "tcp://nowhere")

@@ -75,7 +75,7 @@ def test_a_recording_is_repeated_bit_by_bit(recorded):
     found = replay(path)
     assert not found.differing and len(found.recorded) == len(rows) >= 119 and found.orders == 1
     assert np.array(found.repeated).tobytes() == np.array(rows).tobytes()
-    motion = estimate(nmea0183.read(log).sources["GP"], "small-usv", aid=("sog", "cog"))
+    motion = estimate(nmea0183.read(log).sources["GP"], "small-usv", aid=("sog", "cog"), causal=True)
     assert_equal(found.repeated, motion.rows(slice(0, len(rows))))
 
 
@@ -216,7 +216,7 @@ def test_odometry_has_the_axes_of_ros(tmp_path):
     """Read by another implementation: x east, y north, yaw = π/2 − χ, ω_z = −χ̇."""
     rosbags = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed")
     fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
-    motion = estimate(fixes, "small-usv")
+    motion = estimate(fixes, "small-usv", causal=True)
     write(motion, tmp_path / "track.mcap")
     store = rosbags.get_typestore(rosbags.Stores.ROS2_HUMBLE)
     with open(tmp_path / "track.mcap", "rb") as file:

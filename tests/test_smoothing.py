@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core import Fixes, wrap_array
-from steerway.estimation import Profile
+from steerway.core import Fixes, InputError, wrap_array
+from steerway.estimation import FiveStateFilter, Profile
 from steerway.sensors import Gnss
 from steerway_studies.testing import CELLS, errors
 from tests.scenes import straight, turning
@@ -68,6 +68,22 @@ def test_smoothed_is_better_and_surer_than_causal(kind):
     assert np.all(smoothed < 0.85 * causal)
     assert np.all(squares[:, 1] < squares[:, 0]), "in every single voyage"
     assert np.all(variances[:, 1] < variances[:, 0])
+
+
+def test_a_record_is_smoothed_unless_causal_is_asked_for():
+    _, fixes = CELLS["o05"].sailed(0)
+    profile = CELLS["o05"].profile
+    by_default, smoothed = steerway.estimate(fixes, profile), steerway.estimate(fixes, profile, smooth=True)
+    causal, not_smoothed = (
+        steerway.estimate(fixes, profile, causal=True),
+        steerway.estimate(fixes, profile, smooth=False),
+    )
+    np.testing.assert_array_equal(output(by_default), output(smoothed))
+    np.testing.assert_array_equal(output(causal), output(not_smoothed))
+    np.testing.assert_array_equal(output(causal), output(FiveStateFilter(profile).filter(fixes)))
+    assert not np.array_equal(causal.sog, smoothed.sog, equal_nan=True)
+    with pytest.raises(InputError, match="causal and smooth are both true"):
+        steerway.estimate(fixes, profile, causal=True, smooth=True)
 
 
 @pytest.mark.parametrize("kind", ["one motion model", "two motion models"])

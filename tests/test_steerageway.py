@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+import steerway
+from steerway.archive.testing import levels, tracks
 from steerway.core import Fixes
 from steerway.core.testing import displaced_all
 from steerway.estimation import FiveStateFilter, Profile
@@ -41,3 +43,33 @@ def test_a_moving_boat_has_a_course_soon(rate):
         motion = filtered(seed, rate, 1.5)
         delays.append(motion.time[np.isfinite(motion.cog)][0])
     assert np.median(delays) <= 4.0 and max(delays) <= 8.0
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_slow_drift_has_a_course_where_the_receiver_is_good_enough(smooth):
+    """Two minutes at 0.1 m/s: fixes of 1 cm tell the course, those of 30 cm may not."""
+    time = np.arange(0.0, 120.0, 0.2)
+    noise = np.random.default_rng(1).standard_normal((2, len(time)))
+    for std, defined in ((0.01, True), (0.3, False)):
+        profile = Profile(speed_noise=1e-6, course_rate_noise=1e-5, course_rate_decay=0.3, position_std=std)
+        north, east = std * noise + 0.1 * time * np.array([[0.6], [0.8]])
+        motion = steerway.estimate(Fixes(time, *displaced_all(0.9, 0.2, north, east)), profile, smooth=smooth)
+        settled = motion.rows(motion.time > 30.0)
+        assert np.isfinite(settled.cog).all() if defined else np.isnan(settled.cog).all()
+        if defined:
+            error = np.abs(settled.cog - np.arctan2(0.8, 0.6)) / settled.cog_std
+            assert np.mean(error < 1.96) > 0.9 and np.median(settled.cog_std) < 0.2
+
+
+def test_the_stream_and_the_archive_have_the_limit_of_the_record():
+    profile = Profile(speed_noise=1e-6, course_rate_noise=1e-5, course_rate_decay=0.3, position_std=0.01)
+    time = np.arange(0.0, 60.0, 0.2)
+    fixes = Fixes(time, *displaced_all(0.9, 0.2, 0.1 * time, np.zeros(len(time))))
+    stream, found = FiveStateFilter(profile), []
+    for k in range(len(time)):
+        output, _, _ = stream.row(0.2 if k else 0.0, fixes.latitude[k], fixes.longitude[k])
+        found.append(output[3])
+    np.testing.assert_array_equal(found, FiveStateFilter(profile).filter(fixes).cog)
+    assert np.isfinite(found[-200:]).all()
+    filters = levels.filters([[profile.model_dump()] * tracks.LEVELS], ())
+    assert filters.steerageway == pytest.approx(0.03)

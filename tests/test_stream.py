@@ -60,7 +60,7 @@ def test_the_rows_are_those_of_estimate(aid, trouble):
         extra |= {"velocity_std": 0.1, "cog_error_std": 0.05, "cog_error_time": 3.0}
         structures = [s._replace(parts=(*s.parts, *aid), values=s.values | extra) for s in chosen.weighed]
         chosen = InferredProfile.of(structures)
-    motion = steerway.estimate(fixes, chosen, aid=aid)
+    motion = steerway.estimate(fixes, chosen, aid=aid, causal=True)
     values, nis, status = streamed(InferredFilter(chosen, aid), fixes)
     for name, column in zip(("latitude", "longitude", *NAMES), values.T, strict=True):
         np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-12, err_msg=name)
@@ -85,7 +85,7 @@ def test_the_navigator_gives_the_rows_of_estimate():
     _, fixes = sortie()
     navigator = Navigator(profile(), rate=10.0)
     rows = [row for each in rows_of({"": fixes}) for row in navigator.add(each)]
-    motion = steerway.estimate(fixes, profile(), rate=10.0)
+    motion = steerway.estimate(fixes, profile(), rate=10.0, causal=True)
     there = np.searchsorted(motion.time, fixes.time - 1e-4)
     for name in NAMES:
         np.testing.assert_allclose([getattr(row, name) for row in rows], getattr(motion, name)[there], rtol=1e-9)
@@ -112,7 +112,7 @@ def test_what_is_learned_is_nearly_what_estimate_infers():
     found = []
     estimator = LearningFilter(background=False, keep=found.append)
     values, *_ = streamed(estimator, fixes)
-    motion = steerway.estimate(fixes)
+    motion = steerway.estimate(fixes, causal=True)
     rows = slice(500, None)
     errors = [angle_error(each, scene.cog)[rows] for each in (values[:, 3], motion.cog)]
     assert np.sqrt(np.nanmean(errors[0] ** 2)) < 1.15 * np.sqrt(np.nanmean(errors[1] ** 2))

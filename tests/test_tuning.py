@@ -48,7 +48,7 @@ def test_what_is_found_predicts_no_worse_than_the_default(sortie):
     fixes, tuned = sortie
     assert tuned.held_back_log_likelihood >= tuned.default_held_back_log_likelihood
     assert tuned.held_back == pytest.approx(0.2 * len(fixes), abs=1)
-    assert steerway.estimate(fixes, tuned.profile).time.shape == fixes.time.shape
+    assert steerway.estimate(fixes, tuned.profile, causal=True).time.shape == fixes.time.shape
 
 
 @pytest.mark.study
@@ -115,7 +115,7 @@ def test_a_profile_of_structures_survives_a_file_and_serves_another_log(sortie, 
     tuned.profile.save(path)
     assert load_profile(path) == InferredProfile.load(path) == tuned.profile
     other = one_mode(11, 200.0)
-    by_file, by_object = steerway.estimate(other, path), motion_of(other, tuned.profile)
+    by_file, by_object = steerway.estimate(other, path, causal=True), motion_of(other, tuned.profile)
     np.testing.assert_array_equal(by_file.sog, by_object.sog)
     with pytest.raises(steerway.InputError, match="has structures"):
         Profile.load(path)
@@ -126,9 +126,9 @@ def test_vessels_of_one_log_are_each_estimated_by_the_structures(sortie):
     one, two = one_mode(11, 100.0), one_mode(12, 100.0)
     columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("time", "latitude", "longitude")}
     both = steerway.Fixes(**columns, mmsi=np.repeat([7, 8], [len(one), len(two)]))
-    motion = steerway.estimate(both, tuned.profile)
+    motion = steerway.estimate(both, tuned.profile, causal=True)
     np.testing.assert_array_equal(motion.mmsi, both.mmsi)
-    np.testing.assert_array_equal(motion.sog[len(one) :], steerway.estimate(two, tuned.profile).sog)
+    np.testing.assert_array_equal(motion.sog[len(one) :], steerway.estimate(two, tuned.profile, causal=True).sog)
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_the_command_line_shows_intervals(sortie, tmp_path, monkeypatch):
 def test_a_vessel_that_stops_is_known_to_stop():
     """One who hardly changes her speed, but for once: the filter takes it from the log that she does."""
     _, fixes = standstill(sail(SLOW, 6), logged(SLOW, 6, white=0.5), np.random.default_rng(6))
-    motion = steerway.estimate(fixes)
+    motion = steerway.estimate(fixes, causal=True)
     resting = (motion.time > BEGIN + 10.0) & (motion.time < BEGIN + 100.0)
     assert np.isnan(motion.cog[resting]).mean() > 0.95
 

@@ -28,7 +28,7 @@ def test_on_a_held_course_it_is_better_than_a_filter_for_turns_and_consistent():
         scene = straight(1.3, 0.3 * seed, 120.0)
         fixes = scene.fixes(0.5, seed)
         for name, profile in (("both", BOTH), ("turner", turner)):
-            motion = steerway.estimate(fixes, profile)
+            motion = steerway.estimate(fixes, profile, causal=True)
             errors[name].append(np.mean(angle_error(motion.cog, scene.cog)[150:] ** 2))
             if name == "both":
                 scores.append(np.nanmean(motion.nis))
@@ -42,7 +42,7 @@ def test_it_follows_turns():
     for seed in range(10):
         scene = alternating(seed)
         for found, profile in ((kept, BOTH), (lost, Profile(**STEADY))):
-            errors = angle_error(steerway.estimate(scene.fixes(0.5, seed), profile).cog, scene.cog)[100:]
+            errors = angle_error(steerway.estimate(scene.fixes(0.5, seed), profile, causal=True).cog, scene.cog)[100:]
             found.append(np.nanquantile(errors, 0.95))
     assert np.mean(kept) < 0.7 * np.mean(lost)
 
@@ -53,7 +53,7 @@ def test_a_fix_that_a_turn_would_explain_is_believed_however_unlikely_the_turn()
     for seed in range(10):
         voyage, fixes = cell.sailed(seed)
         seldom = np.arange(0, len(fixes), 50)
-        motion = steerway.estimate(fixes.rows(seldom), cell.profile)
+        motion = steerway.estimate(fixes.rows(seldom), cell.profile, causal=True)
         squares.append(wrap_array(motion.cog - voyage.cog[seldom])[5:] ** 2)
         refused += np.sum(motion.status == REJECTED)
     assert refused < 20

@@ -132,7 +132,7 @@ def test_in_a_swell_speed_is_known_better():
     scene = heaving()
     fixes = scene.fixes(0.01, 3)
     plain = HEAVE.model_copy(update={"acceleration_std": 0.0, "speed_noise": 0.03})
-    errors = [steerway.estimate(fixes, each).sog[60:] - scene.sog[60:] for each in (plain, HEAVE)]
+    errors = [steerway.estimate(fixes, each, causal=True).sog[60:] - scene.sog[60:] for each in (plain, HEAVE)]
     assert np.std(errors[1]) < 0.6 * np.std(errors[0])
     smoothed = steerway.estimate(fixes, HEAVE, smooth=True)
     assert np.std(smoothed.sog[60:-10] - scene.sog[60:-10]) < 0.6 * np.std(errors[1])
@@ -171,10 +171,10 @@ def test_an_irregular_wave_is_accepted_and_a_jump_is_not():
     """A wave beyond the gate of a profile that knows no waves; and a fix ten metres off."""
     profile = SWELL.model_copy(update={"position_std": 0.005})
     struck = swinging(seed=5, blow=0.2).fixes(0.005, 5)
-    assert np.nanmax(steerway.estimate(struck, profile).nis) > 13.8
-    assert (steerway.estimate(struck, profile).status != REJECTED).all()
+    assert np.nanmax(steerway.estimate(struck, profile, causal=True).nis) > 13.8
+    assert (steerway.estimate(struck, profile, causal=True).status != REJECTED).all()
     jumped = swinging(seed=5).fixes(0.005, 5, lambda t: (10.0 * (np.abs(t - 250.0) < 0.5), 0.0 * t))
-    assert (np.flatnonzero(steerway.estimate(jumped, profile).status == REJECTED) == [250]).all()
+    assert (np.flatnonzero(steerway.estimate(jumped, profile, causal=True).status == REJECTED) == [250]).all()
 
 
 def test_it_is_forgotten_at_rest():
@@ -207,7 +207,7 @@ def test_a_fix_of_uncertain_moment_is_believed_less_along_the_way_only():
     unsure = sure.model_copy(update={"time_std": 2.0})
     late = 8.0 * np.random.default_rng(5).normal(0.0, 2.0, len(scene.time))
     fixes = scene.fixes(3.0, 5, lambda t: (late * math.cos(course), late * math.sin(course)))
-    nis = [np.nanmean(steerway.estimate(fixes, each).nis[10:]) for each in (sure, unsure)]
+    nis = [np.nanmean(steerway.estimate(fixes, each, causal=True).nis[10:]) for each in (sure, unsure)]
     assert nis[0] > 6.0 and 1.1 < nis[1] < 2.8
     sideways = scene.fixes(3.0, 5, lambda t: (-late * math.sin(course), late * math.cos(course)))
-    assert np.nanmean(steerway.estimate(sideways, unsure).nis[10:]) > 6.0
+    assert np.nanmean(steerway.estimate(sideways, unsure, causal=True).nis[10:]) > 6.0

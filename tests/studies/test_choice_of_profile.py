@@ -15,7 +15,7 @@ def with_a_course(speed):
     """Share of rows with a course after a minute, and the RMS error of those (°), by a low-cost receiver."""
     scene = turning(speed, 1.0, 300.0, decay=0.2, density=3e-5)
     home = math.radians(1.0), math.radians(10.0)
-    motion = steerway.estimate(low_cost().fixes(scene.time, scene.north, scene.east, 1, origin=home))
+    motion = steerway.estimate(low_cost().fixes(scene.time, scene.north, scene.east, 1, origin=home), causal=True)
     error = angle_error(motion.cog, scene.cog)[motion.time >= scene.time[0] + 60.0]
     known = np.isfinite(error)
     return known.mean(), math.degrees(np.sqrt(np.mean(error[known] ** 2))) if known.any() else math.nan
@@ -48,7 +48,10 @@ def test_the_choice_comes_near_the_truth_about_the_boat():
         scene = turning(1.3, 0.4 * seed, 300.0, seed=seed)
         fixes = scene.fixes(0.5, seed)
         errors.append(
-            [np.nanmean(angle_error(steerway.estimate(fixes, p).cog, scene.cog)[100:] ** 2) for p in (None, made)]
+            [
+                np.nanmean(angle_error(steerway.estimate(fixes, p, causal=True).cog, scene.cog)[100:] ** 2)
+                for p in (None, made)
+            ]
         )
     found, known = np.sqrt(np.mean(errors, axis=0))
     assert found < 1.15 * known

@@ -14,7 +14,8 @@ import numpy as np
 
 from steerway.archive.filters import Filters, filters_of
 from steerway.archive.tracks import LEVELS, MANOEUVRING, STEADY
-from steerway.estimation.vessel.flat import model_of_profile
+from steerway.estimation.log.course import least_course_speed
+from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
 from steerway.estimation.vessel.profile import BUILT_IN, Profile
 
 PROFILES = ("ais", "ais-class-a", "ais-class-b")
@@ -80,7 +81,7 @@ def filters(profiles: Sequence[Sequence[dict[str, Any]]], aid: tuple[str, ...], 
                 model.modes["manoeuvres"] = 1  # a vessel at rest is at rest still, if less certainly
             models.append(model)
             change.append(_CHANGE_STD**2 if levelled and level == MANOEUVRING else 0.0)
-            steerageway.append(profile.steerageway)
+            steerageway.append(least_course_speed([WeighedModel(1.0, model)], profile.steerageway))
     return filters_of(models, np.array(change), np.array(steerageway))
 
 

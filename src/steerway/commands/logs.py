@@ -10,13 +10,16 @@ import typer
 from steerway.commands.options import (
     Aids,
     AsJson,
+    Causal,
     From,
     Logs,
     MaxSize,
     ProfileName,
+    Smooth,
     Source,
     Until,
     aid_names,
+    asks_smoothed,
     expect_output,
     expect_toml,
     hertz,
@@ -38,16 +41,15 @@ def estimate(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences; "
-            ".csv or .json.",
+            help="Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences or "
+            "with the receiver's own SOG; .csv or .json.",
         ),
     ] = None,
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", parser=hertz, help="Output rate in Hz; by default one row per fix.")
     ] = None,
-    smooth: Annotated[
-        bool, flag("--smooth", help="Smooth (fixed-interval): every estimate uses the whole log.")
-    ] = False,
+    causal: Causal = False,
+    smooth: Smooth = False,
     profile: ProfileName = None,
     source: Source = None,
     aid: Aids = None,
@@ -69,7 +71,7 @@ def estimate(
 
         steerway estimate sortie.nmea -o track.csv --report page.html
 
-        steerway estimate day1.ubx.gz day2.ubx.gz --smooth --rate 10 -o track.parquet
+        steerway estimate day1.ubx.gz day2.ubx.gz --causal --rate 10 -o track.parquet
 
         cat ais.txt | steerway estimate - -o vessels.parquet
     """
@@ -82,17 +84,17 @@ def estimate(
     from steerway.report.summary import summarise
 
     _expect_outputs(logs, out, report, episodes)
-    aids = aid_names(aid)
+    aids, smoothed = aid_names(aid), asks_smoothed(logs, causal, smooth)
     expect_rate(rate)
     fixes = on_time(read_logs(logs, source, start, stop, max_size), latency)
     if no_accuracy:
         fixes = replace(fixes, position_std=None)
     estimator = LogEstimator(fixes, profile, aids)
-    motion = estimator.motion(fixes, rate, smooth)
+    motion = estimator.motion(fixes, rate, smoothed)
     late = lateness(fixes)
     down_weighted = int((variance_scales(fixes) > 1.0).sum())
     structures = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
-    summary = summarise(fixes, motion, estimator.profile.name, down_weighted, late.sog, late.cog, structures)
+    summary = summarise(fixes, motion, estimator.profile.name, smoothed, down_weighted, late, structures, aids)
     _write_outputs(logs, out, report, episodes, fixes, motion, summary)
     if as_json:
         print_json(summary)
@@ -247,7 +249,8 @@ def tune(
 
 def compare(
     logs: Logs,
-    smooth: Annotated[bool, flag("--smooth", help="Compare the smoothed estimate.")] = False,
+    causal: Causal = False,
+    smooth: Smooth = False,
     least_speed: Annotated[
         float,
         typer.Option("--least-speed", metavar="M/S", min=0.0, help="Compare rows with a reported SOG above this, m/s."),
@@ -265,23 +268,31 @@ def compare(
 
     Examples:
 
-        steerway compare sortie.nmea --smooth
+        steerway compare sortie.nmea --causal
 
         steerway compare otter.csv --least-speed 0.3
     """
     import numpy as np
 
-    from steerway.estimation import estimate as run
+    from steerway.estimation.fit.description import is_of_hull, structures_of
+    from steerway.estimation.log.compare import SWING
     from steerway.estimation.log.compare import compare as agreement
+    from steerway.estimation.log_estimate import LogEstimator
+    from steerway.report.summary import which_estimate
 
+    smoothed = asks_smoothed(logs, causal, smooth)
     fixes = read_logs(logs, source, start, stop, max_size)
     if not np.isfinite([fixes.sog, fixes.cog]).any():
         raise InputError(f"{', '.join(logs)}: no SOG or COG of a receiver in it, expected at least one to compare with")
-    found = agreement(fixes, run(fixes, profile, smooth=smooth), least_speed)
+    estimator = LogEstimator(fixes, profile)
+    motion = estimator.motion(fixes, None, smoothed)
+    of_hull = estimator.is_inferred and is_of_hull(structures_of(estimator.profile))
+    found = agreement(fixes, motion, least_speed, SWING if of_hull else 0.0)
     if as_json:
-        print_json(found.as_dict())
+        print_json(found.as_dict() | {"smoothed": smoothed, "of_hull": of_hull})
         return
-    print_pairs(found.sentences())
+    how = [("antenna", f"rolls: means over {SWING:g} s are compared, as the estimate is the hull's")] if of_hull else []
+    print_pairs([("estimate", which_estimate(smoothed)), *how, *found.sentences()])
     print_notes(fixes.notes)
 
 

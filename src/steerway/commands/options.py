@@ -38,6 +38,15 @@ ProfileName = Annotated[
         "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred from the log."
     ),
 ]
+Causal = Annotated[
+    bool,
+    flag(
+        "--causal", help="Use only the fixes until the time of each row, as on board; the default for standard input."
+    ),
+]
+Smooth = Annotated[
+    bool, flag("--smooth", help="Smooth (fixed-interval): every row uses the whole log; the default for files.")
+]
 AIDS_OF_LOGS = ("auto", "sog", "cog", "heading", "water-speed", "yaw-rate")
 AIDS_OF_ARCHIVES = ("sog", "cog", "heading")
 
@@ -105,6 +114,16 @@ def aid_names(text: str | None, known: tuple[str, ...] = AIDS_OF_LOGS) -> tuple[
         if name not in known:
             raise InputError(f"--aid names {name!r}, expected some of {', '.join(known)}")
     return tuple(name.replace("-", "_") for name in names)
+
+
+def asks_smoothed(logs: list[str], causal: bool, smooth: bool) -> bool:
+    """Whether the estimate of these logs is to be smoothed: of files by default, of standard input where asked.
+
+    Raises InputError where both options are given.
+    """
+    if causal and smooth:
+        raise InputError("--causal and --smooth are both given, expected one of them")
+    return smooth or not (causal or "-" in logs)
 
 
 def expect_output(out, logs) -> None:

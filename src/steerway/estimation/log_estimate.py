@@ -20,9 +20,10 @@ def estimate(
     *,
     aid: tuple[str, ...] = (),
     rate: float | None = None,
-    smooth: bool = False,
+    causal: bool = False,
+    smooth: bool | None = None,
 ) -> Motion:
-    """SOG, COG and course rate of every vessel in `fixes`.
+    """SOG, COG and course rate of every vessel in `fixes`, smoothed: every row uses the whole record.
 
     Args:
         fixes: measurements of receivers and instruments. Accuracy that a receiver reports (`position_std`) scales the
@@ -34,11 +35,20 @@ def estimate(
             inferred too where no profile is given. "auto" uses the receiver's SOG and COG where the fixes are predicted
             better with them; with a profile, where its structures have them.
         rate: rows a second in the result (Hz); None gives a row a fix.
-        smooth: use the whole record for every row (fixed-interval smoothing).
+        causal: use only what was known at the time of each row, as on board; this is what `steerway live` gives.
+        smooth: False is the same as `causal=True`, True is the default.
 
-    Raises InputError for an unknown profile, aid or rate, and for a log of one vessel with fewer than two positions.
+    Raises InputError for an unknown profile, aid or rate, where `causal` and `smooth` are both true, and for a log of
+    one vessel with fewer than two positions.
     """
-    return LogEstimator(fixes, profile, aid).motion(fixes, rate, smooth)
+    return LogEstimator(fixes, profile, aid).motion(fixes, rate, is_smoothed(causal, smooth))
+
+
+def is_smoothed(causal: bool, smooth: bool | None) -> bool:
+    """Whether these arguments of `estimate` ask for the smoothed estimate. Raises InputError where both are true."""
+    if causal and smooth:
+        raise InputError("causal and smooth are both true, expected one of them at most")
+    return not causal and smooth is not False
 
 
 class LogEstimator:

@@ -19,11 +19,20 @@ from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, 
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.accuracy import variance_scale
-from steerway.estimation.log.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
+from steerway.estimation.log.course import (
+    COG,
+    EAST,
+    NORTH,
+    POSITION_STD,
+    RATE,
+    SOG,
+    average,
+    least_course_speed,
+)
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.log.record import FEW_STEPS, HELD, LONG
 from steerway.estimation.log.rows import LONGEST_GAP
-from steerway.estimation.log.run import UNKNOWN_SPEED, motion_of
+from steerway.estimation.log.run import motion_of
 from steerway.estimation.moments import motion_moments
 from steerway.estimation.stream_row import (
     AZIMUTH,
@@ -42,15 +51,20 @@ from steerway.estimation.stream_row import (
     USUAL_COUNT,
     WRONG,
     Alike,
+    doubt_slide,
+    note_fix,
+    note_interval,
     place_of,
     predict_plain,
     read,
     read_plain,
+    settle,
     take_plain,
     true_course,
     walk,
 )
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS, expect_aids
+from steerway.estimation.vessel.flat import WeighedModel
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
@@ -129,6 +143,8 @@ class FiveStateFilter:
         only = self._groups[0]
         self._plain = only.models[0] if n == 1 and only.is_plain else None
         self._estimate = np.full(POSITION_STD + 1, np.nan)
+        weighed = [WeighedModel(*each) for each in zip(running.weights, running.structures, strict=True)]
+        self._least_speed = least_course_speed(weighed, self.profile.steerageway)
         self._is_current = False
 
     def __getstate__(self) -> dict:
@@ -211,9 +227,7 @@ class FiveStateFilter:
         reported = math.nan if position_std is None else position_std
         if self._plain is not None:
             self._is_current = True
-            return take_plain(
-                self._state, self._plain, first, second, reported, self.profile.steerageway, self._estimate
-            )
+            return take_plain(self._state, self._plain, first, second, reported, self._least_speed, self._estimate)
         excess = variance_scale(self._state[USUAL : USUAL_COUNT + 1], reported)
         nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
         return nis
@@ -223,9 +237,11 @@ class FiveStateFilter:
         state = self._state
         if state[SINCE] > LONG:
             state[KNOWN] = 0.0
+        note_interval(state, state[SINCE], state[ELAPSED] + dt)
         state[SINCE] = 0.0
         self._advance(dt, first, second, excess, aids)
         self._settle()
+        note_fix(self._state, self._estimate)
         return self._weighed(NIS), self._weighed(WRONG)
 
     def _weighed(self, column) -> float:
@@ -349,19 +365,22 @@ class FiveStateFilter:
     def _read(self) -> Floats:
         """The estimate now (9,), in the plane."""
         if not self._is_current:
-            if self._plain is not None:
-                read_plain(self._state, self._plain, self.profile.steerageway, self._estimate)
-            else:
-                average(self._outs, self._weights, self.profile.steerageway, self._estimate)
+            self._combine()
+            doubt_slide(self._state, self._estimate)
             self._is_current = True
         return self._estimate
 
+    def _combine(self) -> None:
+        if self._plain is not None:
+            read_plain(self._state, self._plain, self._least_speed, self._estimate)
+        else:
+            average(self._outs, self._weights, self._least_speed, self._estimate)
+
     def _settle(self) -> None:
-        """Note the speed, and whether it is known from now on."""
-        estimate = self._read()
-        self._state[LAST_SOG] = estimate[SOG]
-        if estimate[SOG_STD] < UNKNOWN_SPEED:
-            self._state[KNOWN] = 1.0
+        """Note the speed, whether it is known from now on, and whether the receiver may slide in."""
+        self._combine()
+        settle(self._state, self._estimate)
+        self._is_current = True
 
     @property
     def sog(self) -> float:

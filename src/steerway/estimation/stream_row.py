@@ -10,6 +10,7 @@ from steerway.estimation.filter.model import FUSED, bank_in, model_in
 from steerway.estimation.filter.row import Row, state_row, take_row
 from steerway.estimation.log.accuracy import variance_scale
 from steerway.estimation.log.course import COG, EAST, NORTH, SOG, SOG_STD
+from steerway.estimation.log.outage import SHORTEST, SLIDES, doubt, is_faster, is_outage
 from steerway.estimation.log.plane import place_near, step_between
 from steerway.estimation.log.record import LONG, TURNED
 from steerway.estimation.log.rows import LONGEST_GAP
@@ -30,9 +31,16 @@ from steerway.estimation.log.run import UNKNOWN_SPEED
     COARSE,  # least step between fixes, m
     SINCE,  # s since the last fix that was no copy
     LAST_SOG,
-) = range(14)
+    USUAL_INTERVAL,  # s, the last one between fixes that is no outage's
+    RETURNED,  # ELAPSED at the first fix after the last outage, 0 before one
+    SOG_BEFORE,  # … m/s at the fix before it
+    COG_BEFORE,  # … rad in the plane
+    SLIDES_IN,  # … 1 where the receiver is suspected to slide in
+    FIXED_SOG,  # m/s at the last fix
+    FIXED_COG,
+) = range(21)
 """State of the filter beside the banks."""
-HEADER = LAST_SOG + 1
+HEADER = FIXED_COG + 1
 _ONE_BANK = HEADER + 1
 """Where the bank of a single structure begins, behind its weight."""
 NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
@@ -95,13 +103,53 @@ def take_plain(state, numbers, first, second, reported, steerageway, estimate):
     excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
     if state[SINCE] > LONG:
         state[KNOWN] = 0.0
+    note_interval(state, state[SINCE], state[ELAPSED])
     state[SINCE] = 0.0
     taken = five_state.take(bank, model, Row(0.0, first, second, excess))
     five_state.write_estimate(bank, model, steerageway, estimate)
+    settle(state, estimate)
+    note_fix(state, estimate)
+    return taken.nis
+
+
+@lean_kernel
+def note_interval(state, interval, now):
+    """Before a fix `interval` s after the last one is taken, at `now` (of ELAPSED): note the end of an outage."""
+    if is_outage(interval, state[USUAL_INTERVAL]):
+        state[RETURNED], state[SLIDES_IN] = now, 0.0
+        state[SOG_BEFORE], state[COG_BEFORE] = state[FIXED_SOG], state[FIXED_COG]
+    elif 0.0 < interval < SHORTEST:
+        state[USUAL_INTERVAL] = interval
+
+
+@lean_kernel
+def settle(state, estimate):
+    """After a row: note the speed and whether it is known from now on; then doubt what may be a slide."""
     state[LAST_SOG] = estimate[SOG]
     if estimate[SOG_STD] < UNKNOWN_SPEED:
         state[KNOWN] = 1.0
-    return taken.nis
+    if may_slide(state) and is_faster(estimate[SOG], state[SOG_BEFORE]):
+        state[SLIDES_IN] = 1.0
+    doubt_slide(state, estimate)
+
+
+@lean_kernel
+def note_fix(state, estimate):
+    """Note the velocity at a fix."""
+    state[FIXED_SOG], state[FIXED_COG] = estimate[SOG], estimate[COG]
+
+
+@lean_kernel
+def may_slide(state):
+    """Whether the receiver may slide in after an outage."""
+    return state[RETURNED] > 0.0 and state[ELAPSED] - state[RETURNED] < SLIDES
+
+
+@lean_kernel
+def doubt_slide(state, estimate):
+    """`outage.doubt` of an estimate (9,) where the receiver may slide in."""
+    if may_slide(state):
+        doubt(estimate, state[SOG_BEFORE], state[COG_BEFORE], state[SLIDES_IN] == 1.0)
 
 
 @lean_kernel

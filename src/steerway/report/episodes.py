@@ -16,13 +16,15 @@ from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED, STARTING, Fixes, Motion
 from steerway.core.statistics import DEVIATION_OF_MEDIAN
 from steerway.core.timestamps import iso
+from steerway.estimation.log.outage import SLIDES, outages
 
-REFUSED, RESTARTED, GAP, DISAGREES = "refused", "restarted", "gap", "disagrees"
+REFUSED, RESTARTED, GAP, DISAGREES, CONTRADICTED = "refused", "restarted", "gap", "disagrees", "contradicted"
 _WORDS = {
     REFUSED: "fixes refused as wrong",
     RESTARTED: "the estimate began anew",
     GAP: "no fixes",
     DISAGREES: "the velocity differs from that of position differences by more than both are uncertain",
+    CONTRADICTED: "the receiver's own SOG differs from the estimate by more than both are uncertain",
 }
 _GAP_INTERVALS = 3.0
 """Usual intervals in a gap."""
@@ -69,7 +71,7 @@ def episodes_of(fixes: Fixes, motion: Motion) -> list[Episode]:
         if mmsi in placed and len(placed[mmsi]) > 1:
             own += _gaps(placed[mmsi].time, mmsi)
         if mmsi is None and len(placed[mmsi]) > 1:
-            own += _disagreements(placed[mmsi], track, mmsi)
+            own += [*_disagreements(placed[mmsi], track, mmsi), *_contradictions(placed[mmsi], track, mmsi)]
         found += sorted(own, key=lambda each: each.start)
     return found
 
@@ -114,6 +116,20 @@ def _disagreements(fixes, motion, mmsi) -> list[Episode]:
     spread = DEVIATION_OF_MEDIAN * float(np.nanmedian(np.abs(apart)))
     allowed = _ALLOWED * np.sqrt(spread**2 + motion.sog_std[at] ** 2)
     return _runs(DISAGREES, time, np.hypot(*apart) > allowed, mmsi, _LEAST)
+
+
+def _contradictions(fixes, motion, mmsi) -> list[Episode]:
+    """Where the receiver's own SOG says otherwise; after outages, where σ holds a slide of it, with the usual σ."""
+    at = np.searchsorted(motion.time, fixes.time - 1e-4).clip(0, len(motion) - 1)
+    apart, deviation = np.abs(motion.sog[at] - fixes.sog), motion.sog_std[at].copy()
+    if np.isfinite(apart).sum() < _LEAST:
+        return []
+    usual = float(np.nanmedian(deviation))
+    for k in outages(fixes.time):
+        back = slice(k + 1, int(np.searchsorted(fixes.time, fixes.time[k + 1] + SLIDES)))
+        deviation[back] = np.fmin(deviation[back], usual)
+    spread = DEVIATION_OF_MEDIAN * float(np.nanmedian(apart))
+    return _runs(CONTRADICTED, fixes.time, apart > _ALLOWED * np.hypot(spread, deviation), mmsi, _LEAST)
 
 
 def _moved(fixes, i, j):

@@ -9,7 +9,9 @@ import numpy as np
 from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
 from steerway.core.timestamps import iso
-from steerway.report.episodes import episodes_of, in_words
+from steerway.estimation.fit.description import is_of_hull
+from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
+from steerway.report.episodes import CONTRADICTED, episodes_of, in_words
 
 _GAP_INTERVALS = 3.0
 
@@ -38,15 +40,16 @@ def summarise(
     fixes: Fixes,
     motion: Motion,
     profile: str,
+    smoothed: bool = False,
     down_weighted: int = 0,
-    sog_late: float = math.nan,
-    cog_late: float = math.nan,
+    late: Lateness = UNKNOWN_LATENESS,
     structures: Sequence[dict] = (),
+    aids: Sequence[str] = (),
 ) -> dict:
     """The numbers of a run, flat but for `structures`, names with their units.
 
-    down_weighted: number of fixes with less weight for their reported accuracy. sog_late, cog_late: delay (s) of the
-    receiver's SOG and COG, NaN where unknown. structures: see `estimation.fit.description.structures_of`.
+    smoothed: whether every row of the estimate uses the whole log. down_weighted: number of fixes with less weight for
+    their reported accuracy. structures: see `estimation.fit.description.structures_of`. aids: used beside positions.
     """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)
@@ -56,6 +59,9 @@ def summarise(
     return {
         "source": fixes.source,
         "profile": profile,
+        "of_hull": is_of_hull(structures),
+        "smoothed": smoothed,
+        "aids": list(aids),
         "structures": list(structures),
         "vessels": 1 if fixes.mmsi is None else len(np.unique(fixes.mmsi)),
         "start": iso(round(motion.time.min(), 3)) if len(motion) else None,
@@ -63,8 +69,8 @@ def summarise(
         "duration_s": float(np.ptp(motion.time)) if len(motion) else 0.0,
         "fixes": len(placed),
         "fixes_doubted": down_weighted,
-        "receiver_sog_late_s": sog_late,
-        "receiver_cog_late_s": cog_late,
+        "receiver_sog_late_s": late.sog,
+        "receiver_cog_late_s": late.cog,
         "rows": len(motion),
         **{f"rows_{name}": int(status[k]) for k, name in enumerate(STATUSES)},
         "gaps": len(holes),
@@ -92,6 +98,8 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
         ("typical 1σ", _deviations(s)),
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
+        ("estimate", which_estimate(s["smoothed"])),
+        *([("motion", "of the hull, under an antenna that rolls")] if s["of_hull"] else []),
         ("episodes", in_words(s["episodes"])),
         ("rows", f"{s['rows']}: {status}"),
         ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
@@ -103,6 +111,11 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("profile", s["profile"]),
         *((f"  weight {each['weight']:.2f}", _structure(each)) for each in s["structures"] if each["weight"]),
     ]
+
+
+def which_estimate(smoothed: bool) -> str:
+    """What the rows of an estimate use, in words."""
+    return "smoothed: every row uses the whole log" if smoothed else "causal: every row uses the fixes until its time"
 
 
 def _gaps(s) -> str:
@@ -125,8 +138,11 @@ def _receiver(s) -> list[tuple[str, str]]:
         for name, lag in (("SOG", s["receiver_sog_late_s"]), ("COG", s["receiver_cog_late_s"]))
         if math.isfinite(lag)
     ]
-    if late:
-        found.extend(late)
+    found.extend(late)
+    contradicted = sum(int(each["rows"]) for each in s["episodes"] if each["kind"] == CONTRADICTED)
+    if contradicted:
+        hint = "" if s["aids"] else " (use --aid auto)"
+        found.append(f"its own SOG contradicts the estimate in {contradicted} rows{hint}")
     return [("receiver", "; ".join(found))] if found else []
 
 

@@ -6,7 +6,7 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.report.course_axis import course_cut
-    from steerway.report.episodes import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
+    from steerway.report.episodes import CONTRADICTED, DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
     from steerway.report.events import events
     from steerway.report.interactive.data import mercator
     from steerway.report.motion_page import WRITERS, write_report

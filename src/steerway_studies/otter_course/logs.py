@@ -99,7 +99,7 @@ def _opened(path, log) -> Fixes:
 
 def _add(results, log, fixes):
     profile = choose_profile(fixes)
-    ours, printed = estimate(fixes, profile), as_printed(fixes, log.process_noise)
+    ours, printed = estimate(fixes, profile, causal=True), as_printed(fixes, log.process_noise)
     for who, motion in (("product", ours), ("printed", printed)):
         agreement = compare(fixes, motion)
         stem, where = f"log_{log.name}_{who}", f"{log.boat}: {who} filter against the receiver above 1 m/s"

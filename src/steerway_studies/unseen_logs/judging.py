@@ -14,9 +14,6 @@ from steerway_studies.unseen_logs.recordings import JudgedLog
 
 SETTLING = 20.0  # s, and
 SETTLING_FIXES = 10
-SWING = 4.0
-"""s over which a reference is averaged besides: craft under 15 m roll in 2 to 4 s, and the velocity of an antenna holds
-its swing, which is no motion of the boat."""
 WAY = 0.6
 """m/s by the reference above which course and rate are judged."""
 FEWEST = 100

@@ -174,6 +174,10 @@ _APART = 0.1
 """Gain of displacements when speed and course have a lag each. Chosen: it is at most 0.04 in the developing half."""
 _CLIP = 3.0
 _FEWEST = 30
+_SURE, _BLOCK = 4.0, 10.0
+"""Standard errors of its gain from which on a lag of the rate is determined, and s of a block. Chosen: of rates that
+are not late the likeliest of 200 lags gains up to 2.5, of recorded turns of a motor boat 3.3 at −2.05 s; one of 1 s
+gains 6 in the scene `sea` and 4 in `tacks`."""
 
 
 def velocity_lag(reference: VelocityReference, time, places) -> float:
@@ -231,7 +235,10 @@ def _displacements(time, places):
 
 
 def rate_lag(reference: VelocityReference, time, places) -> float:
-    """The same of its rate, by the turn from the displacement before a fix to the one behind it, two seconds each."""
+    """The same of its rate, by the turn from the displacement before a fix to the one behind it, two seconds each.
+
+    0 where the turns do not determine it.
+    """
     back = np.searchsorted(time, time - _HALF_TURN - 1e-6)
     ahead = np.searchsorted(time, time + _HALF_TURN - 1e-6)
     rows = np.flatnonzero((ahead < len(time)) & (time - time[back] < 1.5 * _HALF_TURN) & (back > 0))
@@ -246,7 +253,18 @@ def rate_lag(reference: VelocityReference, time, places) -> float:
         at = time[rows] + lag
         return np.where(slow, np.nan, np.abs(turn - turned.between(at - half, at + half)))
 
-    return _least(difference)[0]
+    lag = _least(difference)[0]
+    return lag if _sureness(difference, lag, time[rows]) > _SURE else 0.0
+
+
+def _sureness(difference, lag, time) -> float:
+    """Gain of a lag against none in its standard errors; what rows of the same ten seconds say counts once."""
+    most = _most(difference)
+    gain = np.minimum(difference(0.0), most) - np.minimum(difference(lag), most)
+    known = np.isfinite(gain)
+    of_blocks = np.bincount(((time[known] - time[0]) // _BLOCK).astype(int), gain[known])
+    error = math.sqrt(float(of_blocks @ of_blocks))
+    return float(of_blocks.sum()) / error if error > 0.0 else 0.0
 
 
 def _most(difference) -> float:

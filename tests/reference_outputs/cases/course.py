@@ -134,4 +134,4 @@ case("course-latency-taken-out")(
 def without_profile():
     """A fit ends within a tenth of a standard deviation of its parameters, where depends on rounding."""
     course = 0.4 + np.cumsum(np.tile(np.r_[np.zeros(40), np.full(20, 0.06)], 3))
-    return motion_columns(steerway.estimate(sailed(np.full(180, 2.0), course, 2.0).fixes(0.2, 31)), 50)
+    return motion_columns(steerway.estimate(sailed(np.full(180, 2.0), course, 2.0).fixes(0.2, 31), causal=True), 50)

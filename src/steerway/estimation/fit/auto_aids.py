@@ -14,6 +14,7 @@ import numpy as np
 from steerway.core.records import Fixes
 from steerway.estimation.fit.posterior import Posterior, Rows
 from steerway.estimation.fit.selection import BETTER, Structure
+from steerway.estimation.log.outage import SLIDES, outages
 from steerway.estimation.log.run import Track
 from steerway.estimation.vessel.aids import AIDS, COG, SOG
 
@@ -53,9 +54,9 @@ def velocity_in(record: Rows, structures: Sequence[Structure]) -> Velocity | Non
     if not len(record.aids) or np.isfinite(record.north).sum() < _BLOCK // 4:
         return None
     best = max(structures, key=lambda each: each.weight)
-    rows, is_fix = _pieces(record)
-    without = _density(best, rows, is_fix)
-    gains = [_density(with_noise(best, noise), rows, is_fix) - without for noise in _NOISES]
+    rows, judged = _pieces(record)
+    without = _density(best, rows, judged)
+    gains = [_density(with_noise(best, noise), rows, judged) - without for noise in _NOISES]
     gain = float(np.logaddexp.reduce(gains)) - math.log(len(_NOISES))
     return Velocity(_NOISES[int(np.argmax(gains))], gain) if gain > BETTER else None
 
@@ -72,14 +73,14 @@ def velocity_parts(profile: object) -> tuple[str, ...]:
     return tuple(name for name in VELOCITY if any(name in each.parts for each in structures))
 
 
-def _density(structure, rows: Rows, is_fix) -> float:
+def _density(structure, rows: Rows, judged) -> float:
     """Log density of the fixes of a record, each given the rows before it."""
     posterior = Posterior(structure.parts, rows)
-    return float(posterior.densities(posterior.point(structure.values))[is_fix].sum())
+    return float(posterior.densities(posterior.point(structure.values))[judged].sum())
 
 
 def _pieces(record: Rows) -> tuple[Rows, np.ndarray]:
-    """Pieces from all over a record, every row once with its fix and once more with its velocity; which have a fix."""
+    """Pieces from all over a record, every row once with its fix and once more with its velocity; which fixes count."""
     fixed = np.flatnonzero(np.isfinite(record.north))
     starts = np.unique(np.linspace(0, max(len(fixed) - _BLOCK, 0), _BLOCKS).astype(int))
     own = [np.arange(fixed[begin], fixed[min(begin + _BLOCK, len(fixed)) - 1] + 1) for begin in starts]
@@ -89,4 +90,14 @@ def _pieces(record: Rows) -> tuple[Rows, np.ndarray]:
     north, east = (np.where(second, np.nan, column[rows]) for column in (record.north, record.east))
     aids = np.where(second[:, None] & np.isin(np.arange(len(AIDS)), (SOG, COG)), record.aids[rows], np.nan)
     excess = record.excess[rows] if len(record.excess) else record.excess
-    return Rows(record.time[rows], north, east, excess, aids, restarts, record.quantum), np.isfinite(north)
+    judged = np.isfinite(north) & ~_sliding(record.time, fixed)[rows]
+    return Rows(record.time[rows], north, east, excess, aids, restarts, record.quantum), judged
+
+
+def _sliding(time, fixed):
+    """(n,) bool: rows after an outage, where the receiver may slide in: no velocity predicts such fixes."""
+    found = np.zeros(len(time), bool)
+    for k in outages(time[fixed]):
+        back = time[fixed[k + 1]]
+        found |= (time >= back) & (time < back + SLIDES)
+    return found

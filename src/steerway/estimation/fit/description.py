@@ -64,6 +64,7 @@ class Tuned:
             ("result", result),
             *([] if self.is_default else [("log likelihood", f"{gain:.1f} above the default's on these fixes")]),
             ("NIS", f"{self.nis_mean:.2f} (2 expected), {self.nis_within_pct:.1f} % of fixes in the predicted 95 %"),
+            ("estimate", "causal: every fix is predicted from those before it"),
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             *((f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(self.profile)),
             *([("at a limit of the search", ", ".join(self.at_bounds))] if self.at_bounds else []),
@@ -97,6 +98,14 @@ def structures_of(profile: InferredProfile, inference: Inference | None = None) 
         for parts, (weight, values) in models.items()
     ]
     return sorted(found, key=lambda each: (-each["weight"], -each["log_evidence"]))
+
+
+def is_of_hull(structures) -> bool:
+    """Whether the motion by these (see `structures_of`) is that of the hull under an antenna that rolls.
+
+    Otherwise it is the antenna's.
+    """
+    return sum(each["weight"] for each in structures if "antenna" in each["parts"]) >= 0.5
 
 
 def in_words(parts, values) -> str:

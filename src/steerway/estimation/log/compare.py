@@ -1,7 +1,7 @@
 """Comparison with the receiver's own SOG and COG, which are filtered, late and frozen at rest: not truth."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,8 @@ STANDSTILL = 0.3
 LEAST_SPEED = 1.0
 """m/s of the receiver's SOG above which it is compared by default. Chosen: receivers filter COG harder or hold it at
 low speed (u-blox UBX-18010854, UBX-CFG-ODO `cogMaxSpeed`)."""
+SWING = 4.0
+"""s: craft under 15 m roll in 2 to 4 s, and the velocity of an antenna holds its swing, no motion of the hull."""
 LONGEST_LAG = 5.0
 """s to either side within which a lag is searched: receivers of recorded logs are late by 0.15 to 4 s."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
@@ -117,11 +119,16 @@ def _late(lag):
     return f"{'lags' if lag >= 0.0 else 'leads'} the estimate by {abs(lag):.1f} s"
 
 
-def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED) -> Agreement:
+def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED, swing: float = 0.0) -> Agreement:
     """Agreement of an estimate with the SOG and COG in the fixes it was made from (all vessels together).
 
     Rows with a SOG of the receiver above `least_speed` (m/s) are compared.
+
+    swing: s (`SWING`) over which the velocities of both are averaged first, where the estimate is the hull's and the
+        receiver's velocity that of an antenna which rolls; 0 compares them as they are.
     """
+    if swing > 0.0:
+        fixes, motion = (_averaged(each, swing) for each in (fixes, motion))
     pairs = [
         _paired(theirs, estimated, least_speed)
         for (_, theirs), (_, estimated) in zip(fixes.tracks(), motion.tracks(), strict=True)
@@ -149,6 +156,21 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED) -> A
         standstill_receiver_sog_median=_median(rest[1]),
         standstill_undefined=float(np.isnan(rest[2]).mean()) if rest.shape[1] else math.nan,
     )
+
+
+def _averaged(table, span):
+    """Fixes or Motion with the mean velocity over so many seconds around every row that has SOG and COG."""
+    sog, cog = table.sog.copy(), table.cog.copy()
+    whole = np.ones(len(sog), bool)
+    for vessel in [whole] if table.mmsi is None else [table.mmsi == each for each in np.unique(table.mmsi)]:
+        known = np.flatnonzero(vessel & np.isfinite(sog) & np.isfinite(cog))
+        time = table.time[known]
+        total = np.append(0.0, np.cumsum(sog[known] * np.exp(1j * cog[known])))
+        begin = np.searchsorted(time, time - 0.5 * span)
+        end = np.searchsorted(time, time + 0.5 * span, side="right")
+        mean = (total[end] - total[begin]) / (end - begin)
+        sog[known], cog[known] = np.abs(mean), np.angle(mean)
+    return replace(table, sog=sog, cog=cog)
 
 
 class _Differences(NamedTuple):

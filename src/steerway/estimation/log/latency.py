@@ -37,6 +37,9 @@ class Lateness:
     cog: float = math.nan
 
 
+UNKNOWN_LATENESS = Lateness()
+
+
 def on_time(fixes: Fixes, latency: float) -> Fixes:
     """The record with position, SOG and COG moved back by `latency` (s) to the time they are valid for.
 
@@ -57,12 +60,12 @@ def on_time(fixes: Fixes, latency: float) -> Fixes:
 def lateness(fixes: Fixes) -> Lateness:
     """How late the receiver of one vessel is with its SOG and COG, by the part of the record with most motion."""
     if fixes.mmsi is not None or not np.isfinite(fixes.sog).any():
-        return Lateness()
+        return UNKNOWN_LATENESS
     part = _busiest(fixes)
     of_spans = [compare(part, differenced(part, span)) for span in _SPANS]
     best = min(of_spans, key=lambda each: each.cog_rms_aligned)
     if best.compared < _FEWEST:
-        return Lateness()
+        return UNKNOWN_LATENESS
     variation = float(np.nanstd(part.sog[part.sog > LEAST_SPEED]))
     return Lateness(
         sog=_determined(best.sog_lag, best.sog_rms_aligned, min(best.sog_rms, variation)),

@@ -18,10 +18,12 @@ from steerway.estimation.log.course import (
     SOG_STD,
     STEERAGEWAY,
     averaged,
+    least_course_speed,
     run_model,
     smoothed_record,
 )
 from steerway.estimation.log.digits import quantum_of
+from steerway.estimation.log.outage import doubt_slides
 from steerway.estimation.log.plane import Plane, laid_out, placed, steps_between
 from steerway.estimation.log.record import (
     LONG,
@@ -88,10 +90,13 @@ def motion_of_track(track, structures, smooth: bool = False, steerageway: float 
     """The motion of one vessel that weighed structures mean."""
     fixes = track.fixes
     wanted, record = track.wanted, track.record
-    estimate, nis, wrong = _filtered(record, structures, steerageway)
-    if smooth and len(record.time):
-        estimate = _smoothed(record, structures, steerageway)
+    least = least_course_speed(structures, steerageway)
+    causal, nis, wrong = _filtered(record, structures, least)
+    estimate = _smoothed(record, structures, least) if smooth and len(record.time) else causal
     starting = _starting(estimate, record)
+    fixed = np.isfinite(record.north)
+    for each in (causal, estimate) if estimate is not causal else (causal,):
+        doubt_slides(record.time, fixed, causal, each)
     latitude, longitude = track.places(estimate)
     cog = wrap_array(estimate[:, COG] + track.azimuth)
     status = np.select(
@@ -225,7 +230,7 @@ def part_of(record: Rows, begin, end) -> Rows:
     return Rows(*(column[begin:end].copy() for column in columns), restarts, quantum)
 
 
-def _filtered(record: Rows, structures, steerageway):
+def _filtered(record: Rows, structures, least_speed):
     """Causal estimate (n, 9), NIS (n,) and probability of an outlier (n,) of every row."""
     n = len(record.time)
     estimate, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
@@ -244,23 +249,23 @@ def _filtered(record: Rows, structures, steerageway):
             run_model(part, model, bank, Asked(out, _NONE, room_to_keep(0, model), 0))
             outs.append(out[own])
         rows = slice(begin, begin + _BLOCK)
-        estimate[rows] = averaged(outs, weights, steerageway)
+        estimate[rows] = averaged(outs, weights, least_speed)
         nis[rows], wrong[rows] = (sum(w * o[:, k] for w, o in zip(weights, outs, strict=True)) for k in (-2, -1))
     return estimate, nis, wrong
 
 
-def _smoothed(record: Rows, structures, steerageway):
+def _smoothed(record: Rows, structures, least_speed):
     """Estimate (n, 9) of every row that knows the whole record, or all that bears on it."""
     n = len(record.time)
     steps = np.concatenate([[0], np.cumsum(predictions(record))])
     if steps[-1] < _BLOCK + 2 * _OVERLAP:
-        return smoothed_record(record, structures, steerageway)
+        return smoothed_record(record, structures, least_speed)
     estimate = np.empty((n, 9))
     begin = 0
     while begin < n:
         end = max(int(np.searchsorted(steps, steps[begin] + _BLOCK)), begin + 1)
         low, high = np.searchsorted(steps, [steps[begin] - _OVERLAP, steps[min(end, n - 1)] + _OVERLAP]).tolist()
         part = part_of(record, low, high + 1)
-        estimate[begin:end] = smoothed_record(part, structures, steerageway)[begin - low : end - low]
+        estimate[begin:end] = smoothed_record(part, structures, least_speed)[begin - low : end - low]
         begin = end
     return estimate
