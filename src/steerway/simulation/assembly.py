@@ -12,6 +12,7 @@ from steerway.control.heading_plant import HeadingResponse
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
 from steerway.core.settings import kind_of
+from steerway.core.slow_error import USUAL_STD
 from steerway.estimation.aboard import AtFaceValue, ComposedEstimator, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
@@ -132,7 +133,8 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
     kinds = scenario.autopilot.kind, scenario.speed.controller
     if scenario.estimator.kind == "steering":
         std = profile(scenario).position_std
-        return steering_pilot(known, mission, law, std, radius=scenario.station.radius, kinds=kinds)
+        slow = scenario.gnss.slow_std
+        return steering_pilot(known, mission, law, std, radius=scenario.station.radius, kinds=kinds, slow_std=slow)
     truth, shaper = scenario.estimator.kind == "truth", SHAPERS[scenario.reference.kind or scenario.vessel.reference]
     crabs = scenario.estimator.heading.kind == "aided" and guidance.angle == "course"
     return build_pilot(
@@ -151,7 +153,8 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
 
 def ground_estimator(scenario: Scenario) -> FilterEstimator:
     """The filter of the motion over ground, by a profile of either kind."""
-    return FilterEstimator(FiveStateFilter(profile(scenario), scenario.estimator.aid))
+    filtering = FiveStateFilter(profile(scenario), scenario.estimator.aid)
+    return FilterEstimator(filtering, slow_std=scenario.gnss.slow_std)
 
 
 def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:
@@ -187,16 +190,17 @@ def steering_pilot(
     learn: bool = True,
     follows_orders: bool = True,
     kinds: tuple[str, str] = DEFAULT_KINDS,
+    slow_std: float = USUAL_STD,
 ) -> Pilot:
     """A pilot that steers by the estimated current, its estimator knowing what is ordered.
 
     position_std (m) of a fix is where learning the receiver's noise begins; radius (m) in which a position is held;
     `learn` and `follows_orders` False take
     that away, and the knowledge of the orders, to see what they are worth; kinds of the autopilot and of the speed
-    controller.
+    controller; slow_std as of `SteeringEstimator`.
     """
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
-    estimator = SteeringEstimator(filtering, known.yaw_response.gain, follows_orders)
+    estimator = SteeringEstimator(filtering, known.yaw_response.gain, follows_orders, slow_std)
     return build_pilot(known, mission, law, estimator, kinds=kinds, radius=radius)
 
 
