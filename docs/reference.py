@@ -257,7 +257,8 @@ def columns() -> str:
         "## Of `estimate`\n\n| column | unit | |\n|---|---|---|\n" + "\n".join(rows) + "\n\n"
         "`ok`: a fix was used; `predicted`: no fix at this time; `rejected`: the fix was not used; `no_course`: no "
         "steerageway; `starting`: the first fixes; `lost`: live only, no fix for too long.\n\n"
-        "## Of a run of `simulate`\n\nBeside these `true_sog_mps`, `true_cog_deg`, `true_crab_angle_deg`, positions in "
+        "## Of a run of `simulate`\n\nBeside these `time_s` (Unix), `elapsed_s`, "
+        "`true_sog_mps`, `true_cog_deg`, `true_crab_angle_deg`, positions in "
         "degrees, and one column an actuator.\n\n| column | unit | |\n|---|---|---|\n" + "\n".join(run) + "\n"
     )
 
@@ -273,7 +274,8 @@ _MOTION = {
     "sog_std_mps": "1σ of SOG",
     "cog_std_deg": "1σ of COG",
     "course_rate_std_dps": "1σ of the course rate",
-    "position_std_m": "1σ of the position, of one axis: √((σ_N² + σ_E²)/2)",
+    "position_std_m": "1σ of the position, of one axis: √((σ_N² + σ_E²)/2), with the receiver's slow error",
+    "position_relative_std_m": "the same without the slow error, which positions cannot show",
     "nis": "normalised innovation squared of the fix, 2 on average",
 }
 

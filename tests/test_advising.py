@@ -44,7 +44,7 @@ def swing(white, slow, doubt):
     scenario = parse_scenario(SCENARIO % (0.3, 0.0, 0.0))
     known = assembly.boat(scenario).but(yaw_doubt=doubt)
     law = scenario.guidance.design(known.lookahead, known.cruise)
-    pilot = assembly.steering_pilot(known, assembly.voyage(scenario, known), law, white, learn=False)
+    pilot = assembly.steering_pilot(known, assembly.voyage(scenario, known), law, (white, slow), learn=False)
     pilot.estimator.filter.slow_std = slow
     vessel, _, instruments, start, environment = assembly.assemble(scenario)
     run = sail(vessel, pilot, instruments, 300.0, 0.02, start=start, environment=environment)

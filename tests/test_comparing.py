@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
@@ -60,7 +61,7 @@ def test_the_command_prints_and_draws(folder, tmp_path):
     assert (code, err) == (0, "")
     rows = json.loads(out)
     tracks = [each for path in files for each in read_tracks(path)]
-    assert rows == json.loads(json.dumps(statistics_table(tracks)))
+    assert rows == json.loads(json.dumps(statistics_table(tracks)).replace("NaN", "null"))
     assert {(row["track"], row["quantity"]) for row in rows} == {
         *(("causal.csv", name) for name in ("position", "SOG", "COG", "course rate")),
         ("log.csv", "position"),
@@ -96,3 +97,22 @@ def test_an_estimate_is_drawn():
     assert steerway.plot(motion, kind="track").axes
     with pytest.raises(InputError, match="expected signals or track"):
         steerway.plot(motion, kind="map")
+
+
+def test_an_estimate_is_compared_with_the_truth_of_a_run(tmp_path):
+    time = 1.7e9 + 0.5 * np.arange(400)
+    east = 2.0 * (time - time[0])
+    lat, lon = np.full(400, 54.0), 10.0 + np.degrees(east / (6.388e6 * math.cos(math.radians(54.0))))
+    noise = np.random.default_rng(5).normal(0.0, 5e-7, (2, 400))
+    frame = pl.DataFrame({"time_s": time, "true_lat_deg": lat, "true_lon_deg": lon})
+    frame = frame.with_columns(true_sog_mps=pl.lit(2.0), true_cog_deg=pl.lit(90.0), true_course_rate_dps=pl.lit(0.0))
+    frame.write_parquet(tmp_path / "run.parquet")
+    pl.DataFrame({"time_s": time, "lat_deg": lat + noise[0], "lon_deg": lon + noise[1]}).write_csv(tmp_path / "log.csv")
+    arguments = str(tmp_path / "log.csv"), "--truth", str(tmp_path / "run.parquet"), "--profile", "small-usv"
+    code, out, err = run("compare", *arguments, "--json")
+    assert (code, err) == (0, "")
+    rows = {each["quantity"]: each for each in json.loads(out)}
+    assert rows["SOG"]["rms"] < 0.2 and rows["COG"]["rms"] < 5.0 and rows["position"]["rms"] < 0.1
+    assert all(each["within_2sigma_pct"] > 90.0 for each in rows.values())
+    code, out, _ = run("compare", *arguments)
+    assert code == 0 and "within ± 2σ" in out

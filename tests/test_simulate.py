@@ -60,7 +60,8 @@ def test_the_table_holds_the_run_with_units_in_its_names(written):
     plain = ("mode", "by_course", "leg_target", "yaw")
     gains = ("speed_gain", "yaw_gain", "yaw_damping", "yaw_time")
     assert all(name.endswith((*units, *gains)) or name in plain for name in frame.columns)
-    assert len(frame.columns) == 1 + len(COLUMNS) + 7 + 2
+    assert len(frame.columns) == 2 + len(COLUMNS) + 7 + 2
+    np.testing.assert_allclose(frame["time_s"] - frame["elapsed_s"], begins(sailed.scenario))
     assert np.array_equal(frame["true_north_m"], run["true_north"])
     assert frame["true_heading_deg"].min() >= 0.0 and frame["true_heading_deg"].max() < 360.0
     assert frame["estimated_cog_deg"].null_count() == np.isnan(run["estimated_cog"]).sum() > 0

@@ -7,14 +7,15 @@ import struct
 import numpy as np
 import pytest
 
+from steerway import estimate
 from steerway.core.testing import iso
 from steerway.formats.testing import deviation, gpx, nmea0183, nmea2000, table
-from steerway.live.testing import GpsdDecoder, SignalKDecoder
+from steerway.live.testing import GpsdDecoder, Navigator, SignalKDecoder, rows_of
 from tests.canboat_lines import gnss, line, position
 from tests.gpx_documents import POINT, document
 from tests.sentences import START, clock, place, rmc, sealed
 
-ALONE, DIFFERENTIAL, FIXED, FLOAT = (each / math.sqrt(2.0) for each in (3.0, 1.0, 0.02, 0.3))
+ALONE, DIFFERENTIAL, FIXED, FLOAT = 1.5, 0.7, 0.02, 0.3
 
 
 def gga(second, quality=1, hdop="1.5", talker="GP", lat=54.0):
@@ -35,7 +36,7 @@ def stds(*sentences):
 
 
 def test_dilution_and_quality_of_gga():
-    said = {(1, "1.5"): 1.5 * ALONE, (2, "0.8"): 0.8 * DIFFERENTIAL, (4, "0.7"): 0.7 * FIXED, (5, "1.0"): FLOAT}
+    said = {(1, "1.5"): 1.5 * ALONE, (2, "0.8"): DIFFERENTIAL, (4, "1.7"): 1.7 * FIXED, (5, "1.0"): FLOAT}
     said |= dict.fromkeys([(1, ""), (1, "0.0"), (1, "99.99"), (8, "1.0")], math.nan)
     for each, std in said.items():
         assert stds(gga(0, *each)) == pytest.approx([std], rel=1e-12, nan_ok=True), each
@@ -68,7 +69,7 @@ def test_a_live_reader_says_the_same_as_a_record():
 
 def test_nmea_2000_tells_it_with_the_gnss_position():
     (fixes,) = nmea2000.read("\n".join([line(0.5, 129029, 3, gnss(50.0, -4.5, method=4))]).encode()).sources.values()
-    assert fixes.position_std[0] == pytest.approx(0.8 * FIXED)
+    assert fixes.position_std[0] == pytest.approx(FIXED)
 
 
 def test_nmea_2000_rapid_positions_take_the_last_given_while_it_is_fresh():
@@ -77,7 +78,7 @@ def test_nmea_2000_rapid_positions_take_the_last_given_while_it_is_fresh():
     (fixes,) = nmea2000.read("\n".join(lines).encode()).sources.values()
     elapsed = fixes.time - fixes.time[0]
     known = (elapsed > 0.9) & (elapsed < 3.9)
-    np.testing.assert_allclose(fixes.position_std[known], 0.8 * ALONE)
+    np.testing.assert_allclose(fixes.position_std[known], ALONE)
     assert np.isnan(fixes.position_std[(elapsed < 0.8) | (elapsed > 4.0)]).all() and known.sum() > 10
 
 
@@ -119,13 +120,42 @@ def test_gpsd_radius_or_its_parts():
 def test_signal_k_dilution():
     values = [
         {"path": "navigation.position", "value": {"latitude": 54.0, "longitude": 10.0}},
-        {"path": "navigation.gnss.horizontalDilution", "value": 0.9},
+        {"path": "navigation.gnss.horizontalDilution", "value": 1.2},
     ]
     decoder = SignalKDecoder()
     update = {"$source": "gps", "timestamp": iso(START), "values": values}
     decoder.message(json.dumps({"context": "vessels.self", "updates": [update]}))
-    assert decoder.complete_on_silence()[0].position_std == pytest.approx(0.9 * ALONE)
+    assert decoder.complete_on_silence()[0].position_std == pytest.approx(1.2 * ALONE)
 
 
 def test_dilution_says_nothing_out_of_range():
     assert all(math.isnan(deviation(*each)) for each in ((math.nan, 1), (-1.0, 1), (50.0, 1), (1.0, 0), (1.0, 9)))
+
+
+def sailing(quality, hdop="0.9"):
+    return b"".join(
+        gga(k, quality, hdop, lat=54.0 + 1e-5 * k) + rmc(START + k, 54.0 + 1e-5 * k, 10.0) for k in range(60)
+    )
+
+
+@pytest.mark.parametrize(("quality", "slow"), [(1, ALONE), (2, DIFFERENTIAL), (4, FIXED), (5, FLOAT)])
+def test_the_kind_of_fix_sets_what_of_the_position_cannot_be_seen(quality, slow):
+    (fixes,) = nmea0183.read(sailing(quality)).sources.values()
+    motion = estimate(fixes, "small-usv")
+    relative = motion.position_relative_std
+    np.testing.assert_allclose(motion.position_std, np.hypot(relative, slow), rtol=1e-12)
+    assert (relative[5:] < 0.3).all()
+    navigator = Navigator("small-usv")
+    rows = [row for each in rows_of({"GP": fixes}) for row in navigator.add(each)]
+    np.testing.assert_allclose([row.position_std for row in rows], motion.position_std, rtol=1e-9)
+    np.testing.assert_allclose([row.position_relative_std for row in rows], relative, rtol=1e-9)
+    variance, *_ = navigator.position_covariance
+    assert variance == pytest.approx(relative[-1] ** 2 + slow**2, rel=0.1)
+
+
+def test_a_receiver_that_says_nothing_is_a_single_one():
+    (fixes,) = table.read(
+        b"time,lat,lon\n" + b"".join(b"%d,%f,2\n" % (1.7e9 + k, 1 + 1e-5 * k) for k in range(60))
+    ).sources.values()
+    motion = estimate(fixes, "small-usv", rate=2.0)
+    np.testing.assert_allclose(motion.position_std, np.hypot(motion.position_relative_std, ALONE))

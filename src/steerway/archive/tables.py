@@ -1,5 +1,6 @@
 """What a unit writes: its tables, and the numbers that the page adds up."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from steerway.archive.histories import EVENTS, MODES
 from steerway.archive.tracks import INTERVALS, LEVELS, STEADY
 from steerway.core.compiled import kernel
 from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
+from steerway.core.slow_error import USUAL_STD
 from steerway.formats.ais_tables import MOBILES
 
 COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
@@ -24,6 +26,7 @@ _SINGLE = (
     "cog_std_deg",
     "course_rate_std_dps",
     "position_std_m",
+    "position_relative_std_m",
     "nis",
 )
 
@@ -55,7 +58,7 @@ def _fill(chosen, estimate, nis, places, single):
         compass = np.float32(degrees * e[3] if e[3] >= 0.0 else degrees * e[3] + 360.0)
         single[0, j], single[1, j], single[2, j] = e[2], compass if compass < 360.0 else compass - 360.0, degrees * e[4]
         single[3, j], single[4, j], single[5, j] = e[5], degrees * e[6], degrees * e[7]
-        single[6, j], single[7, j] = e[8], nis[k]
+        single[6, j], single[7, j], single[8, j] = math.hypot(e[8], USUAL_STD), e[8], nis[k]
 
 
 def _of_tracks(tracks, rows):

@@ -102,6 +102,9 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
         "leg_rms_true_m": true,
     }
     write_results(sailed.numbers | results, Path(directory) / "results.json")
-    rows = [(f"{what}, estimated against true", value) for what, value in comparison(sailed.numbers)]
+    rows = [
+        (f"{what}, estimated against true", f"{error} RMS, within ± 2σ {share} (95 % expected)")
+        for what, error, share in comparison(sailed.numbers)
+    ]
     bound = f"{results['cog_bound_positions_deg']:.2f}°, the boat's response known (Cramér–Rao)"
     return [*rows, ("course over ground, least possible", bound), *summary(sailed.numbers)], written

@@ -255,6 +255,10 @@ def compare(
         float,
         typer.Option("--least-speed", metavar="M/S", min=0.0, help="Compare rows with a reported SOG above this, m/s."),
     ] = 1.0,
+    truth: Annotated[
+        str | None,
+        typer.Option("--truth", metavar="FILE", help="Compare with this run, table or log instead."),
+    ] = None,
     profile: ProfileName = None,
     source: Source = None,
     start: From = None,
@@ -262,15 +266,18 @@ def compare(
     max_size: MaxSize = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed.
+    """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed, or with the truth.
 
-    Where the unit of a column is not in its name, the unit assumed is shown.
+    Where the unit of a column is not in its name, the unit assumed is shown. --truth shows the errors of position, SOG,
+    COG and course rate, and the share of them within ± 2σ, which is 95 % where σ is right.
 
     Examples:
 
         steerway compare sortie.nmea --causal
 
         steerway compare otter.csv --least-speed 0.3
+
+        steerway compare sailed/run.nmea --truth sailed/run.parquet
     """
     import numpy as np
 
@@ -282,6 +289,9 @@ def compare(
 
     smoothed = asks_smoothed(logs, causal, smooth)
     fixes = read_logs(logs, source, start, stop, max_size)
+    if truth is not None:
+        _compare_with_truth(truth, fixes, run(fixes, profile, smooth=smooth), as_json)
+        return
     if not np.isfinite([fixes.sog, fixes.cog]).any():
         raise InputError(f"{', '.join(logs)}: no SOG or COG of a receiver in it, expected at least one to compare with")
     estimator = LogEstimator(fixes, profile)
@@ -293,6 +303,22 @@ def compare(
         return
     how = [("antenna", f"rolls: means over {SWING:g} s are compared, as the estimate is the hull's")] if of_hull else []
     print_pairs([("estimate", which_estimate(smoothed)), *how, *found.sentences()])
+    print_notes(fixes.notes)
+
+
+def _compare_with_truth(path, fixes, motion, as_json) -> None:
+    """Errors of the estimate of one vessel, as a table."""
+    from steerway.commands.plot import DIFFERENCES, difference_rows
+    from steerway.formats.results import NamedTrack, read_tracks
+    from steerway.report.differences import statistics_table
+
+    if fixes.mmsi is not None:
+        raise InputError("--truth is of one vessel, expected the log of one")
+    table = statistics_table([read_tracks(path)[0], NamedTrack.of("estimate", motion)])
+    if as_json:
+        print_json(table)
+        return
+    print_table(f"errors against {Path(path).name}", DIFFERENCES, difference_rows(table))
     print_notes(fixes.notes)
 
 

@@ -1,5 +1,6 @@
 """The command that compares several results: plot."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +10,7 @@ from steerway.commands.options import AsJson, expect_output
 from steerway.commands.terminal import print_json, print_table
 from steerway.core.errors import InputError
 
+DIFFERENCES = ("track", "", "unit", "rows", "RMS", "median", "95 %", "max", "within ± 2σ")
 ENDINGS = (".png", ".svg", ".pdf")
 
 
@@ -29,7 +31,8 @@ def plot(
     """Compare results: overlay, differences from the first, and their statistics.
 
     A file is a table that `estimate` wrote, a run that `simulate` wrote (true and estimated), or a log, of which the
-    receiver's own SOG and COG are shown. Statistics are of magnitudes: RMS, median, 95 % and largest.
+    receiver's own SOG and COG are shown. Statistics are of magnitudes: RMS, median, 95 % and largest;
+    and the share of the differences within ± 2σ of a track, 95 % where the first is the truth and σ is right.
 
     Examples:
 
@@ -38,7 +41,8 @@ def plot(
         steerway plot sailed/run.parquet --differences errors.pdf
     """
     from steerway.formats.results import read_tracks
-    from steerway.report.overlay import differences_figure, overlay_figure, statistics_table
+    from steerway.report.differences import statistics_table
+    from steerway.report.overlay import differences_figure, overlay_figure
 
     for path in filter(None, (out, show_differences)):
         if path.suffix.lower() not in ENDINGS:
@@ -58,11 +62,7 @@ def plot(
         print_json(table)
         return
     if table:
-        print_table(
-            f"differences from {tracks[0].name}",
-            ("track", "", "unit", "rows", "RMS", "median", "95 %", "max"),
-            _rows(table),
-        )
+        print_table(f"differences from {tracks[0].name}", DIFFERENCES, difference_rows(table))
     for path, _ in written:
         print(f"wrote {path}")
     if not written:
@@ -71,10 +71,13 @@ def plot(
         )
 
 
-def _rows(table):
+def difference_rows(table):
+    """Rows of `statistics_table` under the columns DIFFERENCES."""
     for row in table:
         numbers = (f"{row[key]:.3g}" for key in ("rms", "median", "p95", "max"))
-        yield (row["track"], row["quantity"], row["unit"], row["n"], *numbers)
+        within = row["within_2sigma_pct"]
+        share = "" if math.isnan(within) else f"{within:.1f} %"
+        yield (row["track"], row["quantity"], row["unit"], row["n"], *numbers, share)
 
 
 def _save(figure, path) -> None:

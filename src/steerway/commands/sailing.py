@@ -255,7 +255,7 @@ def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str
 
 def print_run(numbers: dict[str, float], title: str) -> None:
     """A run's numbers as tables."""
-    from steerway.simulation.runs.page import comparison, summary
+    from steerway.simulation.runs.page import COMPARED, comparison, summary
 
-    print_table(f"{title}: estimated against true", ("", "RMS error"), comparison(numbers))
+    print_table(f"{title}: estimated against true", COMPARED, comparison(numbers))
     print_table("summary", ("", ""), summary(numbers))

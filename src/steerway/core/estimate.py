@@ -35,7 +35,7 @@ class Estimate(NamedTuple):
     sog_std: float
     cog_std: float
     course_rate_std: float
-    position_std: float
+    position_std: float  # with the receiver's slow error, see `core.slow_error`
     heading: float
     yaw_rate: float
     heading_std: float = math.nan  # from here on only an estimator that knows the orders has numbers
@@ -48,6 +48,7 @@ class Estimate(NamedTuple):
     yaw_damping: float = 0.0  # of that response, beyond the declared linear one
     yaw_time: float = 1.0  # of that response: its time constant over the declared one
     current_std: float = 0.0  # of the current in the direction in which it is known least
+    position_relative_std: float = math.nan  # of the position, without the receiver's slow error
 
     @property
     def knows_current(self) -> bool:

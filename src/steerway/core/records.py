@@ -188,8 +188,13 @@ class Motion(Record):
     course_rate_std: np.ndarray
     nis: np.ndarray  # normalised innovation squared of the position, 2 degrees of freedom
     status: np.ndarray  # uint8 index into STATUSES
-    position_std: np.ndarray  # √((σ_N² + σ_E²)/2)
+    position_std: np.ndarray  # √((σ_N² + σ_E²)/2), the receiver's slow error included, see `core.slow_error`
+    position_relative_std: np.ndarray | None = None  # without the slow error; None: as `position_std`
     mmsi: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if self.position_relative_std is None:
+            object.__setattr__(self, "position_relative_std", self.position_std)
 
     def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame of the output columns, degrees where a name says so, null where unknown."""
@@ -238,6 +243,7 @@ MOTION_COLUMNS: Columns = _POSITION_COLUMNS | {
     "cog_std_deg": ("cog_std", _degrees),
     "course_rate_std_dps": ("course_rate_std", _degrees),
     "position_std_m": ("position_std", _as_is),
+    "position_relative_std_m": ("position_relative_std", _as_is),
     "nis": ("nis", _as_is),
 }
 

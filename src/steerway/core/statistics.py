@@ -14,8 +14,17 @@ DIFFUSE_SPEED_STD = 20.0
 """m/s, 1σ of a speed of which nothing is known: 40 kn, as fast as vessels are."""
 DEVIATION_OF_MEDIAN = 1.4826
 """Standard deviation of a normal distribution over the median absolute one: 1/Φ⁻¹(3/4)."""
+_ROUNDING = 1e-12
+"""rad, m: without errors, with the true motion as estimate, σ is 0."""
 NORMAL_95 = 1.959963984540054
 """Half the width of a 95 % interval in standard deviations: 0.975 quantile of the normal distribution."""
+
+
+def share_within(errors: ArrayLike, std: ArrayLike) -> float:
+    """% of the known errors that lie within ± 2σ (95 where normal and σ is right); NaN where none is known."""
+    ratio = np.abs(np.asarray(errors, dtype=np.float64))
+    known = np.isfinite(ratio + std)
+    return 100.0 * float(np.mean((ratio <= 2.0 * np.asarray(std) + _ROUNDING)[known])) if known.any() else math.nan
 
 
 def rms(values: ArrayLike) -> float:

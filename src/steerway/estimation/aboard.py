@@ -5,6 +5,7 @@ import math
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
 from steerway.core.estimate import NO_MEASUREMENTS, Estimate, Estimator, Measurements
+from steerway.core.slow_error import USUAL_STD
 from steerway.estimation.heading.aboard import HeadingAboard
 from steerway.estimation.speed.fusion import SurgeFusion
 from steerway.estimation.stream import FiveStateFilter
@@ -59,11 +60,20 @@ class HeadingTracker:
 
 
 class FilterEstimator:
-    """A filter by a profile for motion over ground, the heading tracker for heading and yaw rate."""
+    """A filter by a profile for motion over ground, the heading tracker for heading and yaw rate.
 
-    def __init__(self, filter: FiveStateFilter | None = None, tracker: HeadingTracker | None = None):
+    slow_std: 1σ (m) of the receiver's slow error, by the kind of its fixes, see `core.slow_error`.
+    """
+
+    def __init__(
+        self,
+        filter: FiveStateFilter | None = None,
+        tracker: HeadingTracker | None = None,
+        slow_std: float = USUAL_STD,
+    ):
         self.filter = filter or FiveStateFilter()
         self.tracker = tracker or HeadingTracker()
+        self._slow_std = not_negative("slow_std", slow_std)
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""
@@ -73,7 +83,9 @@ class FilterEstimator:
             self.filter.update_north_east(north, east)
         if self.filter.aid:
             self.filter.aid_by(sog, cog, heading, water_speed, yaw_rate)
-        return Estimate(*self.filter.output(), *self.tracker.step(heading, yaw_rate, dt))
+        *motion, relative = self.filter.output()
+        turning = self.tracker.step(heading, yaw_rate, dt)
+        return Estimate(*motion, math.hypot(relative, self._slow_std), *turning, position_relative_std=relative)
 
 
 class AtFaceValue:

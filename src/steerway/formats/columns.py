@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, replace
 
 from steerway.core.earth import KNOT
-from steerway.formats.dilution import ALONE, RANGE_ERROR
+from steerway.core.slow_error import USUAL_STD
 
 DEGREE = 0.017453292519943295
 SEMICIRCLE = 180.0 / 2**31 * DEGREE
@@ -49,7 +49,7 @@ _UNITS = {
 _KINDS = {"time": "time", "latitude": "angle", "longitude": "angle", "cog": "angle", "heading": "angle"}
 _KINDS |= {"sog": "speed", "water_speed": "speed", "yaw_rate": "rate", "position_std": "length"}
 _RADII = ("hacc", "h_acc", "horizontal_accuracy", "position_accuracy", "ehpe", "eph", "accuracy")
-_FACTORS = dict.fromkeys(_RADII, 0.5**0.5) | {"hdop": float(RANGE_ERROR[ALONE]) * 0.5**0.5}
+_FACTORS = dict.fromkeys(_RADII, 0.5**0.5) | {"hdop": USUAL_STD}
 """Factors from a radius, and from a dilution of precision, to 1σ of north and of east."""
 _NO_FIX = frozenset(("no fix", "no_fix", "nofix", "none", "invalid", "void", "v", "no", "false", "0"))
 _NO_FIX_OF = {"status_status": frozenset(("-1",))} | dict.fromkeys(

@@ -1,12 +1,13 @@
 """Tracks to compare: tables that `estimate` and `simulate` wrote, and logs with the receiver's own values."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from steerway.core.errors import InputError
+from steerway.core.records import Fixes, Motion
 from steerway.formats.plain_table import numbers, read_plain
 
 _COLUMNS = {
@@ -18,6 +19,7 @@ _COLUMNS = {
     "sog_std": "sog_std_mps",
     "cog_std": "cog_std_deg",
     "course_rate_std": "course_rate_std_dps",
+    "position_std": "position_std_m",
 }
 _NEEDED = ("lat_deg", "lon_deg", "sog_mps", "cog_deg")
 
@@ -36,6 +38,16 @@ class NamedTrack:
     sog_std: np.ndarray
     cog_std: np.ndarray
     course_rate_std: np.ndarray
+    position_std: np.ndarray
+
+    @classmethod
+    def of(cls, name: str, table: Fixes | Motion) -> "NamedTrack":
+        """The track of an estimate, or of a receiver's own values, whose deviations are unknown."""
+        columns = {field.name: getattr(table, field.name, None) for field in fields(cls)[1:]}
+        if isinstance(table, Fixes):
+            columns |= {each: None for each in columns if each.endswith("_std")}
+        unknown = np.full(len(table), np.nan)
+        return cls(name, **{each: unknown if values is None else values for each, values in columns.items()})
 
 
 def read_tracks(path: str | Path) -> list[NamedTrack]:
@@ -55,9 +67,7 @@ def read_tracks(path: str | Path) -> list[NamedTrack]:
     if fixes.mmsi is not None:
         raise InputError(f"{path} has reports of several vessels, expected the log or the estimate of one")
     placed = fixes.rows(fixes.has_position)
-    unknown = np.full(len(placed), np.nan)
-    motion = (placed.sog, placed.cog, unknown, unknown, unknown, unknown)
-    return [NamedTrack(name, placed.time, placed.latitude, placed.longitude, *motion)]
+    return [NamedTrack.of(name, placed)]
 
 
 def _table(path) -> pl.DataFrame | None:

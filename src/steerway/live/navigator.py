@@ -8,8 +8,11 @@ import math
 from collections import Counter, deque
 from typing import NamedTuple
 
+import numpy as np
+
 from steerway.core.checks import not_negative, positive
 from steerway.core.records import REJECTED
+from steerway.core.slow_error import USUAL_STD, slow_std
 from steerway.estimation.fit.auto_aids import AUTO, velocity_parts
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.log.rows import LONGEST_GAP
@@ -92,6 +95,7 @@ class Navigator:
         self._ahead = filter_of(self.filter.profile, self.filter.aid)
         self._ahead_time = math.nan
         self._receiver = ""
+        self._slow = USUAL_STD  # 1σ of the receiver's slow error at the last fix, m
         self._last_filter = self.filter  # which one gave the last row
 
     @property
@@ -102,7 +106,7 @@ class Navigator:
     @property
     def position_covariance(self) -> tuple[float, float, float]:
         """Of the last row's position: variance of north, covariance, variance of east, m²."""
-        covariance = self._last_filter.position_covariance
+        covariance = self._last_filter.position_covariance + self._slow**2 * np.eye(2)
         return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
 
     @property
@@ -147,7 +151,7 @@ class Navigator:
             self._ahead_time = self._time
         values, _, status = self._ahead.row(self._approach(self._ahead, self._ahead_time, time))
         self._ahead_time = max(time, self._ahead_time)
-        return _row(self._ahead_time, values, math.nan, status)
+        return _row(self._ahead_time, values, self._slow, math.nan, status)
 
     def finish(self) -> list[Row]:
         """The end of a log: the row that waited for confirmation is used."""
@@ -249,9 +253,11 @@ class Navigator:
         self._used.append(_Used(time, latitude, longitude, position_std, aids, self.filter.snapshot()))
         dt = self._approach(self.filter, self._time, time)
         values, nis, status = self.filter.row(dt, latitude, longitude, aids, position_std)
+        if math.isfinite(latitude):
+            self._slow = float(slow_std(position_std))
         self._time = time
         self._ahead_time = math.nan
-        return _row(time, values, nis, status)
+        return _row(time, values, self._slow, nis, status)
 
     def _insert(self, row, aids):
         """Go back to before a late row, use it, and use again those after it."""
@@ -284,5 +290,6 @@ def filter_of(profile: Profile | InferredProfile | str, aid: tuple[str, ...] = (
     return FiveStateFilter(profile, aid)
 
 
-def _row(time, values, nis, status):
-    return Row(time, *values, nis, status)
+def _row(time, values, slow, nis, status):
+    *motion, relative = values
+    return Row(time, *motion, math.hypot(relative, slow), relative, nis, status)

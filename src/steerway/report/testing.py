@@ -6,11 +6,11 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.report.course_axis import course_cut
+    from steerway.report.differences import differences, statistics, statistics_table
     from steerway.report.episodes import CONTRADICTED, DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
     from steerway.report.events import events
     from steerway.report.interactive.data import mercator
     from steerway.report.motion_page import WRITERS, write_report
-    from steerway.report.overlay import differences, statistics, statistics_table
     from steerway.report.summary import summarise
 
 __getattr__, __dir__ = on_demand(__name__)

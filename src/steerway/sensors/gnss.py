@@ -12,7 +12,7 @@ long scene put the origin on the equator, where that term vanishes.
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +25,7 @@ from steerway.core.errors import InputError
 from steerway.core.noise import Seed
 from steerway.core.records import Fixes
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, Triple
+from steerway.core.slow_error import ALONE, DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
 from steerway.sensors.faults import GOOD, HELD, LOST, Fault, FaultTable
 from steerway.sensors.gnss_errors import Errors
 from steerway.sensors.instrument import SLACK, Clock, epochs
@@ -248,7 +249,8 @@ def _velocity(north_velocity, east_velocity):
 class GnssTable(Table):
     """The keys of the receiver in a scenario: `white` and `markov` ([1σ in m, time constant in s] each) as in `Gnss`.
 
-    By default the errors of a small receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white.
+    By default the errors of a small receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white. `solution` is the
+    kind of fix that it reports, which sets what an estimator assumes of its slow error.
     """
 
     rate: Rate = 5.0
@@ -258,8 +260,19 @@ class GnssTable(Table):
     latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0)] = 0.0
     lever_arm: Triple = (0.0, 0.0, 0.0)
     velocity_std: NotNegative | None = None
+    solution: Literal["single", "differential", "rtk-float", "rtk-fixed"] = "single"
     faults: tuple[FaultTable, ...] = ()
 
+    @property
+    def quality(self) -> int:
+        """The quality of its fixes, as of GGA."""
+        return {"single": ALONE, "differential": DIFFERENTIAL, "rtk-float": FLOAT, "rtk-fixed": FIXED}[self.solution]
+
+    @property
+    def slow_std(self) -> float:
+        """1σ (m) of its slow error, as fixes of this kind have it."""
+        return float(SLOW_STD[self.quality])
+
     def build(self) -> Gnss:
-        values = self.model_dump(exclude={"faults"})
+        values = self.model_dump(exclude={"faults", "solution"})
         return Gnss(**values, faults=tuple(fault.build() for fault in self.faults))

@@ -12,6 +12,7 @@ from steerway.control.heading_plant import HeadingResponse
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
 from steerway.core.settings import kind_of
+from steerway.core.slow_error import USUAL_STD
 from steerway.estimation.aboard import AtFaceValue, ComposedEstimator, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
@@ -132,8 +133,8 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
     kinds = scenario.autopilot.kind, scenario.speed.controller
     if scenario.estimator.kind == "steering":
         std = profile(scenario).position_std
-        radius = scenario.station.radius
-        return steering_pilot(known, mission, law, std, radius=radius, kinds=kinds, steer_by=guidance.angle)
+        stds, radius = (std, scenario.gnss.slow_std), scenario.station.radius
+        return steering_pilot(known, mission, law, stds, radius=radius, kinds=kinds, steer_by=guidance.angle)
     truth, shaper = scenario.estimator.kind == "truth", SHAPERS[scenario.reference.kind or scenario.vessel.reference]
     crabs = scenario.estimator.heading.kind == "aided" and guidance.angle == "course"
     return build_pilot(
@@ -152,7 +153,8 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
 
 def ground_estimator(scenario: Scenario) -> FilterEstimator:
     """The filter of the motion over ground, by a profile of either kind."""
-    return FilterEstimator(FiveStateFilter(profile(scenario), scenario.estimator.aid))
+    filtering = FiveStateFilter(profile(scenario), scenario.estimator.aid)
+    return FilterEstimator(filtering, slow_std=scenario.gnss.slow_std)
 
 
 def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:
@@ -182,7 +184,7 @@ def steering_pilot(
     known: Boat,
     mission: LegSource,
     law: GuidanceLaw,
-    position_std: float = 0.3,
+    position_stds: tuple[float, float] = (0.3, USUAL_STD),
     *,
     radius: float = 5.0,
     learn: bool = True,
@@ -191,12 +193,14 @@ def steering_pilot(
 ) -> Pilot:
     """A pilot that steers by the estimated current, its estimator knowing what is ordered.
 
-    position_std (m) of a fix is where learning the receiver's noise begins; radius (m) in which a position is held;
+    position_stds: 1σ (m) of a fix's white noise, where learning it begins, and of the receiver's slow error; radius (m)
+    in which a position is held;
     `learn` False takes that away, to see what it is worth; kinds of the autopilot and of the speed controller;
     steer_by: as of `Pilot`.
     """
+    position_std, slow_std = position_stds
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
-    estimator = SteeringEstimator(filtering, known.yaw_response.gain)
+    estimator = SteeringEstimator(filtering, known.yaw_response.gain, slow_std=slow_std)
     return build_pilot(known, mission, law, estimator, kinds=kinds, radius=radius, steer_by=steer_by)
 
 

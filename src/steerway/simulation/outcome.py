@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from steerway.core.angles import wrap_array
-from steerway.core.statistics import rms
+from steerway.core.statistics import rms, share_within
 from steerway.pilot import Mode
 from steerway.simulation.loop import Run
 from steerway.vessels.vessel import Actuator
@@ -14,16 +14,16 @@ from steerway.vessels.vessel import Actuator
 SETTLING = 30.0
 """s at the beginning that are excluded: the filter converges, the boat accelerates."""
 
-_ROUNDING = 1e-12  # rad: without errors, with the true motion as estimate, σ is 0
-
 
 def errors(run: Run) -> dict[str, np.ndarray]:
-    """Estimate minus truth, (n,) each: position (m, length), sog, cog and heading (rad, the short way), course_rate."""
+    """Estimate minus truth, (n,) each: north, east, position (the length of both), sog, cog, heading, course_rate."""
     north = run["estimated_north"] - run["true_north"]
     east = run["estimated_east"] - run["true_east"]
     turn = run["estimated_cog"] - run.true_cog
     return {
         "position": np.hypot(north, east),
+        "north": north,
+        "east": east,
         "sog": run["estimated_sog"] - run.true_sog,
         "cog": wrap_array(turn),
         "course_rate": run["estimated_course_rate"] - run["true_course_rate"],
@@ -47,8 +47,6 @@ def numbers(run: Run, passages=()) -> dict[str, float]:
     error = errors(run)
     cross = run["leg_cross_track"]
     true_cross = true_cross_track(run)
-    within = np.abs(error["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows] + _ROUNDING
-    known = np.isfinite(error["cog"][rows] + run["estimated_cog_std"][rows])
     heading = error["heading"][rows]
     of_heading = {"heading_rms_deg": math.degrees(_known_rms(heading))} if np.isfinite(heading).any() else {}
     return of_heading | {
@@ -59,7 +57,7 @@ def numbers(run: Run, passages=()) -> dict[str, float]:
         "cog_rms_deg": math.degrees(_known_rms(error["cog"][rows])),
         "course_rate_rms_dps": math.degrees(_known_rms(error["course_rate"][rows])),
         "position_rms_m": _known_rms(error["position"][rows]),
-        "cog_within_2sigma_pct": 100.0 * float(within[known].mean()) if known.any() else math.nan,
+        **_coverage(run.rows(rows)),
         "cross_track_rms_m": _known_rms(true_cross[rows]),
         "cross_track_max_m": float(np.max(np.abs(true_cross[rows]), initial=0.0)),
         "estimated_cross_track_rms_m": _known_rms(cross[rows]),
@@ -67,6 +65,15 @@ def numbers(run: Run, passages=()) -> dict[str, float]:
         "hand_overs": float(np.abs(np.diff(run["by_course"])).sum()),
         "finished": float(run["mode"][-1] == Mode.STOPPED),
     }
+
+
+def _coverage(run: Run) -> dict[str, float]:
+    """% of the rows with the true value within ± 2σ of the estimate; of the position, of its coordinates."""
+    error = errors(run)
+    both = np.stack([error["north"], error["east"]])
+    found = {"position": share_within(both, run["estimated_position_std"])}
+    found |= {name: share_within(error[name], run[f"estimated_{name}_std"]) for name in ("sog", "cog", "course_rate")}
+    return {f"{name}_within_2sigma_pct": share for name, share in found.items()}
 
 
 def rudder_numbers(run: Run, actuators: Sequence[Actuator]) -> dict[str, float]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from steerway.core.angles import wrap_array
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
+from steerway.core.slow_error import position_std, slow_std
 from steerway.estimation.filter.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows
 from steerway.estimation.fit.selection import Inference, Structure, infer
@@ -118,7 +119,8 @@ def motion_of_track(track, structures, smooth: bool = False, steerageway: float 
         sog_std=deviations[0, wanted],
         cog_std=deviations[1, wanted],
         course_rate_std=deviations[2, wanted],
-        position_std=deviations[3, wanted],
+        position_std=position_std(deviations[3], track.slow)[wanted],
+        position_relative_std=deviations[3, wanted],
         nis=nis[wanted],
         status=status[wanted],
         mmsi=mmsi,
@@ -132,6 +134,7 @@ class Track:
         `record`.
     recognises: whether copies of fixes, extrapolated ones, those of another receiver and irregular stamps are looked
         for in the whole record; otherwise every fix is taken as it is, as in a stream.
+    slow: (n,) 1σ of the slow error of the receiver at every row, m, see `core.slow_error`.
     repeats: rows that have the status of the row before, of which they are duplicates.
     regular: whether the times of the fixes are regular ones in place of their stamps, see `stamps.regular_times`.
     """
@@ -164,6 +167,7 @@ class Track:
         own = origin >= 0
         self.repeats = own & (fixes.has_position & ~fixed)[origin] & (not recognises)
         self._fix = (np.cumsum(fixed[origin] & own) - 1).clip(0)
+        self.slow = slow_std(fixes.position_std[fixed])[self._fix] if fixed.any() else np.full(len(own), np.nan)
         table = np.where(own[:, None], aids[origin], np.nan) if len(aids) else np.empty((0, len(AIDS)))
         excess = variance_scales(fixes)
         if len(excess):

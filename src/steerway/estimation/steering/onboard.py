@@ -2,8 +2,9 @@
 
 import math
 
-from steerway.core.checks import positive
+from steerway.core.checks import not_negative, positive
 from steerway.core.estimate import Estimate, Measurements
+from steerway.core.slow_error import USUAL_STD
 from steerway.estimation.steering.filter import SteeringFilter
 
 
@@ -11,11 +12,14 @@ class SteeringEstimator:
     """Measurements in, estimate out; `order` after each step tells what was ordered.
 
     gain: yaw rate (rad/s) that the boat settles at for a unit of the autopilot's output. follows_orders False: as if
-    someone else steered.
+    someone else steered. slow_std: 1σ (m) of the receiver's slow error, see `core.slow_error`.
     """
 
-    def __init__(self, filter: SteeringFilter, gain: float = 1.0, follows_orders: bool = True):
+    def __init__(
+        self, filter: SteeringFilter, gain: float = 1.0, follows_orders: bool = True, slow_std: float = USUAL_STD
+    ):
         self.filter = filter
+        self._slow_std = not_negative("slow_std", slow_std)
         self._gain = positive("steering_estimator.gain", gain)
         self.follows_orders = follows_orders
         self._now = 0.0
@@ -33,7 +37,8 @@ class SteeringEstimator:
             velocity = sog * math.cos(cog), sog * math.sin(cog)
             self.filter.fix(self._now - age, north, east, *velocity, self._heading, self._yaw_rate)
             self._heading = self._yaw_rate = math.nan
-        return self.filter.at(self._now)
+        estimate = self.filter.at(self._now)
+        return estimate._replace(position_std=math.hypot(estimate.position_relative_std, self._slow_std))
 
     def order(self, yaw: float, speed: float) -> None:
         """What the actuators made of the autopilot's output, and the ordered speed through the water (m/s, or NaN)."""

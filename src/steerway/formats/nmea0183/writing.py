@@ -34,13 +34,13 @@ def rmc(time, latitude, longitude, sog=math.nan, cog=math.nan, valid=True, talke
     return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{velocity},{date},,,A")
 
 
-def gga(time, latitude, longitude, satellites=8, hdop=1.0, valid=True, talker=TALKER) -> str:
-    """Position with quality 1, or with quality 0 and no position."""
+def gga(time, latitude, longitude, satellites=8, hdop=1.0, valid=True, talker=TALKER, quality=1) -> str:
+    """Position with its quality, or with quality 0 and no position."""
     hour, _ = _clock(time)
     if not valid or not _known(latitude, longitude):
         return sealed(f"{talker}GGA,{hour},,,,,0,,,,M,,M,,")
     place = _place(latitude, longitude)
-    return sealed(f"{talker}GGA,{hour},{place},1,{satellites:02d},{hdop:.1f},0.0,M,0.0,M,,")
+    return sealed(f"{talker}GGA,{hour},{place},{quality},{satellites:02d},{hdop:.1f},0.0,M,0.0,M,,")
 
 
 def vtg(sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:

@@ -93,7 +93,8 @@ class SteeringEstimate:
             return self.filter.at(row.time)
         north, east = displacement(row.latitude, row.longitude, *self._origin)
         motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
-        return Estimate(north, east, *motion, math.nan, math.nan)
+        relative = row.position_relative_std
+        return Estimate(north, east, *motion, math.nan, math.nan, position_relative_std=relative)
 
     def order(self, yaw_rate: float, speed: float) -> None:
         """What is ordered from the last step on; NaN: someone else steers."""

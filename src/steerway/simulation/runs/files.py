@@ -20,7 +20,16 @@ _TRUE_DEGREES = ("heading", "cog", "angle", "direction", "bearing")  # of a comp
 _DEGREES = ("roll", "pitch", "cog_std", "heading_std")
 _DEGREES_PER_SECOND = ("yaw_rate", "course_rate", "course_rate_std", "rate", "yaw_bias")
 _METRES_PER_SECOND = ("velocity", "surge", "sway", "sog", "sog_std", "speed")
-_METRES = ("north", "east", "along_track", "cross_track", "remaining", "distance", "position_std")
+_METRES = (
+    "north",
+    "east",
+    "along_track",
+    "cross_track",
+    "remaining",
+    "distance",
+    "position_std",
+    "position_relative_std",
+)
 _PLAIN = (
     "mode",
     "by_course",
@@ -76,15 +85,15 @@ def _outward(name):
 _NAMES = {name: _outward(name) for name in COLUMNS}
 
 
-def frame(run: Run, actuators=(), origin=(0.0, 0.0)):
-    """A polars DataFrame of the run: time_s, the columns with their units, derived ones, and a column an actuator.
+def frame(run: Run, actuators=(), origin=(0.0, 0.0), begins=0.0):
+    """A polars DataFrame of the run: time_s, elapsed_s, the columns with their units, derived ones, those of actuators.
 
-    `origin` is the (latitude, longitude) of north = east = 0 in rad. Rudders are in degrees, propellers in rad/s; what
-    is unknown is null.
+    `origin` is the (latitude, longitude) of north = east = 0 in rad, `begins` the Unix time of the first row. Rudders
+    are in degrees, propellers in rad/s; what is unknown is null.
     """
     import polars as pl
 
-    columns = {"time_s": run.time}
+    columns = {"time_s": begins + run.time, "elapsed_s": run.time}
     for name, (outward, convert) in _NAMES.items():
         columns[outward] = convert(run[name]) if convert else run[name]
     for whose in ("true", "estimated"):
@@ -105,18 +114,18 @@ def _actuator(name):
     return (f"{words}_radps" if name.endswith("propeller speed") else words), np.asarray
 
 
-def write_table(run: Run, path: Path, actuators=(), origin=(0.0, 0.0)) -> None:
+def write_table(run: Run, path: Path, actuators=(), origin=(0.0, 0.0), begins=0.0) -> None:
     """The run as Parquet."""
     with complete_or_absent(path) as file:
-        frame(run, actuators, origin).write_parquet(file)
+        frame(run, actuators, origin, begins).write_parquet(file)
 
 
-def write_log(run: Run, path: Path, begins: float, origin) -> int:
+def write_log(run: Run, path: Path, begins: float, origin, quality: int = 1) -> int:
     """What the instruments read, as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
 
     RMC and GGA for every fix, with the receiver's SOG and COG where it reports them, and HDT with the latest compass
     reading since the previous fix: HDT has no time field, readers give it the time of the fix next to it.
-    `origin` is the (latitude, longitude) of north = east = 0 in rad.
+    `origin` is the (latitude, longitude) of north = east = 0 in rad, quality that of GGA.
     """
     read = {name: run[f"read_{name}"] for name in ("north", "east", "sog", "cog", "heading")}
     latitude, longitude = displaced_all(*origin, read["north"], read["east"])
@@ -129,7 +138,7 @@ def write_log(run: Run, path: Path, begins: float, origin) -> int:
                 continue
             time = begins + float(run.time[k])
             text = rmc(time, latitude[k], longitude[k], float(read["sog"][k]), float(read["cog"][k]))
-            text += gga(time, latitude[k], longitude[k])
+            text += gga(time, latitude[k], longitude[k], quality=quality)
             if math.isfinite(heading):
                 text += hdt(heading)
             file.write(text.encode("ascii"))
@@ -153,8 +162,9 @@ def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) ->
     table, page, log = directory / "run.parquet", directory / "index.html", directory / "run.nmea"
     results = directory / "results.json"
     write_results(simulated.numbers, results)
-    write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin)
+    began = begins(simulated.scenario)
+    write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin, began)
     if nmea:
-        write_log(simulated.run, log, begins(simulated.scenario), simulated.origin)
+        write_log(simulated.run, log, began, simulated.origin, simulated.scenario.gnss.quality)
     write_run_page(simulated, page, remarks)
     return [table, page, *([log] if nmea else []), results]

@@ -32,7 +32,7 @@ def write_run_page(sailed, path: Path, remarks=()) -> None:
         for each in sailed.assembly.pilot.mission.passages
     ]
     tables = [
-        ("Estimated against true", ("", "RMS error"), comparison(sailed.numbers)),
+        ("Estimated against true", COMPARED, comparison(sailed.numbers)),
         ("Summary", ("", ""), summary(sailed.numbers)),
     ]
     if scenario.manoeuvre is not None:
@@ -89,15 +89,26 @@ def route_of(sailed) -> tuple[np.ndarray, np.ndarray]:
     return np.array(places), np.array([rows[place] for place in places])
 
 
-def comparison(numbers: dict[str, float]) -> list[tuple[str, str]]:
-    """Errors of the estimate as (what, value) pairs; the first 30 s are excluded."""
+COMPARED = ("", "RMS error", "true within ± 2σ (95 % expected)")
+"""What the columns of `comparison` are."""
+
+
+def comparison(numbers: dict[str, float]) -> list[tuple[str, str, str]]:
+    """(what, RMS error, share of the rows within ± 2σ) of the estimate; the first 30 s are excluded."""
     return [
-        ("speed over ground", _with_unit(numbers["sog_rms_mps"], "m/s", 3)),
-        ("course over ground", _with_unit(numbers["cog_rms_deg"], "°", 2)),
-        ("course rate", _with_unit(numbers["course_rate_rms_dps"], "°/s", 2)),
-        ("position", _with_unit(numbers["position_rms_m"], "m", 2)),
-        ("course within its own ± 2σ", _with_unit(numbers["cog_within_2sigma_pct"], "% of the time (95 expected)", 1)),
+        (words, _with_unit(numbers[rms], unit, digits), within(numbers[f"{rms.split('_rms')[0]}_within_2sigma_pct"]))
+        for words, rms, unit, digits in (
+            ("speed over ground", "sog_rms_mps", "m/s", 3),
+            ("course over ground", "cog_rms_deg", "°", 2),
+            ("course rate", "course_rate_rms_dps", "°/s", 2),
+            ("position", "position_rms_m", "m", 2),
+        )
     ]
+
+
+def within(share: float) -> str:
+    """A share of coverage in words."""
+    return _with_unit(share, "% of the time", 1)
 
 
 def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:

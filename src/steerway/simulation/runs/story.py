@@ -7,7 +7,7 @@ import numpy as np
 from steerway.core.earth import displaced_all
 from steerway.core.records import NO_COURSE, OK, Fixes, Motion
 from steerway.simulation.assembly import begins
-from steerway.simulation.runs.page import comparison, summary
+from steerway.simulation.runs.page import COMPARED, comparison, summary, within
 
 
 def write_story(sailed, path: Path, remarks=()) -> None:
@@ -25,6 +25,7 @@ def write_story(sailed, path: Path, remarks=()) -> None:
         **{name: run[f"estimated_{name}"] for name in ("sog", "cog", "course_rate", "sog_std", "cog_std")},
         course_rate_std=run["estimated_course_rate_std"],
         position_std=run["estimated_position_std"],
+        position_relative_std=run["estimated_position_relative_std"],
         nis=unknown,
         status=np.where(known, OK, NO_COURSE).astype(np.uint8),
     )
@@ -41,13 +42,13 @@ def write_story(sailed, path: Path, remarks=()) -> None:
     )
     fixes = Fixes(time, *displaced_all(*sailed.origin, run["read_north"], run["read_east"]))
     numbers = sailed.numbers
-    within = dict(comparison(numbers))["course within its own ± 2σ"]
     lead = (
         f"{sailed.scenario.description} Errors of the estimate: SOG {numbers['sog_rms_mps']:.2f} m/s, "
-        f"COG {numbers['cog_rms_deg']:.1f}° RMS; the true course lies within the ±2σ band {within}."
+        f"COG {numbers['cog_rms_deg']:.1f}° RMS; the true course lies within the ±2σ band "
+        f"{within(numbers['cog_within_2sigma_pct'])} (95 % expected)."
     )
     tables = [
-        ("Estimated against true", ("", "RMS error"), comparison(numbers)),
+        ("Estimated against true", COMPARED, comparison(numbers)),
         ("Summary", ("", ""), summary(numbers)),
     ]
     write_interactive_page(path, sailed.scenario.name, fixes, estimate, tables, remarks, truth=truth, lead=lead.strip())

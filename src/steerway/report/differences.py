@@ -1,0 +1,89 @@
+"""What tracks are off a reference, and statistics of that."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from steerway.core.angles import wrap_array
+from steerway.core.earth import radii
+from steerway.core.errors import InputError
+from steerway.core.statistics import rms, share_within
+from steerway.formats.results import NamedTrack
+
+QUANTITIES = {
+    "position": ("position", "m", 1.0),
+    "sog": ("SOG", "m/s", 1.0),
+    "cog": ("COG", "°", np.degrees(1.0)),
+    "course_rate": ("course rate", "°/s", np.degrees(1.0)),
+}
+"""Name of a difference: its label, unit and factor from SI."""
+_LONGEST_STEP = 5.0
+"""Usual steps of the reference over which it is interpolated."""
+
+
+def differences(reference: NamedTrack, track: NamedTrack) -> dict[str, np.ndarray]:
+    """What a track is off the reference at the track's times, (n,) each in SI; NaN where either is unknown.
+
+    The reference is interpolated in time, but not over gaps. "position" is a distance, the others are
+    signed.
+    """
+    time, order = np.unique(reference.time, return_index=True)
+    if len(time) < 2 or time[-1] < track.time.min() or time[0] > track.time.max():
+        raise InputError(f"{track.name} and {reference.name} share no time, expected logs of the same voyage")
+    after = np.clip(np.searchsorted(time, track.time), 1, len(time) - 1)
+    inside = (track.time >= time[0]) & (track.time <= time[-1])
+    inside &= time[after] - time[after - 1] <= _LONGEST_STEP * np.median(np.diff(time))
+
+    def at(values, angle=False):
+        values = values[order]
+        low, high = values[after - 1], values[after]
+        share = (track.time - time[after - 1]) / (time[after] - time[after - 1])
+        step = wrap_array(high - low) if angle else high - low
+        between = np.where(share >= 1.0, high, np.where(share <= 0.0, low, low + share * step))
+        return np.where(inside, between, np.nan)
+
+    latitude, longitude = at(reference.latitude), at(reference.longitude, angle=True)
+    meridian, prime_vertical = radii(float(np.nanmedian(reference.latitude)))
+    north = (track.latitude - latitude) * meridian
+    east = wrap_array(track.longitude - longitude) * prime_vertical * np.cos(track.latitude)
+    return {
+        "position": np.hypot(north, east),
+        "north": north,
+        "east": east,
+        "sog": track.sog - at(reference.sog),
+        "cog": wrap_array(track.cog - at(reference.cog, angle=True)),
+        "course_rate": track.course_rate - at(reference.course_rate),
+    }
+
+
+def statistics(values: np.ndarray) -> dict[str, float]:
+    """rms, median, p95 and max of the magnitudes of the known values (n,), and their number n; NaN without any."""
+    known = np.abs(values[np.isfinite(values)])
+    if not len(known):
+        return {"rms": np.nan, "median": np.nan, "p95": np.nan, "max": np.nan, "n": 0}
+    return {
+        "rms": rms(known),
+        "median": float(np.median(known)),
+        "p95": float(np.quantile(known, 0.95)),
+        "max": float(known.max()),
+        "n": len(known),
+    }
+
+
+def statistics_table(tracks: Sequence[NamedTrack]) -> list[dict]:
+    """Statistics of every track's differences from the first: track, quantity, unit, n, rms, median, p95, max.
+
+    within_2sigma_pct: share of the differences within ± 2σ of the track (of the position: of its coordinates), NaN
+    where it has no σ.
+    """
+    rows = []
+    for track in tracks[1:]:
+        apart = differences(tracks[0], track)
+        for name, (label, unit, factor) in QUANTITIES.items():
+            found = statistics(factor * apart[name])
+            signed = np.stack([apart["north"], apart["east"]]) if name == "position" else apart[name]
+            within = share_within(signed, getattr(track, f"{name}_std"))
+            if found["n"]:
+                row = {"track": track.name, "quantity": label, "unit": unit, **found, "within_2sigma_pct": within}
+                rows.append(row)
+    return rows
