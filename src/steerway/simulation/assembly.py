@@ -194,9 +194,8 @@ def steering_pilot(
     """A pilot that steers by the estimated current, its estimator knowing what is ordered.
 
     position_stds: 1σ (m) of a fix's white noise, where learning it begins, and of the receiver's slow error; radius (m)
-    in which a position is held;
-    `learn` False takes that away, to see what it is worth; kinds of the autopilot and of the speed controller;
-    steer_by: as of `Pilot`.
+    in which a position is held; `learn` False: that noise is not learned, to see what it is worth; kinds of the
+    autopilot and of the speed controller; steer_by: as of `Pilot`.
     """
     position_std, slow_std = position_stds
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
