@@ -20,7 +20,7 @@ LEG = Leg(2.0, 0.0, 0.0, 50.0, 0.3, 1.0, *HOME, "WP0", "WP1", speed=1.2)
 
 
 def at(time, cog=0.0, sog=1.2, nis=2.0, status=OK, course_rate=0.0, **more):
-    row = Row(NOON + time, *HOME, sog, cog, course_rate, 0.1, 0.05, 0.02, 0.3, nis, status)
+    row = Row(NOON + time, *HOME, sog, cog, course_rate, 0.1, 0.05, 0.02, 0.3, 0.3, nis, status)
     return row._replace(**more)
 
 

@@ -16,7 +16,7 @@ pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip insta
 connect = pytest.importorskip("websockets.asyncio.client", reason="websockets is not installed").connect
 
 NOON = 1_719_835_200.0
-ROW = Row(NOON, math.radians(54.5), math.radians(-10.25), 2.0, -math.pi / 6.0, 0.01, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
+ROW = Row(NOON, math.radians(54.5), math.radians(-10.25), 2.0, -math.pi / 6.0, 0.01, 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
 
 
 async def by_client(rows, wanted, period=0.1):

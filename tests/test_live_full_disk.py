@@ -11,7 +11,7 @@ from steerway.live.testing import FileSink, Row, TableFile
 from tests.disk import Disk
 
 NOON = 1_719_835_200.0
-ROW = Row(NOON, 0.9, 0.2, 2.0, 1.0, 0.01, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
+ROW = Row(NOON, 0.9, 0.2, 2.0, 1.0, 0.01, 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
 
 
 def until(condition):

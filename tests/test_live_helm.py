@@ -48,7 +48,7 @@ from tests.ports import until
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
-ROW = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(-1.0), 0.1, 0.02, 0.01, 0.3, math.nan, PREDICTED)
+ROW = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(-1.0), 0.1, 0.02, 0.01, 0.3, 0.3, math.nan, PREDICTED)
 FIX = ROW._replace(time=NOON - 0.2, nis=1.2, status=OK)
 LEG = Leg(-3.0, 0.0, 0.1, 40.0, 0.2, 1.5, *PLACE, "WP0", "WP1")
 ORDER = Order(State.RUNNING, "", True, 0.1, 0.5, 0.6, 0.4, 0.2, 2.0)

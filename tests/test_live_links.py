@@ -45,7 +45,7 @@ from tests.sentences import gga, pvt, rmc, sortie, track
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
-SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 1.2, OK)
+SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
 
 
 def fed(decoder, log, size):

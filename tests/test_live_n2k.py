@@ -33,7 +33,7 @@ from tests.kept_outputs import Kept
 from tests.ports import free_port, until
 
 LEG = Leg(-3.25, 1.0, 1.1, 120.5, 1.05, 1.2, math.radians(54.0), math.radians(-10.0), "WP1", "WP2")
-ROW = Row(1.7e9, 0.9, 0.2, 2.34, -0.5, -0.02, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
+ROW = Row(1.7e9, 0.9, 0.2, 2.34, -0.5, -0.02, 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
 SENT = {
     129026: (
         writing.write_course_and_speed(3, -0.5, 2.34),

@@ -27,7 +27,7 @@ STARBOARD = Leg(18.52, 0.0, math.radians(350.0), 1852.0, math.radians(-10.0), 2.
 
 
 def at(north, east, time=NOON, cog=0.0, sog=2.0):
-    return Row(time, *displaced(*HOME, north, east), sog, cog, 0.0, 0.1, 0.02, 0.01, 0.3, 1.0, OK)
+    return Row(time, *displaced(*HOME, north, east), sog, cog, 0.0, 0.1, 0.02, 0.01, 0.3, 0.3, 1.0, OK)
 
 
 class Led:

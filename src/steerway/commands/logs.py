@@ -289,13 +289,13 @@ def compare(
 
     smoothed = asks_smoothed(logs, causal, smooth)
     fixes = read_logs(logs, source, start, stop, max_size)
-    if truth is not None:
-        _compare_with_truth(truth, fixes, run(fixes, profile, smooth=smooth), as_json)
-        return
-    if not np.isfinite([fixes.sog, fixes.cog]).any():
+    if truth is None and not np.isfinite([fixes.sog, fixes.cog]).any():
         raise InputError(f"{', '.join(logs)}: no SOG or COG of a receiver in it, expected at least one to compare with")
     estimator = LogEstimator(fixes, profile)
     motion = estimator.motion(fixes, None, smoothed)
+    if truth is not None:
+        _compare_with_truth(truth, fixes, motion, as_json)
+        return
     of_hull = estimator.is_inferred and is_of_hull(structures_of(estimator.profile))
     found = agreement(fixes, motion, least_speed, SWING if of_hull else 0.0)
     if as_json:

@@ -52,8 +52,8 @@ _LEAST_TURN = math.radians(20.0)  # ordered in it
 _MIRRORED, _CLEARLY, _PERFECT, _MIRRORED_FOR = 10.0, 2.0, 3.0, 3.0
 """By how much the mirror image of the orders has to fit the track better, in twice the nats by the errors below, and in
 nats by those that the fits leave, to which the third number is added; and for how many s. Chosen on the desk boat in
-currents of 0.2 to 0.96 m/s: 40 sound routes with receivers that wander by up to 1 m stay below, and nine of ten reversals
-are beyond after at most 8 s of orders of 5°/s."""
+currents of 0.2 to 0.96 m/s: 40 sound routes with receivers that wander by up to 1 m stay below, and nine of ten
+reversals are beyond after at most 8 s of orders of 5°/s."""
 _ERROR, _ERROR_TIME = 0.35, 0.3
 """m, and s of the usual speed, 1σ of the error of one s of a track: receiver, sideslip, speed lost in turns. Chosen."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
