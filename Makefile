@@ -59,10 +59,10 @@ bounds-all: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 200
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -m "not study" --numprocesses logical --dist worksteal $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
-# Mutated inputs to everything that reads what others wrote, for so many seconds a target. The last input of one that
-# ends the process is in ~/.cache/steerway/fuzz.
+# Mutated inputs to everything that reads what others wrote, and a million messages of garbage through every link of a
+# boat that is steered, in so many minutes. The last input of one that ends the process is in ~/.cache/steerway/fuzz.
 fuzz: .venv/.test
-	STEERWAY_FUZZ=$(or $(SECONDS),60) $(BIN)/python -m pytest --numprocesses logical --timeout 0 tests/test_fuzz.py
+	STEERWAY_FUZZ=$(or $(MINUTES),15) $(BIN)/python -m pytest --numprocesses logical --timeout 0 -rP tests/test_fuzz.py
 
 # Mutations of core files that the tests have to notice; cosmic-ray is installed beside the locked packages.
 mutants: .venv/.test

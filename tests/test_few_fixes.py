@@ -12,7 +12,14 @@ from steerway.core import Fixes, displacement, wrap
 from steerway.estimation import InferredFilter, InferredProfile, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
-from steerway.estimation.testing import HeadingTracker, WeighedStructure, model_of_profile, noise, parameters_of, taken_up
+from steerway.estimation.testing import (
+    HeadingTracker,
+    WeighedStructure,
+    model_of_profile,
+    noise,
+    parameters_of,
+    taken_up,
+)
 from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification.testing import _under_way, positions_cost, rate_noise
 from steerway.testing import response_of
