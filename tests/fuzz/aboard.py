@@ -12,7 +12,7 @@ _AS_SAID = 4  # every so many rows keep the time that they give
 
 
 class Aboard:
-    """`take` rows of a link, as if they were of the receiver whose fixes are used, beside a sound fix of every 0.2 s."""
+    """`take` rows of a link, as of the receiver whose fixes are used, beside a sound fix of every 0.2 s."""
 
     def __init__(self):
         self.desk, self._rows, self._taken = Desk(square(boat=OTTER)), [], 0
