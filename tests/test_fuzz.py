@@ -79,13 +79,14 @@ def test_requests_beyond_numbers_are_refused(what, value):
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_mutations_are_read_or_refused(name, tmp_path):
-    """Forty of each target, or as many as there are in STEERWAY_FUZZ seconds (`make fuzz`): what leads to an outcome
+    """Forty of each target, or as many as make STEERWAY_FUZZ minutes of all (`make fuzz`): what leads to an outcome
     not seen before is mutated on. A process that is ended leaves the last input in ~/.cache/steerway/fuzz.
     """
     for package, names in (("pymavlink", ("MAVLink",)), ("nicegui", ("helm request", "helm lines"))):
         if name in names:
             pytest.importorskip(package)
-    seconds = float(os.environ.get("STEERWAY_FUZZ", "0"))
+    processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    seconds = 60.0 * float(os.environ.get("STEERWAY_FUZZ", "0")) * processes / len(TARGETS)
     target, rng = TARGETS[name], random.Random(time.time() if seconds else 0)
     corpus, until, tried = target.seeds(), time.monotonic() + seconds, 0
     outcomes = {outcome(target, data) for data in corpus if seconds}
@@ -102,3 +103,5 @@ def test_mutations_are_read_or_refused(name, tmp_path):
             corpus.append(data)
         tried += 1
     present.unlink()
+    if seconds:
+        print(f"{name}: {tried} inputs, {len(outcomes)} outcomes")

@@ -6,6 +6,7 @@ import json
 import logging
 import math
 import os
+import random
 import socket
 from itertools import pairwise
 from unittest import mock
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 from steerway.core import OK, InputError
-from steerway.core.testing import NO_COURSE, iso
+from steerway.core.testing import NO_COURSE, iso, unix_times
 from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183, ubx
 from steerway.live.testing import (
@@ -34,6 +35,7 @@ from steerway.live.testing import (
     addresses,
     json_line,
     log_to_stderr,
+    moment,
     uri,
 )
 from steerway.live.testing import signalk_token_of as token_of
@@ -327,3 +329,12 @@ def test_a_boat_handed_back_is_commanded_nothing():
     sink = RecordingSink()
     PropellerCommands(sink).tick(SAILING, None, Order(State.STOPPED, "enough", False))
     assert sink.lines()[0]["port"] is None
+
+
+def test_times_of_gpsd_and_signal_k_are_those_of_tables():
+    """The quick way against the one of any form, dates that do not exist included."""
+    chance = random.Random(1)
+    for _ in range(300):
+        parts = [chance.randrange(n) for n in (3000, 14, 33, 25, 61, 62)]
+        text = "{:04}-{:02}-{:02}T{:02}:{:02}:{:02}".format(*parts) + chance.choice(("Z", ".5Z", ".123456Z", "+02:00"))
+        np.testing.assert_equal(moment(text), unix_times([text])[0], text)

@@ -216,6 +216,10 @@ def mavlink():
         messages.MAVLink_statustext_message(4, b"mode change denied"),
     ]
     packets = [each.pack(codec) for each in output]
+    gps, attitude = messages.MAVLink_gps_raw_int_message, messages.MAVLink_attitude_message
+    for k in range(20):
+        later = gps(60_200_000 + 200_000 * k, 3, 540000000, 100000000, 0, 90, 120, 200, 9000, 12)
+        packets += [later.pack(codec), attitude(60_100 + 200 * k, 0.0, 0.0, 1.0, 0.0, 0.0, 0.1).pack(codec)]
     return [b"".join(packets), *packets]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from steerway.core import InputError
 from tests.fuzz import seeds
+from tests.fuzz.aboard import said_aboard
 
 REFUSED = "refused"
 
@@ -126,7 +127,7 @@ def _unfinished(path):
 
 
 def _link(name):
-    """A decoder of a live link, fed in two pieces."""
+    """A decoder of a live link, fed in two pieces, and what it gives to a boat that is steered."""
 
     def read(data):
         decoder = getattr(import_module("steerway.live.testing"), name)()
@@ -135,9 +136,7 @@ def _link(name):
             *decoder.feed(data[len(data) // 2 :] + b"\n"),
             *decoder.complete_on_silence(),
         ]
-        for row in rows:
-            assert isinstance(row.source, str)
-        return f"{bool(rows)} {sorted(decoder.skipped)}"
+        return f"{said_aboard(rows)} {sorted(decoder.skipped)}"
 
     return read
 
@@ -152,7 +151,7 @@ def _n2k(data):
         frame = frame_of_line(line)
         if frame is not None:
             rows += decoder.frame(frame, 1.7e9 + k)
-    return str(bool(rows))
+    return said_aboard(rows)
 
 
 def _mavlink(data):
@@ -161,10 +160,10 @@ def _mavlink(data):
 
     companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
     rows = []
-    companion._deliver = lambda *given: rows.append(given)
+    companion._deliver = lambda given, arrived: rows.extend(given)
     for part in (data[: len(data) // 2], data[len(data) // 2 :]):
         companion.link._feed(part)
-    return f"{len(rows) > 0} {companion.link.broken > 0}"
+    return f"{said_aboard(rows)} {companion.link.broken > 0}"
 
 
 TOKEN = "correct-horse-battery"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from steerway.live.helm.view_text import UNKNOWN, tone, words
     from steerway.live.learning import RecordedLearning
     from steerway.live.link_kinds import Context
-    from steerway.live.links.decoding import ReceiverDecoder
+    from steerway.live.links.decoding import ReceiverDecoder, moment
     from steerway.live.links.file import FileSink
     from steerway.live.links.gpsd import GpsdDecoder
     from steerway.live.links.link import Feed

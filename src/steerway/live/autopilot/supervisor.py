@@ -186,7 +186,8 @@ class Supervisor:
         current = estimate.current_north, estimate.current_east
         self._response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
         if math.isnan(measured.yaw_rate):  # a gyro tells it sooner
-            self._track.fix(row.time, measured.latitude, measured.longitude)
+            slow = self.pilot.estimator.filter.slow_std
+            self._track.fix(measured.time, measured.latitude, measured.longitude, slow)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""

@@ -1,0 +1,76 @@
+"""A boat that is steered while its links say anything: the service lives, and every order is a number."""
+
+import contextlib
+import math
+
+from steerway.core import InputError
+from steerway.live.testing import UNDER_WAY, InputRow
+from tests.desk import NOON, OTTER, Desk, square
+
+_PATIENCE = 30.0  # s of a boat that cannot be started again, before another is put to sea
+_AS_SAID = 4  # every so many rows keep the time that they give
+
+
+class Aboard:
+    """`take` rows of a link, as of the receiver whose fixes are used, beside a sound fix of every 0.2 s."""
+
+    def __init__(self):
+        self.desk, self._rows, self._taken = Desk(square(boat=OTTER)), [], 0
+        self._idle_since = math.inf
+        self._honest, self.desk.fixes = self.desk.fixes, self._fixes
+        self.desk.start()
+
+    def take(self, rows: list[InputRow]) -> str:
+        """Whether the autopilot steers after them, and why not. AssertionError for a service that ended, or an order
+        that is no number.
+        """
+        self._rows += [self._present(row) for row in rows]
+        self.desk.sail(0.2)
+        desk = self.desk
+        assert not desk.running.done(), "the service has ended"
+        for order in desk.output:
+            assert math.isfinite(order.yaw_rate + order.thrust + order.port + order.starboard), order
+        del desk.output[:], desk.rows[:]
+        self._start_again()
+        return f"{desk.order.state}"
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether this boat has been led so far astray that it cannot be started again."""
+        return self.desk.time - self._idle_since > _PATIENCE
+
+    def dock(self) -> None:
+        """The end."""
+        self.desk.afloat.remove(self.desk)
+        self.desk.dock()
+
+    def _start_again(self):
+        if self.desk.order.state in UNDER_WAY:
+            self._idle_since = math.inf
+            return
+        self._idle_since = min(self._idle_since, self.desk.time)
+        with contextlib.suppress(InputError):
+            self.desk.autopilot.start()
+
+    def _fixes(self, time, north, east):
+        given, self._rows = self._rows, []
+        return self._honest(time, north, east) + given
+
+    def _present(self, row):
+        self._taken += 1
+        time = row.time if self._taken % _AS_SAID == 0 else NOON + self.desk.time
+        return row._replace(source="gps", time=time)
+
+
+_afloat: list[Aboard] = []
+
+
+def said_aboard(rows: list[InputRow]) -> str:
+    """What `Aboard.take` says of a boat that is kept between calls."""
+    if not rows:
+        return "nothing"
+    if _afloat and _afloat[0].is_spent:
+        _afloat.pop().dock()
+    if not _afloat:
+        _afloat.append(Aboard())
+    return _afloat[0].take(rows)
