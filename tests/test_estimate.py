@@ -140,7 +140,9 @@ def test_a_path_is_no_record():
 
 
 def test_unknown_names_are_answered_with_the_known_ones():
-    with pytest.raises(steerway.InputError, match="otter, mariner-usv, small-usv, sailing-yacht, swell, ship, ais"):
+    with pytest.raises(
+        steerway.InputError, match="otter, mariner-usv, simulated-otter, small-usv, sailing-yacht, swell, ship"
+    ):
         FiveStateFilter("otterr")
     with pytest.raises(steerway.InputError, match="sog, cog, heading, water_speed, yaw_rate"):
         FiveStateFilter("otter", aid=("compass",))

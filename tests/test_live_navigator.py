@@ -99,7 +99,7 @@ def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
 def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
     rows = received_from(fixes)
     kept = rows[:150] + rows[200:]
-    hasty, output = Navigator(), []
+    hasty, output = Navigator("small-usv"), []
     clock = FixClock()
     for k, received in enumerate(kept):
         output += hasty.add(received, clock.now(0.02 * k))

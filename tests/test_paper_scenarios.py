@@ -27,7 +27,7 @@ def test_p1_passes_its_first_waypoints_without_saturation():
     assert found["rudder_rate_max_dps"] < 5.0 and found["rudder_max_deg"] < 39.9
 
 
-@pytest.mark.parametrize("controller", ["adaptive", "disturbance-observer"])
+@pytest.mark.parametrize("controller", ["adaptive", "disturbance-observer", "pi"])
 def test_p3_settles_from_rest(controller):
     scenario = load_scenario(EXAMPLES / "p3.toml")
     speed = scenario.speed.model_copy(update={"controller": controller})

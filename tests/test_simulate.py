@@ -16,7 +16,7 @@ from steerway.core import InputError
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import nmea0183
 from steerway.simulation import load_scenario, parse_scenario, sail_scenario
-from steerway.simulation.testing import COLUMNS, begins, origin, write
+from steerway.simulation.testing import COLUMNS, assembly, begins, origin, write
 
 SHORT = """
 duration = 60.0
@@ -84,7 +84,7 @@ def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(w
     assert np.allclose(north, run["read_north"][read], rtol=1e-3, atol=0.01)
     assert np.allclose(placed.sog, run["read_sog"][read], atol=3e-4)
     assert np.allclose(placed.heading, run["read_heading"][read], atol=2e-4)
-    again = FiveStateFilter("otter").filter(placed)
+    again = FiveStateFilter(assembly.profile(scenario)).filter(placed)
     # The same filter on the log gives the estimate of the loop, where it ran at 50 Hz.
     there = run["estimated_sog"][read]
     known = np.isfinite(there) & np.isfinite(again.sog)

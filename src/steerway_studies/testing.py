@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
     from steerway_studies.papers.speed_mrac import PrintedMrac
     from steerway_studies.parts import keeping, over_cases
-    from steerway_studies.springer_mission.missions import WeightedBounds, alarm_mission, ideal, interval_box, nominal
+    from steerway_studies.springer_mission.missions import WeightedBounds, ideal, interval_box, nominal
     from steerway_studies.springer_mission.training import lesson, train
     from steerway_studies.springer_mission.world import (
         PAPER_CIRCUIT,

@@ -46,7 +46,8 @@ def speed_pi(desired, speed, integral, mass, linear_drag, quadratic_drag, bandwi
 class SpeedPI:
     """One speed loop: both poles at ω on a boat without drag, which makes one quicker and one slower.
 
-    As the autopilot's, the integral never moves further into a limit.
+    It holds the speed of a reference, with the acceleration of that fed forward where nothing limits it. As the
+    autopilot's, the integral never moves further into a limit.
     """
 
     def __init__(self, gains: SpeedPIGains):
@@ -74,8 +75,10 @@ class SpeedPI:
         along: m/s of the current along the bow, where the speed that is held is the sum of these with it.
         """
         gains = self.gains
-        desired = self._approach(desired, speed, dt) + along
-        wanted, error = speed_pi(desired, speed + along, self.integral, *self._constants)
+        held = self._approach(desired, speed, dt)
+        wanted, error = speed_pi(held + along, speed + along, self.integral, *self._constants)
+        if gains.acceleration == math.inf:
+            wanted += gains.mass * gains.bandwidth * (desired - held)
         self.force = max(-gains.limit_astern, min(gains.limit, wanted))
         push = gains.mass * gains.bandwidth**2 * error * dt
         excess = wanted - self.force or self._excess
@@ -85,16 +88,22 @@ class SpeedPI:
         return self.force
 
     def _approach(self, desired, speed, dt):
-        """The speed to hold now on the way from the boat's own to the desired one."""
-        most = self.gains.acceleration * dt
-        if most == math.inf:
-            return desired
+        """The speed to hold now on the way from the boat's own to the desired one.
+
+        Without a largest acceleration by a model of the first order with the loop's bandwidth: both poles at ω alone
+        overshoot a step by 14 %, e⁻², for the proportional part and the integral are both filled by it.
+        """
         before = self._approached
         if math.isnan(before):
             if math.isnan(speed):
                 return 0.0  # begin from the boat's own speed, once it is known
             before = speed
-        self._approached = before + max(-most, min(most, desired - before))
+        gains = self.gains
+        if gains.acceleration == math.inf:
+            self._approached = desired + (before - desired) * math.exp(-gains.bandwidth * dt)
+        else:
+            most = gains.acceleration * dt
+            self._approached = before + max(-most, min(most, desired - before))
         return self._approached
 
     def speed_of(self, force: float) -> float:

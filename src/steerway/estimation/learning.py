@@ -8,7 +8,6 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from itertools import product
 
 import numpy as np
 
@@ -16,21 +15,16 @@ from steerway.core.arrays import Floats
 from steerway.estimation.filter.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
-from steerway.estimation.fit.selection import Structure, infer
+from steerway.estimation.fit.selection import infer
 from steerway.estimation.log.digits import quantum_of
 from steerway.estimation.log.record import Measurements, extrapolated, measurements
 from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter, Set, set_of
 from steerway.estimation.stream_row import ELAPSED, LATITUDE, LONGITUDE
 from steerway.estimation.vessel.aids import AIDS
-from steerway.estimation.vessel.inferred import InferredProfile
-from steerway.estimation.vessel.parts import PLAIN
-from steerway.estimation.vessel.structures import VESSELS, parameters_of
+from steerway.estimation.vessel.inferred import InferredProfile, prior_profile
 
 LOG = logging.getLogger("steerway.live")
-_NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)
-"""m, white noise of receivers, from real-time kinematics to a receiver under trees, a factor of four apart.
-Chosen: a grid, all alike probable."""
 _WINDOW, _ROWS = 1200.0, 12_000
 """s and rows that are kept. Chosen: the rows of 10 Hz, five times `selection.MANY`."""
 _FIRST, _FEWEST = 60.0, 100
@@ -40,18 +34,6 @@ _LATER, _LATEST = 2.0, 600.0
 _UNKNOWN = float("nan")
 _AIDS = 6
 """Columns of a row of the window before its aids: time, place in the plane, excess, latitude and longitude."""
-
-
-def prior_profile() -> InferredProfile:
-    """Vessels and receivers of every declared kind, all alike probable: what is known before the first fix."""
-    names, medians, _ = parameters_of(PLAIN)
-    expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    kinds = [expected | vessel | {"fix_std": noise} for vessel, noise in product(VESSELS, _NOISES)]
-    return InferredProfile.of([Structure(1.0 / len(kinds), PLAIN, _known(names, each)) for each in kinds], "prior")
-
-
-def _known(names, values):
-    return {name: values[name] for name in names}
 
 
 class LearningFilter(FiveStateFilter):

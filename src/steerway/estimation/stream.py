@@ -33,6 +33,7 @@ from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.log.record import FEW_STEPS, HELD, LONG
 from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.log.run import motion_of
+from steerway.estimation.log_estimate import estimate
 from steerway.estimation.moments import motion_moments
 from steerway.estimation.stream_row import (
     AZIMUTH,
@@ -65,7 +66,7 @@ from steerway.estimation.stream_row import (
 )
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS, expect_aids
 from steerway.estimation.vessel.flat import WeighedModel
-from steerway.estimation.vessel.inferred import InferredProfile, profile_of
+from steerway.estimation.vessel.inferred import InferredProfile, prior_profile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
 FADE = 10.0
@@ -102,24 +103,28 @@ class FiveStateFilter:
     `smooth(fixes)`. Two filters share nothing.
 
     Args:
-        profile: tuning, a profile of either kind, the name of a built-in one or a .toml file.
+        profile: tuning, a profile of either kind, the name of a built-in one or a .toml file. None where nothing is
+            known: vessels of every declared kind with receivers of 0.025 to 6.4 m run together and are weighed by how
+            well they predict the fixes; a whole record is estimated as `steerway.estimate` does.
         aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to take beside positions, where structures of
             the profile have a part for it.
-        learns: whether the weights follow the likelihood of the fixes, for structures of which none is known to hold.
+        learns: whether the weights follow the likelihood of the fixes, for structures of which none is known to hold;
+            they always do without a profile.
 
     Raises InputError for an unknown profile or aid.
     """
 
     def __init__(
         self,
-        profile: Profile | InferredProfile | str = "small-usv",
+        profile: Profile | InferredProfile | str | None = None,
         aid: tuple[str, ...] = (),
         learns: bool = False,
     ):
         expect_aids(aid)
-        self.profile, self.aid = profile_of(profile), tuple(aid)
+        self.aid, self._infers = tuple(aid), profile is None
+        self.profile = prior_profile(self.aid) if profile is None else profile_of(profile)
         self._geodetic = True
-        self._arrange(set_of(self.profile.models(self.aid), learns), None)
+        self._arrange(set_of(self.profile.models(self.aid), learns or self._infers), None)
 
     def _arrange(self, running: Set, header: Floats | None) -> None:
         """Make room for a set of structures."""
@@ -463,11 +468,16 @@ class FiveStateFilter:
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""
-        return motion_of(fixes, self.profile, self.aid, rate)
+        return self._whole(fixes, rate, False)
 
     def smooth(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Fixed-interval estimate: every row uses the whole record."""
-        return motion_of(fixes, self.profile, self.aid, rate, smooth=True)
+        return self._whole(fixes, rate, True)
+
+    def _whole(self, fixes, rate, smooth):
+        if self._infers:
+            return estimate(fixes, aid=self.aid, rate=rate, smooth=smooth)
+        return motion_of(fixes, self.profile, self.aid, rate, smooth)
 
 
 InferredFilter = FiveStateFilter

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from steerway.estimation.fit.auto_aids import velocity_of
     from steerway.estimation.fit.posterior import Rows
     from steerway.estimation.fit.selection import Structure, infer
-    from steerway.estimation.learning import prior_profile
     from steerway.estimation.log import run as whole_log
     from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.vessel.aids import AIDS, NO_AIDS
     from steerway.estimation.vessel.flat import model_of_profile
-    from steerway.estimation.vessel.inferred import WeighedStructure
+    from steerway.estimation.vessel.inferred import WeighedStructure, prior_profile
     from steerway.estimation.vessel.profile import BUILT_IN
     from steerway.estimation.vessel.structures import MODES, model_of, parameters_of
     from steerway.simulation.estimator_tables import HeadingEstimatorTable

@@ -56,7 +56,7 @@ def launch(settings: Settings) -> None:
     measured = measured_speed(settings.estimator.speed)
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
-        of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
+        of_pilot = tuning.learned if isinstance(tuning, LearningFilter) else tuning
         supervisor = Supervisor(
             route,
             of_pilot,

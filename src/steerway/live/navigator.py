@@ -18,7 +18,7 @@ from steerway.estimation.learning import LearningFilter
 from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter
 from steerway.estimation.vessel.aids import AIDS
-from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
@@ -51,7 +51,7 @@ class _Used(NamedTuple):
 class Navigator:
     """The course estimate aboard.
 
-    profile: of the five-state filter or of structures, or the name of a built-in one; or a filter that learns.
+    profile: as of `FiveStateFilter`; or a filter that learns.
     aid: as of the filter, or "auto".
     sources:  names of sources in order of priority; see `SourceChoice`.
     max_dead_reckoning: time without a fix for which the motion is predicted, s; then it is unknown.
@@ -68,7 +68,7 @@ class Navigator:
 
     def __init__(
         self,
-        profile: Profile | InferredProfile | LearningFilter | str = "small-usv",
+        profile: Profile | InferredProfile | LearningFilter | str | None = None,
         aid: tuple[str, ...] = (),
         sources: tuple[str, ...] = (),
         max_dead_reckoning: float = 10.0,
@@ -92,7 +92,7 @@ class Navigator:
         self._lead = math.nan
         self._before_behind = self.filter.snapshot(), math.nan
         self._row = lost(math.nan)
-        self._ahead = filter_of(self.filter.profile, self.filter.aid)
+        self._ahead = FiveStateFilter(self.filter.profile, self.filter.aid)
         self._ahead_time = math.nan
         self._receiver = ""
         self._slow = USUAL_STD  # 1σ of the receiver's slow error at the last fix, m
@@ -283,10 +283,10 @@ class Navigator:
         return max(stop - start, 0.0)
 
 
-def filter_of(profile: Profile | InferredProfile | str, aid: tuple[str, ...] = ()) -> FiveStateFilter:
+def filter_of(profile: Profile | InferredProfile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
     """The filter of a profile; "auto" among the aids is what its structures have of SOG and COG."""
     if AUTO in aid:
-        aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile)) if each != AUTO))
+        aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile_of(profile))) if each != AUTO))
     return FiveStateFilter(profile, aid)
 
 

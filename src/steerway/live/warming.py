@@ -9,7 +9,6 @@ from steerway.build import DEFAULT_KINDS
 from steerway.core.records import Fixes
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.log.run import infer_log
-from steerway.estimation.vessel.profile import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
@@ -51,7 +50,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
         rows += decoder.feed((gga(*moment) + rmc(*moment)).encode())
     route = GeodeticRoute(place[0] + _STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
     chosen = {"kinds": kinds, "measured": measured_speed(estimators.speed), "heading": estimators.heading}
-    supervisor = Supervisor(route, Profile.named("small-usv"), engage=True, **chosen)
+    supervisor = Supervisor(route, engage=True, **chosen)
     outputs = [each(_NullSink()) for each in (SentenceOutput, Deltas, JsonLines)]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:

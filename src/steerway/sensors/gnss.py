@@ -30,6 +30,9 @@ from steerway.sensors.faults import GOOD, HELD, LOST, Fault, FaultTable
 from steerway.sensors.gnss_errors import Errors
 from steerway.sensors.instrument import SLACK, Clock, epochs
 
+_LEAST_WHITE = 0.01
+"""m that a filter takes for white noise of a receiver without any. Chosen: real-time kinematics."""
+_NO_ERROR = 0.0, 60.0
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
 
 
@@ -80,6 +83,21 @@ class Gnss:
                 )
         if len(self.lever_arm) != 3:
             raise InputError(f"gnss.lever_arm is {self.lever_arm}, expected (forward, starboard, down) in m")
+
+    @property
+    def noise(self) -> dict[str, float]:
+        """Its errors as the keys of a profile: `profile.model_copy(update=low_cost().noise)`.
+
+        White noise of at least `_LEAST_WHITE`, and the two largest of its slow errors.
+        """
+        (first, first_time), (second, second_time) = sorted((*self.markov, _NO_ERROR, _NO_ERROR), reverse=True)[:2]
+        return {
+            "position_std": max(self.white, _LEAST_WHITE),
+            "error_std": first,
+            "error_time": first_time,
+            "drift_std": second,
+            "drift_time": second_time,
+        }
 
     def start(self, seed: Seed) -> "GnssStream":
         """The receiver as a stream, step by step. `seed`: an int or a numpy Generator."""

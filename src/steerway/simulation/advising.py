@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.build import response_of
-from steerway.control.bandwidth import COMFORTABLE, advice
+from steerway.control.bandwidth import COMFORTABLE, advice, carried_bandwidth
 from steerway.control.boats import Boat
 from steerway.control.heading_steering import KINDS
 from steerway.control.in_current import LEAST_WAY, YawResponse
@@ -28,6 +28,8 @@ from steerway.sensors.gnss import GnssTable
 from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario
 
+_ITERATIONS = 20
+"""In which a bandwidth is found that depends on itself by less than its square root: to 1e-6."""
 _VELOCITY_STD = 0.1
 """m/s, of a receiver's velocity as the steering filter takes it."""
 _SHORTLY = 20.0
@@ -69,8 +71,20 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     profile, interval = assembly.profile(scenario), 1.0 / scenario.gnss.rate
     current, directions = scenario.environment.current.speed, _directions(scenario)
     gains = [_course_gain(each, current, speed) for each in directions]
-    numbers = speed, profile.agility, profile.position_std, interval, known.nomoto_time, known.damping
+    std = _as_white_noise(profile, speed, interval)
+    numbers = speed, profile.agility, std, interval, known.nomoto_time, known.damping
     return advice(known.bandwidth, *numbers, course_gain=max(gains, default=1.0), current=current)
+
+
+def _as_white_noise(profile, speed, interval):
+    """1σ (m) of white noise as dense as the errors of fixes, slow ones too, at the bandwidth that they leave ω_e."""
+    std = profile.position_std
+    slow = [[getattr(profile, f"{name}_{which}", 0.0) for which in ("std", "time")] for name in ("error", "drift")]
+    for _ in range(_ITERATIONS):
+        carried = carried_bandwidth(speed, profile.agility, std, interval)
+        density = sum(2.0 * size**2 * time / (1.0 + (carried * time) ** 2) for size, time in slow)
+        std = math.sqrt(profile.position_std**2 + density / interval)
+    return float(f"{std:.2g}")
 
 
 def _advise_steering(scenario, known, speed):

@@ -89,8 +89,10 @@ def instruments(scenario: Scenario) -> Suite | Truth:
 
 
 def profile(scenario: Scenario) -> Profile | InferredProfile:
-    """The filter's tuning."""
-    return profile_of(scenario.estimator.profile or boat(scenario).profile)
+    """The filter's tuning; without a profile the boat's motion with the errors of the receiver that is simulated."""
+    if scenario.estimator.profile:
+        return profile_of(scenario.estimator.profile)
+    return Profile.named(boat(scenario).profile).model_copy(update=scenario.gnss.build().noise)
 
 
 def holds_places(scenario: Scenario) -> bool:

@@ -91,8 +91,9 @@ class EnvironmentTable(Table):
 
 
 class EstimatorTable(Table):
-    """The filter in the loop; "truth" gives the pilot the true motion. `profile`: built in, or a .toml file.
+    """The filter in the loop; "truth" gives the pilot the true motion.
 
+    `profile`: built in, or a .toml file; by default the vessel's with the errors of the simulated receiver.
     "steering" knows the orders: it estimates heading, current and the boat's response too. "vessel-filter", "tekf" and
     "passive-observer" know a vessel's forces: for dynamic positioning.
     """

@@ -311,7 +311,7 @@ BOAT = Boat(
     acceptance=4.0,
     cruise=1.2,
     top_speed=3.0,
-    profile="otter",
+    profile="simulated-otter",
     speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0, acceleration=0.15),
     station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
 )

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control import HeadingLqg
 from steerway.core import rms
 from steerway.estimation.heading import (
     SCALE_ONLY,
@@ -22,7 +21,6 @@ from steerway.estimation.heading import (
     corners,
     grid,
     ideal_weight,
-    outside,
     weighted,
 )
 from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
@@ -35,7 +33,6 @@ from steerway_studies.springer_mission.world import (
     PAPER_CIRCUIT,
     Blind,
     World,
-    autopilot_parts,
     random_circuit,
     replayed,
     sail,
@@ -163,33 +160,13 @@ class MissionResult:
         return self.reached == self.legs
 
 
-def lqg() -> HeadingLqg:
-    """P4's autopilot without horizon."""
-    parts = autopilot_parts(PAPER_YAW)
-    return HeadingLqg(*parts, output_weight=math.degrees(1.0) ** 2, change_weight=0.1 / RPM**2)
-
-
 def paper_mission(seed: int) -> dict[str, MissionResult]:
-    """P4's mission: ideal and nominal filter by either missed-waypoint test, and under LQG."""
+    """P4's mission: ideal and nominal filter, this by either missed-waypoint test."""
     world = World()
     return {
         "ideal": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed)),
         "nominal": MissionResult.of(sail(world, nominal(), seed)),
-        "ideal_printed_test": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed, passing=RangeRatePassing())),
         "nominal_printed_test": MissionResult.of(sail(world, nominal(), seed, passing=RangeRatePassing())),
-        "ideal_lqg": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed, autopilot=lqg())),
-        "scale_state": MissionResult.of(sail(world, scale_state(), seed)),
-        **{name: MissionResult.of(sail(world, RIVALS[name](), seed)) for name in ("half_bank", "mmae")},
-    }
-
-
-def random_mission(seed: int) -> dict[str, MissionResult]:
-    """A random circuit with the paper's compass."""
-    circuit = random_circuit(np.random.default_rng(seed))
-    world = World()
-    return {
-        name: MissionResult.of(sail(world, make, seed, circuit))
-        for name, make in (("ideal", ideal(TRUE_TCM2)), ("nominal", nominal()))
     }
 
 
@@ -251,31 +228,6 @@ def real_mission(kind: str, seed: int) -> dict[str, object]:
         "errors": np.abs(turnless_deg(voyage.estimate, voyage.heading)),
         "gnss_median": float(np.median(alone)),
     }
-
-
-def alarm_mission(seed: int) -> tuple[bool, bool, bool]:
-    """Whether the alarm was raised at any time: for a compass in the box, 2 % below it, 1.2 % above it."""
-    rng = np.random.default_rng((seed, 8))
-    compasses = (random_compass(rng), TCM2.scaled(0.98), TCM2.scaled(1.012))
-    circuit = random_circuit(rng)
-    return tuple(_alarmed(compass, circuit, seed) for compass in compasses)
-
-
-def _alarmed(compass: CompassModel, circuit, seed) -> bool:
-    estimator, raised = AidedHeadingFilter(SCALE_ONLY, TCM2, PAPER_YAW), []
-
-    class Watched:
-        heading = property(lambda self: estimator.heading)
-
-        def step(self, difference, readings, velocity):
-            heading = estimator.step(difference, readings)
-            raised.append(outside(estimator, 0.01))
-            return heading
-
-    sail(World(compass=compass), Watched(), seed, circuit)
-    # An alarm that stands for a minute: a single second may err.
-    steady = np.convolve(raised, np.ones(60), "valid")
-    return bool(len(steady) and steady.max() >= 60)
 
 
 def many(run, seeds, progress=None) -> dict[str, list] | list:

@@ -16,7 +16,7 @@ from steerway.control.handover import Steerageway
 from steerway.control.in_current import YawResponse
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.checks import one_of
-from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.measured import MeasuredHeading
@@ -127,7 +127,7 @@ def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
 
 def pilot_of(
     route: GeodeticRoute,
-    profile: Profile | InferredProfile | str = "small-usv",
+    profile: Profile | InferredProfile | str | None = None,
     takes: str = YAW_RATE,
     kinds: tuple[str, str] = DEFAULT_KINDS,
     heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
@@ -135,11 +135,11 @@ def pilot_of(
 ) -> Pilot:
     """The pilot of a route; its estimator takes rows, and its mission is a `Guide`.
 
-    profile: of the course estimator, which limits the bandwidth of the loop. takes: one of `ACTUATIONS`. kinds: as of
-    `build_pilot`. heading: of the filter that takes the compass's place, "tracker" for none.
+    profile: of the course estimator, None for the prior; it limits the bandwidth of the loop. takes: one of
+    `ACTUATIONS`. kinds: as of `build_pilot`. heading: of the filter that takes the compass's place, "tracker" for none.
     Raises InputError for a route that cannot be sailed.
     """
-    profile = Profile.named(profile) if isinstance(profile, str) else profile
+    profile = profile_of(profile)
     boat, least, guidance = boat_of(route, takes), profile.steerageway, route.settings.guided
     compass = None
     if heading.kind != "tracker":

@@ -14,7 +14,7 @@ from steerway.core.angles import wrap
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate
 from steerway.core.leg import Leg, LegState
-from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
@@ -47,7 +47,7 @@ class Supervisor:
     """Lets its `pilot` steer along the leg of each tick, while everything allows it.
 
     route:   what is followed, with limits, fence, boat and safe output.
-    profile: of the estimator; it limits the bandwidth of the course loop.
+    profile: of the estimator, None for the prior; it limits the bandwidth of the course loop.
     max_dead_reckoning: time without a fix for which it steers on, s.
     engage:  start once without being asked, as soon as it is ready.
     takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
@@ -60,7 +60,7 @@ class Supervisor:
     def __init__(
         self,
         route: GeodeticRoute,
-        profile: Profile | InferredProfile | str = "small-usv",
+        profile: Profile | InferredProfile | str | None = None,
         max_dead_reckoning: float = 10.0,
         engage: bool = False,
         takes: str = YAW_RATE,
@@ -69,7 +69,7 @@ class Supervisor:
         heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
         from_here: bool = False,
     ):
-        profile = Profile.named(profile) if isinstance(profile, str) else profile
+        profile = profile_of(profile)
         self.pilot = pilot_of(route, profile, takes, kinds, heading, self)
         self.leg: Leg | None = None  # of the last tick, None when the route is finished
         self.state = State.IDLE
