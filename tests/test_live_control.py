@@ -12,7 +12,7 @@ from steerway.core import InputError, displacement, wrap
 from steerway.core.testing import displaced
 from steerway.live.testing import Address, ControlPort, Controls, Limits, State, control_address
 from tests import hastened
-from tests.desk import HOME, SQUARE, Desk, dock_all, square
+from tests.desk import HOME, OTTER, SQUARE, Desk, dock_all, square
 from tests.ports import free_port
 
 TOKEN = "a token for programs"
@@ -162,6 +162,20 @@ def test_the_route_goes_on_from_any_leg():
     for leg in (0, 5, "2", True):
         with pytest.raises(InputError, match="expected 1 to 4"):
             asks(desk, "leg", leg)
+
+
+@pytest.mark.parametrize(("current", "stops"), [(0.0, True), (0.6, False)])
+def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(current, stops):
+    boat = OTTER.model_copy(update={"pivot_angle_deg": 60.0, "max_yaw_rate_dps": 30.0})
+    desk = Desk(square(((0.0, 0.0), (50.0, 0.0), (50.0, 60.0)), boat=boat), current=current, seed=3).start()
+    desk.until(lambda: math.dist(desk.state[6:8], (50.0, 0.0)) < 8.0)
+    closest, slowest = 8.0, 2.0
+    while math.dist(desk.state[6:8], (50.0, 0.0)) < 8.0:
+        desk.sail(0.1)
+        closest = min(closest, math.dist(desk.state[6:8], (50.0, 0.0)))
+        slowest = min(slowest, desk.rows[-1].sog)
+    assert desk.order.state is State.RUNNING and desk.leg.destination == "WP2"
+    assert (slowest < 0.3 and closest < 0.5) == stops
 
 
 def test_a_man_overboard_is_marked_where_the_boat_was():

@@ -133,11 +133,10 @@ def test_signed_packets_are_taken_from_who_has_the_key(tmp_path, ours, theirs, a
     address = f"mavlink:udpin:127.0.0.1:{port}?signing={tmp_path / ours}"
     ((found,), _) = addresses.sources([address])
     companion = Companion(found)
-    other = MavlinkLink(addresses.vehicle(f"udpout:127.0.0.1:{port}"), lambda _: True)
+    key = f"?signing={tmp_path / theirs}" if theirs else ""
+    other = MavlinkLink(addresses.vehicle(f"udpout:127.0.0.1:{port}{key}"), lambda _: True)
     received = []
     other.receive = lambda message: received.append(message) or True
-    if theirs:
-        other.sign(key_of(str(tmp_path / theirs)))
 
     async def run():
         tasks = [asyncio.create_task(each) for each in (companion.run(lambda *_: None), other.run())]

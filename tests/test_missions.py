@@ -11,7 +11,7 @@ import pytest
 
 from steerway.core import InputError, displacement
 from steerway.core.testing import displaced
-from steerway.live.testing import MissionLink, MissionServer, Settings, State, addresses, build_service, dialect
+from steerway.live.testing import MissionLink, MissionServer, Settings, State, addresses, build_service, dialect, key_of
 from tests import hastened
 from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, dock_all, square
@@ -153,13 +153,20 @@ def test_an_item_that_does_not_come_is_asked_for_again_and_then_no_more():
     assert sum("MISSION_ACK" in each for each in kinds) == 1
 
 
-def test_over_udp_by_the_command_settings(tmp_path):
-    """Real bytes: a ground station on a socket, and the link as it runs."""
+@pytest.mark.parametrize(("ours", "theirs"), [(None, None), ("a", "a"), ("a", "b"), ("a", None)])
+def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
+    """Real bytes: a ground station on a socket, and the link as it runs; with a key by signed packets only."""
     port = free_port(socket.SOCK_DGRAM)
     desk = Desk(square())
-    link = MissionLink(addresses.ground_station(f"udpin:127.0.0.1:{port}"), desk.autopilot)
+    for name in "ab":
+        (tmp_path / name).write_text(f"a long passphrase {name}")
+    address = addresses.ground_station(f"udpin:127.0.0.1:{port}", ours and str(tmp_path / ours))
+    link = MissionLink(address, desk.autopilot)
     mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), []
     codec = M.MAVLink(None, 255, 190)
+    if theirs:
+        codec.signing.secret_key, codec.signing.sign_outgoing = key_of(str(tmp_path / theirs)), True
+        codec.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)  # since 2015, 10 µs
 
     async def run():
         running = asyncio.create_task(link.run())
@@ -179,11 +186,19 @@ def test_over_udp_by_the_command_settings(tmp_path):
 
             await asyncio.sleep(0.1)
             station.send(M.MAVLink_mission_count_message(1, 1, len(mission)).pack(codec))
-            await until(hear, 5.0)
+            if ours == theirs:
+                await until(hear, 5.0)
+            else:
+                await asyncio.sleep(3.0)
+                assert not hear()
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
 
     hastened.run(run())
+    assert (link.link.broken > 0) == (ours != theirs)
+    if ours != theirs:
+        assert len(desk.autopilot.guide.route.places) == 5
+        return
     assert next(each for each in got if each.get_type() == "MISSION_ACK").type == ACCEPTED
     assert any(each.get_type() == "HEARTBEAT" for each in got)
     assert len(desk.autopilot.guide.route.places) == 3
@@ -197,7 +212,7 @@ def test_without_a_mission_file_there_is_nothing_to_change():
 
 @pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: it is no part of the lock")
 def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
-    """A separate program, at true pace."""
+    """A separate program, at true pace; and the mission that is changed."""
     port, receiver = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
     given, got = tmp_path / "given.waypoints", tmp_path / "got.waypoints"
     lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t63.44\t10.4\t0\t1"]
@@ -214,19 +229,30 @@ def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
     with open(tmp_path / "log", "w") as log:
         live = subprocess.Popen([*STEERWAY, "live", *map(str, ends)], stdout=subprocess.DEVNULL, stderr=log)
     program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
-    station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, cwd=tmp_path, text=True)
+    with open(tmp_path / "said", "w") as said:
+        station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=said, cwd=tmp_path, text=True)
     try:
-        for order, patience in (("", 12.0), (f"wp load {given}", 8.0), ("wp list", 6.0), (f"wp save {got}", 3.0)):
-            station.stdin.write(order + "\n")
-            station.stdin.flush()
-            time.sleep(patience)
+        _wait_for(tmp_path / "said", "online system 1")
+        for k, way in enumerate((lines, [*lines[:-1], lines[-1].replace("63.4403", "63.4409")]), start=1):
+            given.write_text("\n".join(way) + "\n")
+            for order, answer in ((f"wp load {given}", "ACCEPTED"), (f"wp save {got}", f"Saved 4 waypoints to {got}")):
+                station.stdin.write(order + "\n")
+                station.stdin.flush()
+                _wait_for(tmp_path / "said", answer, k)
+            assert _places(got) == _places(given)
     finally:
         station.kill()  # it takes no SIGTERM
         station.wait(20.0)
         live.terminate()
         live.wait(20.0)
-    assert "mission of 4 items taken" in (tmp_path / "log").read_text()
-    assert _places(got) == _places(given)
+    assert (tmp_path / "log").read_text().count("mission of 4 items taken") == 2
+
+
+def _wait_for(path, words, times=1):
+    end = time.monotonic() + 60.0
+    while path.read_text().count(words) < times:
+        assert time.monotonic() < end, path.read_text()
+        time.sleep(0.1)
 
 
 def _places(path):

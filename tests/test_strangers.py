@@ -21,15 +21,16 @@ BEGINNINGS = (b"\xfd\xff\x00\x00\x00\x01\x01\x00\x00\x00", b"\xfe\xff\x00\x01\x0
 
 @pytest.mark.parametrize("signed", [True, False])
 @pytest.mark.parametrize("stranger", BEGINNINGS)
-def test_a_stranger_costs_no_message_of_the_vehicle(signed, stranger):
+def test_a_stranger_costs_no_message_of_the_vehicle(signed, stranger, tmp_path):
     """Ten bytes, the beginning of a packet that never ends, before every fifth datagram."""
     port = free_port(socket.SOCK_DGRAM)
     m, heard = dialect("a test"), []
-    (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:{port}"])
+    (tmp_path / "key").write_text(KEY.hex())
+    key = f"?signing={tmp_path / 'key'}" if signed else ""
+    (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:{port}{key}"])
     link = MavlinkLink(uri, lambda message: heard.append(message.get_type()) or True)
     vehicle = m.MAVLink(None, 1, 1)
     if signed:
-        link.sign(KEY)
         vehicle.signing.secret_key, vehicle.signing.sign_outgoing = KEY, True
         vehicle.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)  # since 2015, 10 µs
 

@@ -58,10 +58,10 @@ def build_pilot(
     """
     if shaper is None:
         autopilot = boat.autopilot_in_current(kinds[0], angle_std, steerageway, course_estimate)
-        station, steering = boat.position_hold(radius), boat.in_current()
+        station, steering, spot_turn = boat.position_hold(radius), boat.in_current(), boat.spot_turn()
     else:
         autopilot = boat.autopilot(shaper, steerageway, kinds[0], angle_std)
-        station, steering = boat.station_keeper(), None
+        station, steering, spot_turn = boat.station_keeper(), None, None
     return Pilot(
         estimator,
         mission,
@@ -73,6 +73,7 @@ def build_pilot(
         cruise=boat.cruise,
         steer_by=steer_by,
         in_current=steering,
+        spot_turn=spot_turn,
         max_dead_reckoning=max_dead_reckoning,
         observer=observer,
     )

@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 from steerway.control.handover import Autopilot
 from steerway.control.holding import PositionHold
 from steerway.control.in_current import SURE, InCurrent
+from steerway.control.spot_turn import SpotTurn
 from steerway.control.station import StationKeeper
 from steerway.core.checks import one_of, positive
 from steerway.core.estimate import Estimate, Estimator, Measurements
@@ -196,6 +197,7 @@ class Pilot:
                in the current, where the estimator knows it.
     in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early. The
                heading of a law is then the course that it makes good, and its gains find what the estimate misses.
+    spot_turn: corners that are turned on the spot there; None: by a boat under way.
     max_dead_reckoning: time without a position after which the engines stop, s.
     observer: supervises in place of a `Lookout` with that time.
     """
@@ -213,13 +215,14 @@ class Pilot:
         cruise: float = math.nan,
         steer_by: str = "course",
         in_current: InCurrent | None = None,
+        spot_turn: SpotTurn | None = None,
         max_dead_reckoning: float = 10.0,
         observer: Observer | None = None,
     ):
         self.estimator, self.mission, self.law, self.autopilot = estimator, mission, law, autopilot
         self.actuation, self.speed, self.station = actuation, speed, station
         self.cruise = cruise
-        self.in_current = in_current
+        self.in_current, self.spot_turn = in_current, spot_turn
         self.observer: Observer = observer or Lookout(max_dead_reckoning)
         self.mode = Mode.WAITING
         by_heading = one_of("pilot.steer_by", steer_by, ("course", "heading", "crab")) == "heading"
@@ -266,7 +269,11 @@ class Pilot:
         speed = self.cruise if math.isnan(leg.speed) else leg.speed
         dt = dt if self.mode is Mode.UNDER_WAY else 0.0  # who is not steered by it teaches the law nothing
         desired = self.law.step(self._seen(leg, speed, estimate), estimate.cog, estimate.sog, dt)
-        if self._turns_headings and estimate.knows_current:
+        if self.spot_turn is not None:
+            speed = self.spot_turn.speed(leg, speed)
+        if self.spot_turn is not None and self.spot_turn.turns:
+            desired = Reference(leg.direction, 0.0, 0.0)
+        elif self._turns_headings and estimate.knows_current:
             through = max(estimate.water_speed, _LEAST_SHARE * speed)
             north = through * math.cos(desired.angle) + estimate.current_north
             east = through * math.sin(desired.angle) + estimate.current_east
@@ -308,7 +315,9 @@ class Pilot:
         on_leg = self.mission.phase is not Phase.HOLDING and math.isnan(self.mission.given_course)
         if self.in_current is not None and estimate.knows_current and on_leg:
             self.in_current.watch(leg, estimate, dt)
-            if math.isfinite(following) and estimate.heading_std < SURE:
+            if estimate.heading_std < SURE and self.spot_turn is not None:
+                lead = self.spot_turn.lead(leg, following, estimate, self.in_current.turn_rate)
+            if math.isfinite(following) and math.isnan(lead) and estimate.heading_std < SURE:
                 lead = self.in_current.turn(leg, following, estimate, self.autopilot.shaper)
         self.mission.lead = lead
         self.mission.preview = estimate.sog * self.autopilot.shaper.lag if estimate.sog > 0.0 else 0.0
@@ -316,6 +325,8 @@ class Pilot:
     def _steer_in_current(self, desired, speed, estimate, dt):
         speed = self.in_current.water_speed(desired.angle, speed, estimate)
         heading = self.in_current.heading(desired, speed, estimate, self.autopilot.shaper.reference)
+        if self.spot_turn is not None and self.spot_turn.stays(heading.angle, estimate):
+            speed = 0.0
         return self._through_water(heading, speed, estimate, dt)
 
     def _through_water(self, heading, speed, estimate, dt):
@@ -343,10 +354,9 @@ class Pilot:
         """Forget the trim and the reference: the next step under way begins with the boat's own course."""
         self.autopilot.release()
         self.autopilot.controller.restart()
-        if self.in_current is not None:
-            self.in_current.restart()
-        if self.speed is not None:
-            self.speed.restart()
+        for each in (self.in_current, self.spot_turn, self.speed):
+            if each is not None:
+                each.restart()
 
     def _rest(self):
         """Engines off: the commands that do nothing. The autopilot begins anew with the next step under way."""

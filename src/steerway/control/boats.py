@@ -16,6 +16,7 @@ from steerway.control.holding import PositionHold
 from steerway.control.in_current import InCurrent, YawResponse
 from steerway.control.speed_force import ForceLoop, speed_loop
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.control.spot_turn import SpotTurn
 from steerway.control.station import StationGains, StationKeeper
 from steerway.guidance.reference import ReferenceModel
 
@@ -47,8 +48,8 @@ class Boat:
     turn_share: of `turn_rate` at which turns are planned, the rest being left to the controller; surge_time: time
     constant of the speed in a planned turn, s; slip_time: that of the motion through the water, which follows the bow
     there, s. takes_rates: whether the boat is a vehicle with loops of its own, which is ordered a yaw rate and a speed
-    over ground. sample: s between the steps of a predictive or LQG autopilot, by
-    default as of `HeadingResponse.of_nomoto`.
+    over ground. pivot_angle: corners (rad) from which on it stops and turns on the spot. sample: s between the steps of
+    a predictive or LQG autopilot, by default as of `HeadingResponse.of_nomoto`.
     """
 
     nomoto_gain: float
@@ -78,6 +79,7 @@ class Boat:
     surge_time: float = 2.0
     slip_time: float = 0.0
     takes_rates: bool = False
+    pivot_angle: float = math.inf
     sample: float | None = None
 
     def autopilot(
@@ -145,6 +147,13 @@ class Boat:
     def position_hold(self, radius: float) -> PositionHold | None:
         """What holds a position within a radius (m) by the estimated current; None for a boat without a speed loop."""
         return PositionHold(radius, _SLOWEST * self.cruise) if self.speed else None
+
+    def spot_turn(self) -> SpotTurn | None:
+        """What turns the boat on the spot; None for one that turns under way, or has no speed loop."""
+        if self.speed is None or self.pivot_angle == math.inf:
+            return None
+        braking = min(self.speed.acceleration, self.cruise / self.speed_time)
+        return SpotTurn(self.pivot_angle, braking, self.acceptance)
 
     @property
     def speed_time(self) -> float:

@@ -87,13 +87,13 @@ def signed(text: str, key_file: str | None) -> str:
 def vehicle(text: str) -> Uri:
     """The address of a simulated MAVLink vehicle, with or without `mavlink:` before it."""
     address = uri.parse(text if text.startswith("mavlink:") else f"mavlink:{text}", ("mavlink",), PORTS)
-    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud", "cruise", "ekf", "compass", "turn")))
+    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud", "cruise", "ekf", "compass", "turn", "signing")))
 
 
-def ground_station(text: str) -> Uri:
-    """The address of ground stations, with or without `mavlink:` before it."""
-    address = uri.parse(text if text.startswith("mavlink:") else f"mavlink:{text}", ("mavlink",), PORTS)
-    return SCHEMES["mavlink"].check(uri.with_options(address, ("baud",)))
+def ground_station(text: str, key_file: str | None = None) -> Uri:
+    """The address of ground stations, with or without `mavlink:` before it; key_file: as of `signed`."""
+    text = signed(text if text.startswith("mavlink:") else f"mavlink:{text}", key_file)
+    return SCHEMES["mavlink"].check(uri.with_options(uri.parse(text, ("mavlink",), PORTS), ("baud", "signing")))
 
 
 def datagrams(text: str) -> Uri:

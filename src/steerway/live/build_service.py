@@ -97,7 +97,7 @@ def _missions(settings, supervisor):
     """The link on which ground stations give missions. Raises InputError where nothing is steered."""
     if supervisor is None:
         raise InputError("--missions changes the route that is steered along, expected --mission FILE with it")
-    return MissionLink(addresses.ground_station(settings.missions), supervisor)
+    return MissionLink(addresses.ground_station(settings.missions, settings.mavlink_signing), supervisor)
 
 
 def _page(settings):

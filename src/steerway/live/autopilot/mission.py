@@ -62,6 +62,7 @@ class BoatTable(Table):
     surge_time: Positive = 1.5  # s, time constant of the speed
     slip_time: NotNegative = 0.2  # s in which the motion through the water follows the bow
     reverse: Flag = False  # whether the propellers turn astern
+    pivot_angle_deg: Positive | None = None  # corners from this on are turned on the spot; None: none
 
 
 class MissionTable(RouteKeys):

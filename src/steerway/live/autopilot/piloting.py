@@ -121,6 +121,7 @@ def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
         surge_time=table.surge_time,
         slip_time=table.slip_time,
         takes_rates=by_rate,
+        pivot_angle=math.inf if table.pivot_angle_deg is None else math.radians(table.pivot_angle_deg),
         sample=_SAMPLE,
     )
 

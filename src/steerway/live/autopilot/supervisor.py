@@ -249,7 +249,7 @@ class Supervisor:
             if math.isfinite(along):
                 estimate = estimate._replace(sog=abs(along))
             pilot.measured_shaft(self.measured.shaft)
-        return Reference(desired.angle, 0.0, 0.0), max(self._slowest, self._speed * turning), estimate
+        return Reference(desired.angle, 0.0, 0.0), max(self._slowest, min(speed, self._speed) * turning), estimate
 
     def allows(self, pilot: Pilot, steered: Steered, estimate: Estimate) -> bool:
         """See `pilot.Observer`: whether the commands are numbers; where not, the autopilot stops."""
@@ -260,7 +260,8 @@ class Supervisor:
         return False
 
     def _go_on(self, row, cross_track, dt):
-        is_held = self.guide.phase is Phase.HOLDING
+        spot_turn = self.pilot.spot_turn
+        is_held = self.guide.phase is Phase.HOLDING or (spot_turn is not None and spot_turn.turns)
         trouble = self._trouble
         if self._is_new:
             self._is_new = self._is_finished = False

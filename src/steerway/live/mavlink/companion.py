@@ -9,7 +9,6 @@ from typing import Protocol
 from steerway.core.checks import positive
 from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
-from steerway.live.mavlink.dialect import key_of
 from steerway.live.mavlink.guided import SILENCE, SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.outputs.output import Output
@@ -53,8 +52,6 @@ class Companion(Output):
         silence = positive(f"{uri.text}: silence", uri.number("silence", SILENCE))
         system = int(uri.number("system", 0))
         self.link = MavlinkLink(uri, self._receive, system or SYSTEM, _ONBOARD_COMPUTER)
-        if "signing" in uri.options:
-            self.link.sign(key_of(uri.options["signing"]))
         self.guided = Guided(self.link.messages, silence, system)
         self._place = place
         self.decoder = MavlinkDecoder(place)

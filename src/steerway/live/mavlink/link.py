@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import Transport, Write
-from steerway.live.mavlink.dialect import dialect, sign
+from steerway.live.mavlink.dialect import dialect, key_of, sign
 from steerway.live.uri import Uri
 
 _BACKLOG = 1 << 14  # bytes that may wait for a TCP peer; of a serial line none: an order that waits is out of date
@@ -16,7 +16,8 @@ class MavlinkLink:
 
     `udpin` waits for packets and answers the sender of the last accepted one, `udpout` sends first. `receive` gets
     every message and returns whether it is accepted; what is no message is counted in `broken`, what could not be sent
-    in `lost`.
+    in `lost`. With `signing=FILE` in the address what is sent is signed, and only what is signed with the key in that
+    file is accepted; the rest counts as `broken`.
     """
 
     def __init__(self, uri: Uri, receive: Callable[[object], bool], system: int = 1, component: int = 1):
@@ -24,6 +25,8 @@ class MavlinkLink:
         self.messages = dialect(uri.text)
         self._codec = self.messages.MAVLink(None, system, component)
         self._codec.robust_parsing = True
+        if "signing" in uri.options:
+            sign(self._codec, key_of(uri.options["signing"]))
         kind = _KINDS[uri.via]
         self._transport = Transport(uri, kind, self._receive, backlog=_BACKLOG if kind != "serial" else 0)
         self._answer: Write | None = None
@@ -38,10 +41,6 @@ class MavlinkLink:
     @system.setter
     def system(self, number: int):
         self._codec.srcSystem = number
-
-    def sign(self, key: bytes) -> None:
-        """Sign what is sent, and accept only what is signed with the same key; the rest counts as `broken`."""
-        sign(self._codec, key)
 
     def send(self, messages) -> None:
         """Send messages of the dialect, or lose them."""
