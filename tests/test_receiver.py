@@ -254,6 +254,20 @@ def test_one_receiver_that_is_fast_is_not_taken_for_two(shift):
     assert not of_other_receiver(t, 12.0 * t + noise[0], noise[1]).any()
 
 
+def test_of_a_coarse_receiver_that_is_asked_too_often_every_sixth_fix_is_a_copy():
+    """New ones every 1.2 s, a row a second, at 5 m/s in digits of 1.85 m: no such step can be rounded to nothing."""
+    time, digit = np.arange(600.0), (1.85, 1.72)
+    measured = np.floor(time / 1.2) * 1.2
+    north, east = (np.round(speed * measured / each) * each for speed, each in zip((-3.7, 3.4), digit, strict=True))
+    copies = np.append(False, np.diff(measured) == 0.0)
+    kept, _ = without_copies(time, north, east, digit)
+    inner = slice(6, -6)
+    np.testing.assert_array_equal(np.isnan(kept)[inner], copies[inner])
+    slow = np.round(0.4 * time / 1.85) * 1.85
+    kept, _ = without_copies(time, slow, 0.0 * time, digit)
+    np.testing.assert_array_equal(kept, slow)
+
+
 def test_a_boat_that_rests_at_one_place_is_no_receiver_that_holds():
     """She lies at one written place for a minute in the middle and at the end, and goes on at full speed at once."""
     time = np.arange(400.0)

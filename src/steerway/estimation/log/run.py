@@ -158,7 +158,7 @@ class Track:
         self.extrapolated = self.of_other_receiver = 0
         quantum = quantum_of(fixes.time[fixed], latitude[fixed], longitude[fixed])
         if recognises:
-            first[~_new(fixes.time, latitude, longitude, fixed)] = np.nan
+            first[~_new(fixes.time, latitude, longitude, fixed, quantum)] = np.nan
             known = np.flatnonzero(np.isfinite(first))
             placed_at = fixes.time[known], first[known], second[known]
             guessed, other = extrapolated(*placed_at), of_other_receiver(*placed_at, max(quantum))
@@ -202,14 +202,14 @@ def _plane_of(latitude, longitude) -> Plane:
     return Plane(latitude, longitude, _NONE, _NONE, _NONE)
 
 
-def _new(time, latitude, longitude, fixed):
+def _new(time, latitude, longitude, fixed, quantum):
     """(n,) bool: fixes that are no copies. A vessel whose fixes are all at one place is at rest there."""
     new = fixed.copy()
     if fixed.sum() > 1:
         north, east, _ = steps_between(latitude[fixed], longitude[fixed])
         if north.any() or east.any():
             way = (np.append(0.0, np.cumsum(each)) for each in (north, east))
-            kept, _ = without_copies(time[fixed], *way)
+            kept, _ = without_copies(time[fixed], *way, quantum)
             new[fixed] = np.isfinite(kept)
     return new
 
