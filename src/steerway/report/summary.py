@@ -9,17 +9,7 @@ import numpy as np
 from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
 from steerway.core.timestamps import iso
-from steerway.report.episodes import episodes_of, in_words
-
-_GAP_INTERVALS = 3.0
-
-
-def gaps(time: np.ndarray) -> list[tuple[float, float]]:
-    """Intervals (start, stop) without fixes, longer than three times the usual one."""
-    intervals = np.diff(time)
-    usual = np.median(intervals[intervals > 0.0]) if (intervals > 0.0).any() else math.inf
-    wide = np.flatnonzero(intervals > _GAP_INTERVALS * usual)
-    return [(float(time[k]), float(time[k + 1])) for k in wide]
+from steerway.report.episodes import episodes_of, gaps, in_words
 
 
 def distance(motion: Motion) -> float:
@@ -52,7 +42,7 @@ def summarise(
     defined = np.isfinite(motion.cog)
     accepted = motion.nis[(motion.status == OK) & np.isfinite(motion.nis)]
     placed = fixes.rows(fixes.has_position)
-    holes = [gap for _, track in placed.tracks() for gap in gaps(track.time)]
+    holes = [gap for mmsi, track in placed.tracks() for gap in gaps(track.time, mmsi is not None)]
     return {
         "source": fixes.source,
         "profile": profile,
