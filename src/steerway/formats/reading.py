@@ -16,6 +16,7 @@ from steerway.core.records import Fixes
 from steerway.formats import (
     ais,
     dataflash,
+    fit,
     geojson,
     gpx,
     igc,
@@ -26,7 +27,9 @@ from steerway.formats import (
     ros2,
     rtklib,
     table,
+    tlog,
     ubx,
+    ulog,
     wrsc,
     xml_tracks,
 )
@@ -45,6 +48,9 @@ FORMATS = {
     "IGC": igc,
     "RTKLIB": rtklib,
     "ArduPilot log": dataflash,
+    "MAVLink log": tlog,
+    "ULog": ulog,
+    "FIT": fit,
     "WRSC": wrsc,
     "CSV or Parquet": table,
     "MCAP": mcap,
