@@ -196,3 +196,47 @@ def test_a_track_of_the_robotic_sailing_rules(tmp_path):
     code, _, said = run("estimate", path, "-o", out, "--profile", "small-usv")
     assert code == 0, said
     assert pl.read_csv(out).height == len(K)
+
+
+def frame_of_a_track():
+    when = pl.from_epoch(pl.Series("when", 1.7e12 + 500.0 * np.arange(60.0)).cast(pl.Int64), "ms")
+    return pl.DataFrame({"timestamp": when, "lat": 54.0 + 1e-5 * np.arange(60), "lon": 10.0, "hdop": 1.2, "name": "x"})
+
+
+def test_frames_are_read_as_tables_are():
+    frame = frame_of_a_track()
+    fixes = steerway.Fixes.from_frame(frame)
+    np.testing.assert_allclose(fixes.time, 1.7e9 + 0.5 * np.arange(60))
+    np.testing.assert_allclose(np.degrees(fixes.latitude), frame["lat"])
+    np.testing.assert_allclose(fixes.position_std, 1.8)
+    assert "columns not used: name" in fixes.notes
+    again = steerway.Fixes.from_frame(fixes.to_frame())
+    np.testing.assert_allclose(again.longitude, fixes.longitude, rtol=1e-15)
+    with pytest.raises(InputError, match="no column for time"):
+        steerway.read(frame.drop("timestamp"))
+    logs = steerway.survey(frame)
+    assert [log.recording.format for log in logs] == ["frame"]
+
+
+def test_frames_of_pandas():
+    pd = pytest.importorskip("pandas", reason="pandas is no package of an extra")
+    frame = frame_of_a_track()
+    table = pd.DataFrame({name: frame[name].to_numpy() for name in frame.columns})
+    zoned = table.assign(timestamp=table["timestamp"].dt.tz_localize("UTC").dt.tz_convert("Europe/Oslo"))
+    for each in (table, zoned, zoned.set_index("timestamp")):
+        fixes = steerway.Fixes.from_frame(each)
+        np.testing.assert_allclose(fixes.time, 1.7e9 + 0.5 * np.arange(60))
+    motion = steerway.estimate(fixes, "small-usv")
+    back = motion.to_pandas()
+    assert list(back.columns) == motion.to_frame().columns and str(back.index[0]) == "2023-11-14 22:13:20+00:00"
+    np.testing.assert_allclose(back["sog_mps"].mean(), np.nanmean(motion.sog))
+
+
+def test_a_summary_leaves_unknown_rows_out_and_notebooks_show_dates():
+    motion = steerway.estimate(steerway.Fixes.from_frame(frame_of_a_track()), "small-usv")
+    found = motion.summary()
+    assert np.isnan(motion.sog).any() and found["sog_median_mps"] == pytest.approx(np.nanmedian(motion.sog))
+    assert (found["start"], found["rows"]) == ("2023-11-14T22:13:20Z", 60)
+    assert "2023-11-14 22:13:20" in motion._repr_html_()
+    empty = motion.rows(slice(0)).summary()
+    assert empty["start"] is None and math.isnan(empty["sog_median_mps"])

@@ -13,6 +13,7 @@ EXTRAS = {
     "n2k": ("can",),
     "foxglove": ("foxglove",),
     "mcap": ("mcap",),
+    "logs": ("fitdecode", "pyulog"),
     "archive": ("zstandard",),
     "identify": ("scipy",),
     "mpc": ("daqp",),

@@ -4,11 +4,12 @@ Both are frozen and hold one-dimensional NumPy arrays of equal length, SI and ra
 only in the frames of `to_frame`, whose column names carry their units.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import KW_ONLY, dataclass, fields, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,8 +60,21 @@ class Record(ABC):
         return f"{type(self).__name__}: {self._extent()}" + (f"; {', '.join(known)}" if known else "")
 
     def _repr_html_(self) -> str:
-        """The extent and the first rows, for notebooks."""
-        return f"<p>{type(self).__name__}: {self._extent()}</p>{self.to_frame().head(_SHOWN_ROWS)._repr_html_()}"
+        """The extent and the first rows, for notebooks, with dates for Unix times."""
+        import polars as pl
+
+        first = self.rows(slice(_SHOWN_ROWS)).to_frame()
+        moments = pl.from_epoch((first["time_s"] * 1e3).round().cast(pl.Int64), "ms").alias("time (UTC)")
+        first = first.insert_column(first.columns.index("time_s"), moments).drop("time_s")
+        return f"<p>{type(self).__name__}: {self._extent()}</p>{first._repr_html_()}"
+
+    def to_pandas(self) -> Any:
+        """A pandas DataFrame of the columns of `to_frame`, with dates (UTC) as its index; pyarrow is not needed."""
+        import pandas as pd  # type: ignore[import-not-found,unused-ignore]
+
+        frame = self.to_frame()
+        moments = pd.to_datetime(self.time, unit="s", utc=True).rename("time")
+        return pd.DataFrame({name: frame[name].to_numpy() for name in frame.columns}, index=moments)
 
     @abstractmethod
     def to_frame(self) -> "pl.DataFrame":
@@ -167,6 +181,16 @@ class Fixes(Record):
         keys = (self.time,) if self.mmsi is None else (self.time, self.mmsi)
         return self.rows(np.lexsort(keys))
 
+    @classmethod
+    def from_frame(cls, frame: Any) -> "Fixes":
+        """The record of a polars or pandas DataFrame whose columns are named as in tables: as `steerway.read(frame)`.
+
+        Raises InputError where columns for time, latitude and longitude cannot be found.
+        """
+        import steerway
+
+        return steerway.read(frame)
+
     def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame: time_s, lat_deg, lon_deg, then the columns that were reported; unknown is null."""
         return _frame(self, _FIXES_COLUMNS, optional=True)
@@ -196,11 +220,36 @@ class Motion(Record):
         if self.position_relative_std is None:
             object.__setattr__(self, "position_relative_std", self.position_std)
 
+    def summary(self) -> dict[str, float | str | None]:
+        """Numbers of the estimate, each of the rows that know it, NaN where none does; start and stop in ISO 8601."""
+        from steerway.core.timestamps import iso
+
+        status = np.bincount(self.status, minlength=len(STATUSES))
+        return {
+            "start": iso(round(self.time.min(), 3)) if len(self) else None,
+            "stop": iso(round(self.time.max(), 3)) if len(self) else None,
+            "duration_s": float(np.ptp(self.time)) if len(self) else 0.0,
+            "rows": len(self),
+            **{f"rows_{name}": int(status[k]) for k, name in enumerate(STATUSES)},
+            "sog_median_mps": _quantile(self.sog, 0.5),
+            "sog_max_mps": _quantile(self.sog, 1.0),
+            "sog_std_median_mps": _quantile(self.sog_std, 0.5),
+            "cog_std_median_deg": math.degrees(_quantile(self.cog_std, 0.5)),
+            "course_rate_p95_dps": math.degrees(_quantile(np.abs(self.course_rate), 0.95)),
+            "position_std_median_m": _quantile(self.position_std, 0.5),
+            "course_defined_pct": 100.0 * float(np.isfinite(self.cog).mean()) if len(self) else 0.0,
+        }
+
     def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame of the output columns, degrees where a name says so, null where unknown."""
         import polars as pl
 
         return _frame(self, MOTION_COLUMNS).with_columns(pl.Series("status", np.array(STATUSES)[self.status]))
+
+
+def _quantile(values: Floats, q: float) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.quantile(known, q)) if len(known) else math.nan
 
 
 def _degrees(radians: Floats) -> Floats:

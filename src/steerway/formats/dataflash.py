@@ -1,10 +1,12 @@
-"""ArduPilot's data flash log as text, as Mission Planner and mavlogdump write it: the fixes of each receiver.
+"""ArduPilot's data flash log, binary or as text (Mission Planner, mavlogdump): the fixes of each receiver.
 
-Fields: the FMT lines of the log itself; their meaning: ArduPilot, "Onboard message log messages".
+Fields: the FMT messages of the log itself; their meaning: ArduPilot, "Onboard message log messages" and LogStructure.h.
 """
 
 import re
+import struct
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -19,41 +21,91 @@ _FORMAT = re.compile(rb"^FMT,\s*\d+,\s*\d+,\s*(GPS\d?),\s*\w+,\s*([\w,]+)", re.M
 _LINE = re.compile(rb"^(GPS\d?),([^\r\n]*)", re.M)
 _NEEDED = ("Status", "GMS", "GWk", "Lat", "Lng", "Spd", "GCrs")
 _LEAST_STATUS = 2  # a fix in two dimensions
+_QUALITY = {
+    4: dilution.DIFFERENTIAL,
+    5: dilution.FLOAT,
+    6: dilution.FIXED,
+}
+"""Quality of GGA of a status; of others it is a fix alone."""
+_HEAD, _FMT = b"\xa3\x95", 128
+_FMT_LAYOUT = struct.Struct("<BB4s16s64s")
+_CODES = dict(b="b", B="B", h="h", H="H", i="i", I="I", f="f", n="4s", N="16s", Z="64s", c="h", C="H", e="i", E="I")
+_CODES |= dict(L="i", M="B", q="q", Q="Q", d="d", a="64s", g="e")
+_FACTORS = dict(c=1e-2, C=1e-2, e=1e-2, E=1e-2, L=1e-7)
+_DECLARED = _HEAD + bytes([_FMT, _FMT, _FMT_LAYOUT.size + 3]) + b"FMT\0"
+"""The first message of a binary log: FMT declares itself."""
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes declare the messages of a receiver."""
-    return _FORMAT.search(head) is not None
+    """Whether the first bytes declare the messages of a receiver, or are those of a binary log."""
+    return _FORMAT.search(head) is not None or _DECLARED in head[:4096]
 
 
 def read(data: bytes) -> Recording:
     """The sources "GPS", "GPS2", … or "GPS 0", "GPS 1", … of a log. Raises InputError for one without the columns."""
-    columns = {kind: names.decode().strip().split(",") for kind, names in _FORMAT.findall(data)}
-    for names in columns.values():
-        if missing := [each for each in _NEEDED if each not in names]:
-            raise InputError(f"GPS messages have no {missing[0]}, found {', '.join(names)}")
     skipped, rows = Counter(), defaultdict(list)
-    for kind, text in _LINE.findall(data):
-        values = text.decode("ascii", "replace").split(",")
-        names = columns.get(kind, [])
-        try:
-            row = {name: float(value) for name, value in zip(names, values, strict=True)}
-        except ValueError:
-            skipped["line not understood"] += 1
-            continue
+    for kind, row in _binary(data, skipped) if _DECLARED in data[:4096] else _text(data, skipped):
         if row["Status"] < _LEAST_STATUS:
             skipped["no fix"] += 1
             continue
         instance = f" {row['I']:.0f}" if "I" in row else ""
-        rows[kind.decode() + instance].append([row[name] for name in _NEEDED] + [row.get("HDop", np.nan)])
+        rows[kind + instance].append([row[name] for name in _NEEDED] + [row.get("HDop", np.nan)])
     counts = {name: len(each) for name, each in sorted(rows.items())}
-    sources = {name: _fixes(name, np.array(each), skipped) for name, each in sorted(rows.items())}
+    sources = {name: _fixes(name, np.array(each, float), skipped) for name, each in sorted(rows.items())}
     return Recording("ArduPilot log", {n: f for n, f in sources.items() if len(f)}, counts, dict(skipped))
 
 
+def _expect_columns(names):
+    if missing := [each for each in _NEEDED if each not in names]:
+        raise InputError(f"GPS messages have no {missing[0]}, found {', '.join(names)}")
+
+
+def _text(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
+    """(kind, fields) of the messages of receivers in a log as text."""
+    columns = {kind: names.decode().strip().split(",") for kind, names in _FORMAT.findall(data)}
+    for names in columns.values():
+        _expect_columns(names)
+    for kind, text in _LINE.findall(data):
+        values = text.decode("ascii", "replace").split(",")
+        try:
+            yield kind.decode(), {n: float(v) for n, v in zip(columns.get(kind, []), values, strict=True)}
+        except ValueError:
+            skipped["line not understood"] += 1
+
+
+def _binary(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
+    """(kind, fields) of the messages of receivers in a binary log; what is damaged is counted and passed over."""
+    sizes, layouts = {_FMT: _FMT_LAYOUT.size + 3}, {}
+    at = data.find(_DECLARED)
+    while 0 <= at < len(data) - 3:
+        kind = data[at + 2]
+        size = sizes.get(kind)
+        if data[at : at + 2] != _HEAD or size is None or at + size > len(data):
+            skipped["message damaged"] += 1
+            at = data.find(_HEAD, at + 1)
+            continue
+        if kind == _FMT:
+            number, length, *texts = _FMT_LAYOUT.unpack_from(data, at + 3)
+            name, codes, names = (each.rstrip(b"\0").decode("ascii", "replace") for each in texts)
+            sizes[number] = max(length, 3)
+            if re.fullmatch(r"GPS\d?", name) and set(codes) <= _CODES.keys():
+                layouts[number] = name, codes, names.split(","), struct.Struct("<" + "".join(map(_CODES.get, codes)))
+                _expect_columns(layouts[number][2])
+        elif kind in layouts and layouts[kind][3].size + 3 <= size:
+            name, codes, names, layout = layouts[kind]
+            values = zip(names, codes, layout.unpack_from(data, at + 3), strict=False)
+            yield name, {each: value * _FACTORS.get(code, 1.0) for each, code, value in values if _is_number(value)}
+        at += size
+
+
+def _is_number(value):
+    return not isinstance(value, bytes)
+
+
 def _fixes(name, table, skipped) -> Fixes:
-    _, milliseconds, week, latitude, longitude, sog, course, hdop = table.T
-    std = np.array([dilution.deviation(each) for each in hdop])
+    status, milliseconds, week, latitude, longitude, sog, course, hdop = table.T
+    quality = [_QUALITY.get(int(each), dilution.ALONE) for each in status]
+    std = np.array([dilution.deviation(*each) for each in zip(hdop, quality, strict=True)])
     time = utc_of_week(week, 1e-3 * milliseconds)
     place = places(latitude, longitude)
     fixes = Fixes(time, *place, position_std=std, sog=sog, cog=np.radians(course), source=name)

@@ -3,7 +3,9 @@
 import math
 
 from steerway.core.interpreted import part_of_kernels
-from steerway.core.slow_error import ALONE, SLOW_STD
+from steerway.core.slow_error import ALONE, DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
+
+__all__ = ["ALONE", "DIFFERENTIAL", "FIXED", "FLOAT", "LARGEST", "deviation"]
 
 LARGEST = 50.0
 """HDOP from which on it indicates no fix."""

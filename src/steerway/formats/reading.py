@@ -9,13 +9,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.formats import (
     ais,
     dataflash,
+    fit,
     geojson,
     gpx,
     igc,
@@ -26,7 +27,9 @@ from steerway.formats import (
     ros2,
     rtklib,
     table,
+    tlog,
     ubx,
+    ulog,
     wrsc,
     xml_tracks,
 )
@@ -45,14 +48,18 @@ FORMATS = {
     "IGC": igc,
     "RTKLIB": rtklib,
     "ArduPilot log": dataflash,
+    "MAVLink log": tlog,
+    "ULog": ulog,
+    "FIT": fit,
     "WRSC": wrsc,
     "CSV or Parquet": table,
     "MCAP": mcap,
     "ROS 2 bag": ros2,
 }
 
-Source = str | PathLike | bytes | BinaryIO
-"""A path (also the directory of a ROS 2 bag), "-" for standard input, the bytes themselves, or an open binary file."""
+Source = Any  # str | PathLike | bytes | BinaryIO | polars.DataFrame | pandas.DataFrame
+"""A path (also the directory of a ROS 2 bag), "-" for standard input, the bytes themselves, an open binary file, or a
+DataFrame of polars or pandas."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of bytes read so far and the number in all (0 when not known)."""
@@ -119,7 +126,8 @@ def plain(path: Source, max_size: float | None = None) -> bytes:
 def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
     if not paths:
         raise InputError("no log is given, expected one or more paths, or - for standard input")
-    paths = [each for path in paths for each in _files(path)]
+    yield from ((f"frame {k}", table.read_frame(each)) for k, each in enumerate(paths, 1) if _is_frame(each))
+    paths = [each for path in paths if not _is_frame(path) for each in _files(path)]
     total = sum(_size(path) for path in paths)
     done = 0
     for path in paths:
@@ -128,6 +136,10 @@ def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
         yield from ((name, recording) for recording in _parsed(name, packed.plain(name, data, max_size)))
         if progress is not None:
             progress(done, max(total, done))
+
+
+def _is_frame(path):
+    return hasattr(path, "columns") and hasattr(path, "shape")
 
 
 def _files(path):

@@ -7,12 +7,12 @@ import numpy as np
 
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
+from steerway.core.gaps import GAP_INTERVALS, shortest_gap
 from steerway.core.records import INSTRUMENT_COLUMNS, REPORTED, Fixes
 from steerway.core.rounding import last_digit
 
 _SAME_TIME = 1e-3
 _OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share
-_GAP = 3.0  # intervals
 _FINE = 0.1  # m: a finer last digit is no better, the receiver's own noise is larger
 _FAST = 20.0  # Hz
 _SAMPLE = 500
@@ -29,7 +29,7 @@ class Quality:
     start: float  # of the rows, Unix s; NaN without rows
     stop: float
     rate: float  # Hz, from the median interval of fixes; NaN below two fixes
-    gaps: int  # intervals over three times the median
+    gaps: int  # as of `core.gaps`
     longest_gap: float  # s, 0 for none
     resolution: float  # m: the last decimal of the positions; NaN when it is unknown
     roughness: float  # m: median distance of a fix from the line between its neighbours; NaN below three fixes
@@ -49,7 +49,7 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
         score = 1e-9 if len(placed) else 0.0
         return Quality(len(fixes), len(placed), *ends, np.nan, 0, 0.0, np.nan, np.nan, reported, vessels, score)
     usual = float(np.median(intervals))
-    gaps = intervals[intervals > _GAP * usual]
+    gaps = intervals[intervals > shortest_gap(intervals, fixes.mmsi is not None)]
     own = float(intervals.sum())
     covered = np.minimum(intervals, usual).sum() / max(own, span or 0.0)
     resolution = _resolution(placed)
@@ -97,7 +97,7 @@ def _roughness(placed, usual):
     place = np.column_stack([placed.latitude[first], np.unwrap(placed.longitude[first])]) * scale
     share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
     between = place[:-2] + share[:, None] * (place[2:] - place[:-2])
-    close = time[2:] - time[:-2] < 2.0 * _GAP * usual
+    close = time[2:] - time[:-2] < 2.0 * GAP_INTERVALS * usual
     return float(np.median(np.hypot(*(place[1:-1] - between)[close].T))) if close.any() else np.nan
 
 

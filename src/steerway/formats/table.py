@@ -45,6 +45,25 @@ def read(data: bytes) -> Recording:
     return _recording(kind, frame, columns, names, first_line, delimiter, skipped)
 
 
+def read_frame(frame) -> Recording:
+    """The source of a polars or pandas DataFrame, as of `read`; an index of times is a column.
+
+    Raises InputError where columns for time, latitude and longitude cannot be found.
+    """
+    if not isinstance(frame, pl.DataFrame):
+        indexed = frame.reset_index(names="time") if frame.index.dtype.kind == "M" else frame
+        frame = pl.DataFrame({str(name): _of_pandas(indexed[name]) for name in indexed.columns})
+    skipped, columns = Counter(), understood(frame.columns)
+    _demand(columns, frame.columns)
+    return _recording("frame", frame, columns, frame.columns, 1, ",", skipped)
+
+
+def _of_pandas(series):
+    """A column of pandas as NumPy has it, of times with a zone those in UTC."""
+    zone = getattr(series.dtype, "tz", None)
+    return series.to_numpy() if zone is None else series.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy()
+
+
 def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording], dict[str, int]]:
     """The recordings of a table of several vessels, by the values of a column, and the rows left out by reason.
 

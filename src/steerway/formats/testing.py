@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.formats import ais, ais_tables, gpx, mcap, nmea0183, nmea2000, ros2, table, ubx
+    from steerway.formats import ais, ais_tables, dataflash, gpx, mcap, nmea0183, nmea2000, ros2, table, ubx
     from steerway.formats import writing as formats_writing
     from steerway.formats.ais import class_b
     from steerway.formats.dilution import deviation

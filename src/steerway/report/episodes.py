@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from steerway.core.arrays import Floats
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
+from steerway.core.gaps import shortest_gap
 from steerway.core.records import REJECTED, STARTING, Fixes, Motion
 from steerway.core.statistics import DEVIATION_OF_MEDIAN
 from steerway.core.timestamps import iso
@@ -26,8 +26,6 @@ _WORDS = {
     DISAGREES: "the velocity differs from that of position differences by more than both are uncertain",
     CONTRADICTED: "the receiver's own SOG differs from the estimate by more than both are uncertain",
 }
-_GAP_INTERVALS = 3.0
-"""Usual intervals in a gap."""
 _SPAN = 2.0
 """s between the fixes of a position difference: long beside noise, short beside manoeuvres."""
 _ALLOWED, _LEAST = 5.0, 3
@@ -69,7 +67,8 @@ def episodes_of(fixes: Fixes, motion: Motion) -> list[Episode]:
             *_restarts(track, mmsi),
         ]
         if mmsi in placed and len(placed[mmsi]) > 1:
-            own += _gaps(placed[mmsi].time, mmsi)
+            holes = gaps(placed[mmsi].time, mmsi is not None)
+            own += [Episode(GAP, start, stop, 0, mmsi) for start, stop in holes]
         if mmsi is None and len(placed[mmsi]) > 1:
             own += [*_disagreements(placed[mmsi], track, mmsi), *_contradictions(placed[mmsi], track, mmsi)]
         found += sorted(own, key=lambda each: each.start)
@@ -90,11 +89,11 @@ def _restarts(track, mmsi) -> list[Episode]:
     return [each for each in _runs(RESTARTED, track.time, starting, mmsi) if each.start > track.time[0]]
 
 
-def _gaps(time, mmsi) -> list[Episode]:
+def gaps(time: np.ndarray, reports: bool = False) -> list[tuple[float, float]]:
+    """Intervals (start, stop) without fixes of one vessel, or without its AIS reports, as of `core.gaps`."""
     intervals = np.diff(time)
-    usual = np.median(intervals[intervals > 0.0]) if (intervals > 0.0).any() else math.inf
-    wide = np.flatnonzero(intervals > _GAP_INTERVALS * usual)
-    return [Episode(GAP, float(time[k]), float(time[k + 1]), 0, mmsi) for k in wide]
+    wide = np.flatnonzero(intervals > shortest_gap(intervals, reports))
+    return [(float(time[k]), float(time[k + 1])) for k in wide]
 
 
 def _disagreements(fixes, motion, mmsi) -> list[Episode]:

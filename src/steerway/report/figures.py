@@ -13,7 +13,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
 from steerway.core.statistics import FIX_GATE
 from steerway.report.course_axis import broken, course_cut, on_axis
-from steerway.report.summary import gaps
+from steerway.report.episodes import gaps
 
 OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
 """Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
@@ -121,7 +121,7 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
     nis.set_ylabel("innovation ratio √(NIS/2)")
     nis.set_xlabel("time (UTC)")
 
-    holes = gaps(fixes.time[fixes.has_position])
+    holes = gaps(fixes.time[fixes.has_position], fixes.mmsi is not None)
     quiet = np.isin(shown.status, (NO_COURSE, STARTING))
     for axes in (sog, cog, rate, nis):
         for k, (start, stop) in enumerate(sorted(holes, key=lambda hole: hole[0] - hole[1])[:200]):

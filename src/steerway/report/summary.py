@@ -8,20 +8,9 @@ import numpy as np
 
 from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
-from steerway.core.timestamps import iso
 from steerway.estimation.fit.description import is_of_hull
 from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
-from steerway.report.episodes import CONTRADICTED, episodes_of, in_words
-
-_GAP_INTERVALS = 3.0
-
-
-def gaps(time: np.ndarray) -> list[tuple[float, float]]:
-    """Intervals (start, stop) without fixes, longer than three times the usual one."""
-    intervals = np.diff(time)
-    usual = np.median(intervals[intervals > 0.0]) if (intervals > 0.0).any() else math.inf
-    wide = np.flatnonzero(intervals > _GAP_INTERVALS * usual)
-    return [(float(time[k]), float(time[k + 1])) for k in wide]
+from steerway.report.episodes import CONTRADICTED, episodes_of, gaps, in_words
 
 
 def distance(motion: Motion) -> float:
@@ -51,11 +40,9 @@ def summarise(
     smoothed: whether every row of the estimate uses the whole log. down_weighted: number of fixes with less weight for
     their reported accuracy. structures: see `estimation.fit.description.structures_of`. aids: used beside positions.
     """
-    status = np.bincount(motion.status, minlength=len(STATUSES))
-    defined = np.isfinite(motion.cog)
     accepted = motion.nis[(motion.status == OK) & np.isfinite(motion.nis)]
     placed = fixes.rows(fixes.has_position)
-    holes = [gap for _, track in placed.tracks() for gap in gaps(track.time)]
+    holes = [gap for mmsi, track in placed.tracks() for gap in gaps(track.time, mmsi is not None)]
     return {
         "source": fixes.source,
         "profile": profile,
@@ -64,24 +51,14 @@ def summarise(
         "aids": list(aids),
         "structures": list(structures),
         "vessels": 1 if fixes.mmsi is None else len(np.unique(fixes.mmsi)),
-        "start": iso(round(motion.time.min(), 3)) if len(motion) else None,
-        "stop": iso(round(motion.time.max(), 3)) if len(motion) else None,
-        "duration_s": float(np.ptp(motion.time)) if len(motion) else 0.0,
         "fixes": len(placed),
         "fixes_doubted": down_weighted,
         "receiver_sog_late_s": late.sog,
         "receiver_cog_late_s": late.cog,
-        "rows": len(motion),
-        **{f"rows_{name}": int(status[k]) for k, name in enumerate(STATUSES)},
+        **motion.summary(),
         "gaps": len(holes),
         "longest_gap_s": max((stop - start for start, stop in holes), default=0.0),
         "distance_m": distance(motion),
-        "sog_median_mps": _quantile(motion.sog, 0.5),
-        "sog_max_mps": _quantile(motion.sog, 1.0),
-        "sog_std_median_mps": _quantile(motion.sog_std, 0.5),
-        "cog_std_median_deg": math.degrees(_quantile(motion.cog_std, 0.5)),
-        "course_rate_p95_dps": math.degrees(_quantile(np.abs(motion.course_rate), 0.95)),
-        "course_defined_pct": 100.0 * float(defined.mean()) if len(motion) else 0.0,
         "nis_mean": float(accepted.mean()) if len(accepted) else math.nan,
         "episodes": [each.as_dict() for each in episodes_of(fixes, motion)] if fixes.mmsi is None else [],
         "notes": list(fixes.notes),
@@ -148,7 +125,7 @@ def _receiver(s) -> list[tuple[str, str]]:
 
 def _deviations(s) -> str:
     cog = f"COG {s['cog_std_median_deg']:.2f}°" if math.isfinite(s["cog_std_median_deg"]) else "no course"
-    return f"SOG {s['sog_std_median_mps']:.3f} m/s, {cog}"
+    return f"SOG {s['sog_std_median_mps']:.3f} m/s, {cog}, position {s['position_std_median_m']:.2f} m"
 
 
 def _structure(each) -> str:
@@ -164,8 +141,3 @@ def _duration(seconds) -> str:
     hours, rest = divmod(round(seconds), 3600)
     minutes, seconds = divmod(rest, 60)
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"
-
-
-def _quantile(values, q) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.quantile(known, q)) if len(known) else math.nan

@@ -5,13 +5,10 @@ import math
 import numpy as np
 
 from steerway.core.errors import InputError
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.log.accuracy import variance_scales_of
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
-
-LONGEST_GAP = 1800.0
-"""s without a fix after which the filter starts anew: with the decay rates of the profiles here (0.05 1/s and more)
-nothing of the manoeuvre is left, and the position is known to kilometres."""
 
 
 def expect_rate(rate: float | None) -> None:

@@ -1,0 +1,66 @@
+"""ULog of PX4 (.ulg): the fixes of each receiver, read by pyulog, an optional package."""
+
+import contextlib
+import io
+from collections import Counter
+
+import numpy as np
+
+from steerway.core.errors import InputError
+from steerway.core.extras import require
+from steerway.core.records import Fixes
+from steerway.core.slow_error import DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
+from steerway.formats.places import places
+from steerway.formats.recording import Recording
+
+_MAGIC = b"ULog\x01\x12\x35"
+_TOPICS = ("sensor_gps", "vehicle_gps_position")
+_LEAST_FIX = 2  # a fix in two dimensions
+_KINDS = {4: DIFFERENTIAL, 5: FLOAT, 6: FIXED}
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes are those of ULog."""
+    return head.startswith(_MAGIC)
+
+
+def read(data: bytes) -> Recording:
+    """The sources "sensor_gps 0", …, "vehicle_gps_position 0", …
+
+    Raises InputError where pyulog is not installed, and for a file that it cannot read.
+    """
+    require("a ULog file", "logs")
+    from pyulog import ULog
+
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            log = ULog(io.BytesIO(data), list(_TOPICS))
+    except Exception as error:  # of struct, indices, keys, decoding: pyulog checks little
+        raise InputError(f"the ULog file is damaged ({' '.join(str(error).split()) or type(error).__name__})") from None
+    skipped, counts, sources = Counter(), {}, {}
+    for topic in log.data_list:
+        name = f"{topic.name} {topic.multi_id}"
+        counts[name] = len(topic.data["timestamp"])
+        fixes = _fixes(name, topic.data, skipped)
+        if len(fixes):
+            sources[name] = fixes
+    return Recording("ULog", sources, counts, dict(skipped))
+
+
+def _fixes(name, columns, skipped) -> Fixes:
+    def column(*names):
+        found = next((columns[each] for each in names if each in columns), None)
+        return np.full(len(columns["timestamp"]), np.nan) if found is None else np.asarray(found, float)
+
+    factor = 1.0 if "latitude_deg" in columns else 1e-7
+    place = places(factor * column("latitude_deg", "lat"), factor * column("longitude_deg", "lon"))
+    kind, radius = column("fix_type"), column("eph")
+    of_kind = [SLOW_STD[_KINDS[int(each)]] if each in _KINDS else np.nan for each in kind]
+    std = np.where(radius > 0.0, radius / np.sqrt(2.0), of_kind)
+    time, cog = 1e-6 * column("time_utc_usec"), column("cog_rad")
+    sog = column("vel_m_s")
+    fixes = Fixes(time, *place, position_std=std, sog=sog, cog=cog, source=name)
+    for reason, good in (("no fix", ~(kind < _LEAST_FIX) & fixes.has_position), ("no time in UTC", time > 0.0)):
+        if lost := int((~good).sum()):
+            skipped[reason] += lost
+    return fixes.rows(~(kind < _LEAST_FIX) & fixes.has_position & (time > 0.0)).in_order()

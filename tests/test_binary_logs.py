@@ -1,0 +1,171 @@
+"""Binary logs of autopilots and watches, written here field by field: ArduPilot, MAVLink, PX4, FIT."""
+
+import math
+import struct
+import sys
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway.core import InputError
+from steerway.formats.testing import dataflash
+
+N, SPEED, COURSE = 60, 2.0, 60.0
+LAT, LON = 54.0, 10.0
+START = 1_780_000_000.0  # Unix s, in 2026
+WEEK, SECONDS = divmod(START + 18.0 - 315964800.0, 604800.0)
+
+
+def track():
+    """(second, latitude, longitude in degrees) of a boat at 2 m/s on 60°."""
+    north, east = (SPEED * f(math.radians(COURSE)) for f in (math.cos, math.sin))
+    for k in range(N):
+        yield k, LAT + north * k / 111300.0, LON + east * k / (111500.0 * math.cos(math.radians(LAT)))
+
+
+def is_the_track(data, source):
+    fixes = steerway.read(data)
+    motion = steerway.estimate(fixes, "small-usv")
+    assert (len(fixes), fixes.source) == (N, source)
+    assert fixes.time[0] == pytest.approx(START, abs=0.01)
+    assert motion.sog[-1] == pytest.approx(SPEED, abs=0.1)
+    assert math.degrees(motion.cog[-1]) == pytest.approx(COURSE, abs=2.0)
+    return fixes
+
+
+def fmt(kind, length, name, codes, columns):
+    body = struct.pack("<BB4s16s64s", kind, length, name.encode(), codes.encode(), columns.encode())
+    return b"\xa3\x95\x80" + body
+
+
+GPS = "QBBIHBcLLeffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,U"
+
+
+def dataflash_log(damage=b"", status=6):
+    layout = struct.Struct("<QBBIHBhiiiffB")
+    yield fmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
+    yield fmt(130, 3 + layout.size, "GPS", *GPS)
+    yield fmt(131, 3 + 12, "MSGX", "QI", "TimeUS,X")
+    for k, lat, lon in track():
+        week_ms, e7 = round(1e3 * (SECONDS + k)), (round(1e7 * lat), round(1e7 * lon))
+        row = 1000 * k, 0, status, week_ms, int(WEEK), 12, 80, *e7, 100, SPEED, COURSE, 1
+        yield b"\xa3\x95\x82" + layout.pack(*row)
+        yield b"\xa3\x95\x83" + struct.pack("<QI", k, k) + (damage if k == 20 else b"")
+
+
+@pytest.mark.parametrize(("status", "std"), [(3, 1.5), (4, 0.7), (5, 0.3), (6, 0.02)])
+def test_a_binary_data_flash_log(status, std):
+    fixes = is_the_track(b"".join(dataflash_log(status=status)), "GPS 0")
+    np.testing.assert_allclose(fixes.position_std, std)
+    np.testing.assert_allclose(fixes.sog, SPEED)
+
+
+def test_damage_in_a_data_flash_log_is_passed_over():
+    fixes = is_the_track(b"".join(dataflash_log(b"\x00\xa3junk\xa3\x95\x07")), "GPS 0")
+    assert any("message damaged" in note for note in fixes.notes)
+
+
+def test_a_data_flash_log_cut_off_and_one_without_columns():
+    whole = b"".join(dataflash_log())
+    assert len(dataflash.read(whole[:-40]).sources["GPS 0"]) == N - 1
+    short = fmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") + fmt(130, 11, "GPS", "Q", "TimeUS")
+    with pytest.raises(InputError, match="GPS messages have no Status"):
+        dataflash.read(short)
+
+
+def tlog(stamped=False):
+    ardupilotmega = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink: extra mavlink")
+    link = ardupilotmega.MAVLink(None, srcSystem=1, srcComponent=1)
+    for k, lat, lon in track():
+        own = round(1e6 * (START + k if stamped else 100.0 + k))
+        clock = link.system_time_encode(round(1e6 * (START + k)), 100_000 + 1000 * k)
+        fix = 0, 80, 80, round(100 * SPEED), round(100 * COURSE), 12
+        raw = link.gps_raw_int_encode(own, 6, round(1e7 * lat), round(1e7 * lon), *fix)
+        for message in (link.heartbeat_encode(11, 3, 0, 0, 0), clock, raw, raw):
+            yield struct.pack(">Q", round(1e6 * (START + k + 0.2))) + message.pack(link)
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+def test_a_telemetry_log(stamped):
+    fixes = is_the_track(b"".join(tlog(stamped)), "GPS_RAW_INT")
+    np.testing.assert_allclose(fixes.position_std, 0.02)
+    np.testing.assert_allclose(fixes.cog, math.radians(COURSE))
+
+
+def test_damage_in_a_telemetry_log_is_counted():
+    parts = list(tlog())
+    parts[42] = b"\xff\xfe" + parts[42][:-3] + b"???"
+    fixes = steerway.read(b"".join(parts))
+    assert len(fixes) == N and any("byte between messages" in note or "damaged" in note for note in fixes.notes)
+
+
+def ulog_message(kind, body):
+    return struct.pack("<HB", len(body), ord(kind)) + body
+
+
+REST = "float eph;float vel_m_s;float cog_rad;uint8_t fix_type;"
+OLDER = "int32_t lat;int32_t lon;"
+NEWER = "double latitude_deg;double longitude_deg;"
+
+
+def ulog(axes=OLDER):
+    fields = f"sensor_gps:uint64_t timestamp;uint64_t time_utc_usec;{axes}{REST}"
+    yield b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + ulog_message("B", bytes(40))
+    yield ulog_message("F", fields.encode())
+    yield ulog_message("A", struct.pack("<BH", 0, 7) + b"sensor_gps")
+    double = axes == NEWER
+    layout = struct.Struct("<QQddfffB" if double else "<QQiifffB")
+    for k, lat, lon in track():
+        place = (lat, lon) if double else (round(1e7 * lat), round(1e7 * lon))
+        row = 1_000_000 * k, round(1e6 * (START + k)), *place, 1.0, SPEED, math.radians(COURSE), 3
+        yield ulog_message("D", struct.pack("<H", 7) + layout.pack(*row))
+
+
+@pytest.mark.parametrize("axes", [OLDER, NEWER])
+def test_a_log_of_px4(axes):
+    pytest.importorskip("pyulog", reason="pyulog: extra logs")
+    fixes = is_the_track(b"".join(ulog(axes)), "sensor_gps 0")
+    np.testing.assert_allclose(fixes.position_std, 0.5**0.5)
+
+
+def test_a_damaged_log_of_px4_is_refused_in_a_line():
+    pytest.importorskip("pyulog", reason="pyulog: extra logs")
+    with pytest.raises(InputError, match=r"ULog file is damaged|no position"):
+        steerway.read(b"ULog\x01\x12\x35\x01" + bytes(8) + ulog_message("F", b"\xff\xfe nothing") * 3)
+
+
+def fit():
+    definition = struct.pack("<BBBHB", 0x40, 0, 0, 20, 5)
+    for number, size, kind in ((253, 4, 0x86), (0, 4, 0x85), (1, 4, 0x85), (6, 2, 0x84), (31, 1, 0x02)):
+        definition += bytes((number, size, kind))
+    rows = b""
+    for k, lat, lon in track():
+        semicircles = (round(each * 2**31 / 180.0) for each in (lat, lon))
+        rows += struct.pack("<BIiiHB", 0, round(START + k - 631065600.0), *semicircles, round(1000 * SPEED), 3)
+    body = definition + rows
+    head = struct.pack("<BBHI4s", 14, 0x10, 2132, len(body), b".FIT") + bytes(2)
+    return head + body + bytes(2)
+
+
+def test_a_log_of_a_watch():
+    pytest.importorskip("fitdecode", reason="fitdecode: extra logs")
+    fixes = is_the_track(fit(), "FIT")
+    np.testing.assert_allclose(fixes.sog, SPEED)
+    np.testing.assert_allclose(fixes.position_std, 3.0 / math.sqrt(2.0))
+
+
+def test_a_cut_log_of_a_watch_is_read_to_its_end():
+    pytest.importorskip("fitdecode", reason="fitdecode: extra logs")
+    fixes = steerway.read(fit()[:-100])
+    assert N - 10 < len(fixes) < N and any("damaged" in note for note in fixes.notes)
+
+
+@pytest.mark.parametrize(
+    ("data", "package", "extra"),
+    [(fit(), "fitdecode", "logs"), (b"".join(ulog()), "pyulog", "logs")],
+)
+def test_the_message_says_what_to_install(monkeypatch, data, package, extra):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(InputError, match=rf"needs the package {package}, expected pip install '.\[{extra}\]'"):
+        steerway.read(data)
