@@ -70,7 +70,7 @@ class Record(ABC):
 
     def to_pandas(self) -> Any:
         """A pandas DataFrame of the columns of `to_frame`, with dates (UTC) as its index; pyarrow is not needed."""
-        import pandas as pd  # type: ignore[import-not-found,unused-ignore]
+        import pandas as pd
 
         frame = self.to_frame()
         moments = pd.to_datetime(self.time, unit="s", utc=True).rename("time")
