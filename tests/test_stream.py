@@ -16,7 +16,7 @@ from steerway.live.testing import Navigator, rows_of
 from tests import fitted
 from tests.scenes import angle_error, turning
 
-NAMES = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_std")
+NAMES = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_relative_std")
 
 
 @cache

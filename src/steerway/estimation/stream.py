@@ -425,7 +425,10 @@ class FiveStateFilter:
         return (math.nan, math.nan) if self._geodetic else (first, second)
 
     def output(self) -> list[float]:
-        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
+        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position.
+
+        The last is relative to the receiver's slow error, which positions cannot show: see `core.slow_error`.
+        """
         state, estimate = self._state, self._read()
         place = estimate.item(NORTH), estimate.item(EAST)
         if self._geodetic:
