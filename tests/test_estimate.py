@@ -15,7 +15,7 @@ from tests.scenes import angle_error, straight, turning
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
 COLUMNS = (
     "time_s lat_deg lon_deg sog_mps cog_deg course_rate_dps sog_std_mps cog_std_deg course_rate_std_dps "
-    "position_std_m nis status"
+    "position_std_m position_relative_std_m nis status"
 ).split()
 
 
