@@ -1,4 +1,4 @@
-# make demo | test | studies | bounds | bounds-all | fuzz | garbage | mutants | licences | install | bench | soak | faults | reference | lint | docs | pictures | package
+# make demo | test | studies | bounds | bounds-all | fuzz | garbage | mutants | licences | install | bench | soak | faults | faults-hours | reference | lint | docs | pictures | package
 # Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
@@ -11,7 +11,7 @@ CHECKED = src tests benchmarks docs/*.py
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot docs soak cli package public_names study reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test studies bounds bounds-all fuzz garbage mutants licences bench soak faults reference lint docs pictures package lock
+.PHONY: install demo test studies bounds bounds-all fuzz garbage mutants licences bench soak faults faults-hours reference lint docs pictures package lock
 
 install: .venv/.test
 
@@ -85,6 +85,11 @@ soak: .venv/.test
 faults: .venv/.test
 	$(BIN)/python -m tests.faults
 	$(BIN)/python -m tests.faults.commands
+	$(BIN)/python -m tests.faults.aboard
+
+# Sound routes for so many hours on a virtual clock, of which each takes two to five minutes.
+faults-hours: .venv/.test
+	$(BIN)/python -m tests.faults.hours $(or $(HOURS),10)
 
 # What every estimator, law and study returns on generated input; ONLY=WORD for some of the cases.
 reference: .venv/.test

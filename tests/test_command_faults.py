@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.faults import aboard
 from tests.faults.commands import FAULTS, in_docs, line, tried
 
 QUICK = (
@@ -16,6 +17,13 @@ QUICK = (
 def cells(row):
     """Without time and memory."""
     return tuple(cell.strip() for cell in row.strip("|").split(" | ")[:-2])
+
+
+def test_the_docs_name_the_faults_aboard_that_are_tried():
+    for fault, row in zip(aboard.FAULTS, aboard.in_docs(), strict=True):
+        name, before, _, expected, command = (cell.strip() for cell in row.strip("|").split("|"))
+        assert (name, before, expected) == (fault.name, fault.before, fault.expected)
+        assert command == f"`{aboard.command_of(fault)}`"
 
 
 def test_the_docs_name_the_faults_that_are_tried():

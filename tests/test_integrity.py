@@ -7,6 +7,7 @@ import pytest
 from steerway.control import OTTER_PROPELLERS
 from steerway.core.testing import displaced
 from steerway.live.testing import UNDER_WAY, ReceiverMonitor, ResponseMonitor, State
+from steerway.vessels import conditions
 from tests.desk import FULL, HOME, OTTER, TICK, Desk, dock_all, square
 
 
@@ -135,6 +136,22 @@ def test_a_reversed_turn_stops_the_autopilot_whenever_it_begins(since):
     if ordered > 33.0:
         pytest.fail("later than it was")
     assert ordered <= 20.0
+
+
+def until_carried_off(direction, speed=3.5):
+    """s and m until the autopilot stops that is started in a current above the boat's speed."""
+    desk = Desk(square(boat=OTTER))
+    desk.sea = conditions((speed * math.cos(direction), speed * math.sin(direction)))
+    desk.start()
+    begun, place = desk.time, desk.state[6:8].copy()
+    while desk.order.state in UNDER_WAY and desk.time < begun + 100.0:
+        desk.sail(TICK)
+    return desk.time - begun, math.dist(place, desk.state[6:8])
+
+
+@pytest.mark.parametrize("direction", [0.0, 2.3, math.pi])
+def test_a_current_above_the_boats_speed_carries_it_off_by_a_bounded_distance(direction):
+    assert until_carried_off(direction)[1] <= 60.0
 
 
 def positions(monitor, places, interval=0.2, sog=1.2):

@@ -56,6 +56,20 @@ def test_a_stranger_costs_no_message_of_the_vehicle(signed, stranger, tmp_path):
     assert heard == ["SYSTEM_TIME"] * 500
 
 
+def test_a_signed_packet_that_is_sent_again_is_dropped():
+    m, heard = dialect("a test"), []
+    (uri,), _ = addresses.sources(["mavlink:udpin:127.0.0.1:1"])
+    link = MavlinkLink(uri, lambda message: heard.append(message.get_type()) or True)
+    link.sign(KEY)
+    vehicle = m.MAVLink(None, 1, 1)
+    vehicle.signing.secret_key, vehicle.signing.sign_outgoing = KEY, True
+    vehicle.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)
+    packet = m.MAVLink_system_time_message(1, 2).pack(vehicle)
+    for _ in range(3):
+        link._feed(packet)
+    assert heard == ["SYSTEM_TIME"] and link.broken == 2
+
+
 def heartbeat(m, system, kind, autopilot=3, component=1):
     message = m.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 0, 3)
     message._header = m.MAVLink_header(0, srcSystem=system, srcComponent=component)

@@ -52,9 +52,9 @@ _TRACK, _EVERY = 15.0, 1.0
 _LEAST_TURN = math.radians(20.0)  # ordered in it
 _LEAST_GAIN, _MIRRORED, _PERHAPS = 4.0, 20.0, 10.0
 """By how much the mirror image of the orders has to fit a track better at a comparison, in twice the nats, and the sums
-of what is beyond that from which on the boat is taken to turn otherwise, and from which on that is said. Chosen on a
-desk boat in currents of 0.2 to 0.96 m/s with receivers that wander by up to 1 m: of 38 sound routes one is above, and
-of 21 reversals 19 after at most 9 s of orders of 5°/s or more."""
+of what is beyond that from which on the boat is taken to turn otherwise, and from which on it is said. Chosen on a desk
+boat in currents of 0.2 to 0.96 m/s with receivers that wander by up to 1 m: of 38 sound routes one is above, and of 21
+reversals 19 after at most 9 s of orders of 5°/s or more."""
 _ERROR, _ERROR_TIME = 0.35, 0.3
 """m, and s of the usual speed, 1σ of the error of one s of a track: receiver, sideslip, speed lost in turns. Chosen."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
