@@ -179,10 +179,10 @@ def _departure(towards, tells, watched=3.0, way=0.0, leeway=0.0):
 
 
 def test_a_boat_whose_motor_idles_drifts_with_the_current():
-    """Where that is not said a current may be found that is 1.8 m/s off. Way that is left does no harm."""
+    """Also where that is not said, by the gyro. Way that is left does no harm."""
     directions = 0.1 + np.arange(8) * math.pi / 4.0
-    missed = {tells: max(_departure(each, tells)[0] for each in directions) for tells in (False, True)}
-    assert missed[True] < 0.3 and missed[False] > 3.0 * missed[True]
+    for tells in (False, True):
+        assert max(_departure(each, tells)[0] for each in directions) < 0.3
     assert max(_departure(each, True, 5.0, way=2.0)[0] for each in directions) < 0.35
 
 
@@ -195,7 +195,8 @@ def test_a_drift_is_partly_wind():
 def _current_missed(seed, gyro):
     """m/s by which the current is missed after three turns; the motion follows the bow in 0.5 s."""
     chance, current = np.random.default_rng(seed), np.array([-0.97, 0.26])
-    filter = SteeringFilter(Response(1.3, math.radians(20.0), 2.0, 2.0, time_std=0.5, damping_std=0.0), 0.1)
+    response = Response(1.3, math.radians(20.0), 2.0, 2.0, time_std=0.5, damping_std=0.0, slip_time=0.2, slip_std=0.25)
+    filter = SteeringFilter(response, 0.1)
     place, bow, heading, rate, dt = np.zeros(2), 0.0, 0.0, 0.0, 0.05
     for k in range(1400):
         ordered = math.radians(16.0) if k > 400 and k % 400 < 112 else 0.0

@@ -1,4 +1,4 @@
-"""Turns: both sides planned, the smaller excursion taken; what a vehicle's yaw rate is limited to."""
+"""Turns: both sides planned, the one nearer to the corner taken; what a vehicle's yaw rate is limited to."""
 
 import math
 
@@ -52,10 +52,27 @@ def test_a_hull_that_slips_is_carried_on_in_the_old_direction():
 
 
 def test_passing_of_a_square_corner_by_hand():
-    """From 3 m before a corner to 4 m behind it, straight across."""
+    """From 3 m before a corner to 4 m behind it, straight across; then the same 1 m further out."""
     path = np.array([(0.0, 0.0), (1.5, 2.0), (3.0, 4.0)])
-    widest, nearest, end = passing(path, 3.0, 0.0, 0.5 * math.pi)
-    assert (widest, nearest, end) == (pytest.approx(1.5), pytest.approx(2.5), pytest.approx(4.0))
+    assert passing(path, 3.0, 0.0, 0.5 * math.pi) == pytest.approx((1.5, 0.0, 2.5, 4.0))
+    assert passing(path, 3.0, 0.0, 0.5 * math.pi, 1.0) == pytest.approx((1.0, 1.0, math.hypot(1.5, 1.0), 3.0))
+
+
+@pytest.mark.parametrize("degrees", [-150.0, -90.0, 60.0, 120.0])
+def test_a_turn_ends_beside_the_next_leg_as_far_as_it_begins_beside_the_last(degrees):
+    turn, following = planned(degrees, (0.3, 0.4)), math.radians(degrees)
+    north, east = turn.path[-1] - (turn.lead, -turn.beside)
+    assert east * math.cos(following) - north * math.sin(following) == pytest.approx(turn.beside, abs=1e-6)
+    assert turn.beside * degrees < 0.0  # outside
+
+
+@pytest.mark.parametrize("towards", range(0, 360, 45))
+def test_what_a_turn_cuts_of_the_corner_is_weighed_against_what_it_leaves_the_legs_by(towards):
+    """With 60°/s in a current of two thirds of the speed, which on the legs' line would be passed 2.7 m away."""
+    current = 1.3 * math.cos(math.radians(towards)), 1.3 * math.sin(math.radians(towards))
+    turn = planned(90.0, current, QUICK)
+    assert turn.closest <= 1.5 and turn.outside <= 1.0
+    assert turn.outside == pytest.approx(turn.closest / 1.5, abs=0.15)
 
 
 def turned(limit, ordered, share, seconds, thrust=1.0):

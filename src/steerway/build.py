@@ -26,6 +26,8 @@ _INTEGRAL = 0.1
 """1/s at which the integral of such a loop adds what is missing of an ordered yaw rate. Chosen: of a motorboat by
 ArduPilot's Rover it is 0.1 to 0.26 1/s, and many loops have none. With 0.2 boats without one are lost in a current.
 """
+_SLIP_STD = 0.25
+"""s, 1σ of the time constant of the sway of a boat whose pivot point is not declared. Chosen."""
 _SLIP = 0.2
 """Share of its speed that such a vehicle loses in its tightest turn before its own loop makes it up. Chosen: an Otter
 loses 0.3 at 15°/s."""
@@ -84,6 +86,8 @@ def response_of(boat: Boat) -> Response:
     _, time, *damping = boat.yaw_response
     speeds, slowly = (boat.cruise, boat.top_speed), min(boat.speed_time, _LONGEST_SPEED_TIME)
     made = Response(time, boat.turn_rate, *speeds, *damping, speed_time=slowly, pivot=boat.pivot)
+    if boat.pivot == 0.0:
+        made = made._replace(slip_time=boat.slip_time, slip_std=_SLIP_STD)
     doubt = {name: boat.yaw_doubt * getattr(made, name) for name in ("gain_std", "damping_std", "bias_std")}
     made = made._replace(wander=max(made.wander, boat.yaw_wander / boat.turn_rate), **doubt)
     if not boat.takes_rates:

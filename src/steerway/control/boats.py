@@ -142,6 +142,7 @@ class Boat:
             self.pivot,
             self.surge_time,
             self.slip_time,
+            self.lookahead,
         )
 
     def position_hold(self, radius: float) -> PositionHold | None:

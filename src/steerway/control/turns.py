@@ -1,19 +1,29 @@
-"""Turns from one leg into the next: both sides are simulated, and the one that stays nearer to the legs is taken.
+"""Turns from one leg into the next: both sides are simulated, and the one that stays nearer to the corner is taken.
 
 In a current the crab angles of two legs add to the turn, which may then be more than half a circle to the side of the
-corner, or be shorter to the other side.
+corner, or be shorter to the other side. A turn begins and ends beside the legs, so that what it cuts of the corner is
+no more than what it leaves the legs by; of a ship, whose turns are large, it begins and ends on them.
 """
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.kinematics import heading_for
-from steerway.guidance.wheel_over import passing, turn_path, wheel_over
+from steerway.guidance.wheel_over import in_line, passing, turn_path, wheel_over
 
 _ONE_SIDE = math.radians(100.0)
 """Turn of the bow below which the other side, of more than 260°, is not simulated."""
+
+_CUT = 1.5
+"""Least distance from the waypoint over the largest outside of the legs. Chosen: a path that turns at a right angle and
+stays as far inside of the legs as outside has 1.4."""
+_STEPS = 10
+"""Of the search for the offset: to 1 % of the turn's size."""
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 class TurnLimits(NamedTuple):
@@ -37,19 +47,28 @@ class TurnSpeeds(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """A turn that begins `lead` m before a waypoint and ends `end` m behind it on the next leg.
+    """A turn that begins `lead` m before a waypoint, `beside` m to starboard of the leg, and ends `end` m behind it, to
+    the same side of the next leg and as far.
 
     path: (n, 2) north and east from its beginning, m. angle: by which the bow turns, rad, + to starboard. time: s.
-    excursion: largest distance from the two legs; closest: least distance from the waypoint, m.
+    excursion: largest distance from the two legs, outside: that outside of them; closest: least distance from the
+    waypoint, m.
     """
 
     path: Floats
     angle: float
     time: float
     lead: float
+    beside: float
     end: float
     excursion: float
+    outside: float
     closest: float
+
+    @property
+    def cost(self) -> float:
+        """How far it leaves the corner, m."""
+        return max(self.excursion, self.closest / _CUT)
 
 
 def plan_turn(
@@ -59,8 +78,12 @@ def plan_turn(
     limits: TurnLimits,
     speeds: TurnSpeeds,
     pivot: float = 0.0,
+    leaves_legs: bool = True,
 ) -> Turn:
-    """The turn between legs of two directions (rad) in a current (north, east; m/s); pivot: as of `turn_path`."""
+    """The turn between legs of two directions (rad) in a current (north, east; m/s); pivot: as of `turn_path`.
+
+    leaves_legs: whether it may begin and end beside the legs.
+    """
     heading = float(heading_for(direction, speeds.before, *current)[0])
     shortest = wrap(float(heading_for(following, speeds.after, *current)[0]) - heading)
     sides = [shortest]
@@ -68,11 +91,30 @@ def plan_turn(
         sides.append(shortest - math.copysign(math.tau, shortest))
     before, *asked = speeds
     motion = before, *current, *limits, pivot, *asked
-    turns = [_placed(direction, following, angle, *turn_path(heading, angle, *motion)) for angle in sides]
-    return min(turns, key=lambda turn: turn.excursion)
+    turns = [_placed(direction, following, angle, *turn_path(heading, angle, *motion), leaves_legs) for angle in sides]
+    return min(turns, key=lambda turn: turn.cost * turn.time)
 
 
-def _placed(direction, following, angle, path, time):
-    lead = float(wheel_over(direction, following, *path[-1]))
-    excursion, closest, end = passing(path, lead, direction, following)
-    return Turn(path, angle, time, lead, end, excursion, closest)
+def _placed(direction, following, angle, path, time, leaves_legs):
+    """With the offset of the least cost, by golden section, or none."""
+
+    def beside(offset):
+        lead = float(wheel_over(direction, following, *path[-1], offset, offset))
+        if in_line(direction, following):  # as far before the waypoint as the turn takes
+            lead = float(np.max(path @ (math.cos(direction), math.sin(direction))))
+        excursion, outside, closest, end = passing(path, lead, direction, following, offset)
+        return Turn(path, angle, time, lead, -side * offset, end, excursion, outside, closest)
+
+    side, size = math.copysign(1.0, math.sin(following - direction)), float(np.max(np.ptp(path, axis=0)))
+    if not leaves_legs:
+        return beside(0.0)
+    least, most = -size, size
+    inner, outer = beside(most - _GOLDEN * (most - least)), beside(least + _GOLDEN * (most - least))
+    for _ in range(_STEPS):
+        if inner.cost < outer.cost:
+            most, outer = -side * outer.beside, inner
+            inner = beside(most - _GOLDEN * (most - least))
+        else:
+            least, inner = -side * inner.beside, outer
+            outer = beside(least + _GOLDEN * (most - least))
+    return min(inner, outer, key=lambda turn: turn.cost)

@@ -49,6 +49,7 @@ class Estimate(NamedTuple):
     yaw_time: float = 1.0  # of that response: its time constant over the declared one
     current_std: float = 0.0  # of the current in the direction in which it is known least
     position_relative_std: float = math.nan  # of the position, without the receiver's slow error
+    slip_time: float = 0.0  # in which the motion through the water follows the bow, s
 
     @property
     def knows_current(self) -> bool:

@@ -80,35 +80,54 @@ def turn_path(
 
 
 @kernel
-def wheel_over(direction: float, following: float, north: float, east: float) -> float:
-    """Distance (m) before a waypoint at which a turn of this displacement has to begin to end on the next leg.
-
-    direction and following of the two legs, rad. 0 where the legs are (nearly) in line, as for turning round.
-    """
-    sine = math.sin(wrap(following - direction))
-    if abs(sine) < _IN_LINE:
-        return 0.0
-    across = east * math.cos(following) - north * math.sin(following)
-    return max(0.0, -across / sine)
+def in_line(direction: float, following: float) -> bool:
+    """Whether a turn between two legs (rad) cannot be begun so as to end on the next one."""
+    return abs(math.sin(following - direction)) < _IN_LINE
 
 
 @kernel
-def passing(path: Floats, lead: float, direction: float, following: float) -> tuple[float, float, float]:
-    """(largest distance from the two legs, least distance from the waypoint, way along the next leg at the end), m.
+def wheel_over(
+    direction: float, following: float, north: float, east: float, begins: float = 0.0, ends: float = 0.0
+) -> float:
+    """Distance (m) before a waypoint at which a turn of this displacement has to begin to end on the next leg.
 
-    Of a path (n, 2) that begins `lead` m before the waypoint between legs of two directions (rad).
+    direction and following of the two legs, rad. begins, ends: m outside of the legs where it begins and is to end. 0
+    where the legs are (nearly) in line, as for turning round.
     """
-    widest, nearest, along = 0.0, math.inf, 0.0
+    sine, cosine = math.sin(wrap(following - direction)), math.cos(following - direction)
+    if in_line(direction, following):
+        return 0.0
+    side = math.copysign(1.0, sine)
+    across = east * math.cos(following) - north * math.sin(following)
+    return (side * (begins * cosine - ends) - across) / sine
+
+
+@kernel
+def passing(
+    path: Floats, lead: float, direction: float, following: float, begins: float = 0.0
+) -> tuple[float, float, float, float]:
+    """(largest distance from the two legs, the largest outside of them, least distance from the waypoint, way along the
+    next leg at the end), m.
+
+    Of a path (n, 2) that begins `lead` m before the waypoint between legs of two directions (rad), `begins` m outside.
+    """
+    widest, outside, nearest, along = 0.0, 0.0, math.inf, 0.0
     before_n, before_e = math.cos(direction), math.sin(direction)
     after_n, after_e = math.cos(following), math.sin(following)
+    side = math.copysign(1.0, math.sin(wrap(following - direction)))
+    start_n = -lead * before_n + side * begins * before_e
+    start_e = -lead * before_e - side * begins * before_n
     for k in range(len(path)):
-        north, east = path[k, 0] - lead * before_n, path[k, 1] - lead * before_e
+        north, east = path[k, 0] + start_n, path[k, 1] + start_e
         along = north * after_n + east * after_e
         behind = north * before_n + east * before_e
-        first = math.hypot(east * before_n - north * before_e, max(behind, 0.0))
-        second = math.hypot(east * after_n - north * after_e, min(along, 0.0))
-        widest, nearest = max(widest, min(first, second)), min(nearest, math.hypot(north, east))
-    return widest, nearest, along
+        off_first, off_second = east * before_n - north * before_e, east * after_n - north * after_e
+        nearest = min(nearest, math.hypot(north, east))
+        off = min(math.hypot(off_first, max(behind, 0.0)), math.hypot(off_second, min(along, 0.0)))
+        widest = max(widest, off)
+        if side * off_first < 0.0 or side * off_second < 0.0:
+            outside = max(outside, off)
+    return widest, outside, nearest, along
 
 
 @kernel

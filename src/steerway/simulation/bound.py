@@ -49,6 +49,8 @@ def course_bound(scenario: Scenario, run: Run) -> float:
     response = response_of(known)._replace(
         wander=max(known.yaw_wander / known.turn_rate, _KNOWN),
         slip=0.0,
+        slip_time=0.0,
+        slip_std=0.0,
         speed_noise=_UNSTEADY,
         gain_std=_KNOWN,
         damping_std=_KNOWN,
@@ -91,7 +93,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
 
 
 def _states(run, pivot):
-    """(n, 16) true states: the heading is that of the motion of the point that moves along the bow."""
+    """(n, 20) true states: the heading is that of the motion of the point that moves along the bow."""
     states = np.zeros((len(run), STATES))
     current = run["current_north"], run["current_east"]
     north, east = run["true_north_velocity"] - current[0], run["true_east_velocity"] - current[1]

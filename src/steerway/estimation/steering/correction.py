@@ -11,14 +11,18 @@ from steerway.estimation.steering.motion import (
     CURRENT_E,
     CURRENT_N,
     DAMPING,
+    DEVIATION,
     EAST,
     ERROR_E,
     ERROR_N,
     GAIN,
+    GYRO,
     HEADING,
     NORTH,
+    SLIP,
     SPEED_GAIN,
     STATES,
+    SWAY,
     TIME,
     WATER_SPEED,
     YAW_RATE,
@@ -34,6 +38,8 @@ _LARGEST_GAIN = 2.5
 declared."""
 _SHORTEST, _LONGEST = 0.05, 2.5
 """Limits of a time constant over the declared one. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
+_LONGEST_SLIP = 2.0
+"""s. Chosen: small boats slip for 0.2 to 1 s."""
 _ASTERN = 2.0
 """Standard deviations from which on a speed through the water is one astern: by chance one in 44 (normal, one tail)."""
 GOOD, MANOEUVRED, REFUSED = range(3)
@@ -41,7 +47,7 @@ GOOD, MANOEUVRED, REFUSED = range(3)
 
 @lean_kernel
 def _correct_scalar(x, p, h, residual, variance, gain):
-    """Kalman's correction by one number z = h x + noise, in place; gain (16,) is scratch."""
+    """Kalman's correction by one number z = h x + noise, in place; gain (20,) is scratch."""
     spread = variance
     for i in range(STATES):
         total = 0.0
@@ -68,7 +74,7 @@ def _pair_nll(a, b, s_aa, s_ab, s_bb):
 
 @lean_kernel
 def _pair_covariance(p, hn, he, variance):
-    """Covariance (north, both, east) of two numbers with the rows hn and he (16,) of their Jacobian, and noise."""
+    """Covariance (north, both, east) of two numbers with the rows hn and he (20,) of their Jacobian, and noise."""
     s_nn, s_ne, s_ee = variance, 0.0, variance
     for i in range(STATES):
         if hn[i] == 0.0 and he[i] == 0.0:
@@ -82,7 +88,7 @@ def _pair_covariance(p, hn, he, variance):
 
 @lean_kernel
 def _seen_pair(p, hn, he, a, b, variance):
-    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (16,) of their Jacobian."""
+    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (20,) of their Jacobian."""
     s_nn, s_ne, s_ee = _pair_covariance(p, hn, he, variance)
     return _pair_nll(a, b, s_nn, s_ne, s_ee)
 
@@ -98,12 +104,13 @@ def _position_rows(x, pivot, hn, he):
 
 @lean_kernel
 def _velocity_rows(x, pivot, hn, he):
-    """Velocity north and east over ground of where the receiver is, m/s; hn and he (16,) become the rows of their
+    """Velocity north and east over ground of where the receiver is, m/s; hn and he (20,) become the rows of their
     Jacobian.
     """
-    c, s, u, sway = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED], -pivot * x[YAW_RATE]
+    c, s, u, sway = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED], x[SWAY] - pivot * x[YAW_RATE]
     hn[CURRENT_N] = he[CURRENT_E] = 1.0
     hn[WATER_SPEED], he[WATER_SPEED] = c, s
+    hn[SWAY], he[SWAY] = -s, c
     hn[HEADING], he[HEADING] = -u * s - sway * c, u * c - sway * s
     hn[YAW_RATE], he[YAW_RATE] = pivot * s, -pivot * c
     return u * c - sway * s + x[CURRENT_N], u * s + sway * c + x[CURRENT_E]
@@ -149,7 +156,7 @@ def take_position(
 ) -> tuple[int, float]:
     """(GOOD, MANOEUVRED or REFUSED; NIS of the most probable hypothesis) of a fix; all hypotheses are corrected.
 
-    states (m, 16), covariances (m, 16, 16), log weights (m,): in place. interval since the fix before, s; speed (m/s)
+    states (m, 20), covariances (m, 20, 20), log weights (m,): in place. interval since the fix before, s; speed (m/s)
     and rate (rad/s) the size of an unordered manoeuvre; pivot as of `Response`. What is most probable is taken: the
     motion as predicted, a manoeuvre that no order explains, or a wrong fix.
     """
@@ -218,22 +225,35 @@ def take_velocity(
 
 
 @kernel
-def take_number(states: Floats, covariances: Floats, weights: Floats, number: float, std: float, what: int) -> None:
-    """Correct all hypotheses by a measurement of one state: HEADING (rad) or YAW_RATE (rad/s)."""
+def take_number(states: Floats, covariances: Floats, weights: Floats, number: float, std: float, what: int) -> float:
+    """Correct all hypotheses by a measurement of HEADING (rad), YAW_RATE (rad/s) or WATER_SPEED (m/s); NIS of the most
+    probable one.
+    """
     m = len(states)
     gain, h = np.empty(STATES), np.zeros(STATES)
     h[what] = 1.0
+    error = DEVIATION if what == HEADING else GYRO if what == YAW_RATE else -1
+    if error >= 0:
+        h[error] = 1.0
     costs = np.empty(m)
+    best, nis = 0, 0.0
     for k in range(m):
-        spread = covariances[k, what, what] + std * std
-        residual = number - states[k, what]
+        p = covariances[k]
+        spread, residual = p[what, what] + std * std, number - states[k, what]
+        if error >= 0:
+            spread += 2.0 * p[what, error] + p[error, error]
+            residual -= states[k, error]
         if what == HEADING:
             residual = wrap(residual)
-        costs[k] = 0.5 * (residual * residual / spread + math.log(spread))
+        this = residual * residual / spread
+        if weights[k] >= weights[best]:
+            best, nis = k, this
+        costs[k] = 0.5 * (this + math.log(spread))
         _correct_scalar(states[k], covariances[k], h, residual, std * std, gain)
     fits = _log_sum(costs, weights)
     for k in range(m):
         weights[k] -= costs[k] + fits
+    return nis
 
 
 @kernel
@@ -247,11 +267,14 @@ def fold(states: Floats, covariances: Floats, linear: float) -> None:
         if x[WATER_SPEED] < -_ASTERN * math.sqrt(p[WATER_SPEED, WATER_SPEED]):
             x[WATER_SPEED] = -x[WATER_SPEED]
             x[HEADING] += math.pi
-            for j in range(STATES):
-                p[WATER_SPEED, j] = -p[WATER_SPEED, j]
-                p[j, WATER_SPEED] = -p[j, WATER_SPEED]
+            x[SWAY] = -x[SWAY]
+            for k in (WATER_SPEED, SWAY):
+                for j in range(STATES):
+                    p[k, j] = -p[k, j]
+                    p[j, k] = -p[j, k]
         x[HEADING] = wrap(x[HEADING])
         x[GAIN] = min(_LARGEST_GAIN, max(1.0 / _LARGEST_GAIN, x[GAIN]))
         x[SPEED_GAIN] = min(_LARGEST_GAIN, max(1.0 / _LARGEST_GAIN, x[SPEED_GAIN]))
         x[TIME] = min(_LONGEST, max(_SHORTEST, x[TIME]))
+        x[SLIP] = min(_LONGEST_SLIP, max(0.0, x[SLIP]))
         x[DAMPING] = linear * min(_LARGEST_GAIN - 1.0, max(1.0 / _LARGEST_GAIN - 1.0, x[DAMPING] / linear))

@@ -30,6 +30,7 @@ from steerway.estimation.steering.motion import (
     GAIN,
     HEADING,
     NORTH,
+    SLIP,
     SPEED_GAIN,
     TIME,
     WATER_SPEED,
@@ -70,16 +71,20 @@ _REST, _UNKNOWN_STD = 0.25, 1.5
 constants of its speed after its motor began to idle; and 1σ (rad) that its heading has there at the least. Chosen: of
 uniform directions it is π/√3 = 1.8.
 """
-_GYRO_STD, _SLIP_TIME = math.radians(2.0), 1.0
-"""rad/s of a measured yaw rate, and s by which the bow is ahead of the motion through the water in and out of a turn: a
-hull slips until the water turns its motion. Chosen: above the 0.5 s of a small motorboat; with 0 the filter takes the
-slip of a turn for current, 0.2 m/s of it.
+_GATHERED = 1.4
+"""Time constants of its speed after which a boat whose motor drives it has gathered way. Chosen: 75 % of it."""
+_UNSTEADY, _SETTLING = 0.25, 5.0
+"""1σ of the speed beside its response, as a share, of a vehicle whose own speed loop begins, and s for which it does.
+Chosen: the loop of a motorboat by ArduPilot's Rover begins without thrust, and loses a third of its speed."""
+_GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
+"""rad/s of a measured yaw rate, and s by which it may be another moment's. Chosen: half of the interval at which
+vehicles send it.
 """
-_COMPASS_STD = math.radians(10.0)
-"""rad, deviation and drift angle included. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""
-_COMPASS_NEEDED = math.radians(6.0)
-"""rad of heading, above which a compass is asked: positions know it better, and have no deviation. Chosen: below
-`_COMPASS_STD`."""
+_COMPASS_STD = math.radians(2.0)
+"""rad of a compass beside its deviation. Chosen."""
+_LEARNED = 0.02
+"""Part of a reading in the mean NIS of an instrument, by which its variance is larger than said where that is above 1.
+Chosen: fifty readings."""
 
 
 class SteeringFilter:
@@ -87,6 +92,8 @@ class SteeringFilter:
 
     `idle_since`, to be set before a fix: the time since which the motor is known to idle, inf where it is not. At rest
     in the water the boat then moves with current and wind alone, so that the current is known when it departs.
+
+    `driven_since`, likewise, the time since which it is known to drive the boat: that is then not at rest.
 
     response: what the boat makes of orders. position_std (m): of a fix, where learning begins. velocity_std (m/s): of
     the receiver's velocity. learn: whether the receiver's noise is learned from its fixes.
@@ -99,9 +106,12 @@ class SteeringFilter:
         self.velocity_std = max(positive("velocity_std", velocity_std), MODEL_SHARE * response.speed)
         self.learn = learn
         self.refused_for = 0.0  # s since the last fix that fitted
-        self.idle_since = math.inf
+        self.idle_since = self.driven_since = math.inf
+        self._taken = -math.inf  # when orders began
         self._drifts = False  # at rest in the water, since the motor idles
         self._parameters = np.array(response.packed())
+        unsteady = max(response.speed_noise, _UNSTEADY if response.over_ground else 0.0)
+        self._at_first = np.array(response._replace(speed_noise=unsteady).packed())
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
         self._misfit = 2.0  # NIS in the mean of the last fixes
@@ -115,6 +125,7 @@ class SteeringFilter:
         self._sureness: tuple[float, float] | None = None
         self._drift: tuple[float, float] | None = None  # velocity over ground of a boat at rest in the water
         self._measured_rate = math.nan  # the last yaw rate
+        self._larger = {HEADING: 1.0, YAW_RATE: 1.0}  # the variance of an instrument over what is said
 
     @property
     def started(self) -> bool:
@@ -129,6 +140,8 @@ class SteeringFilter:
         _, rate, before = last = self._orders[-1]
         if _same(rate, yaw_rate) and _same(before, speed):
             return
+        if math.isnan(rate) and math.isfinite(yaw_rate):
+            self._taken = time
         if time <= last[0]:
             self._orders.pop()
         self._orders.append((time, yaw_rate, speed))
@@ -158,7 +171,8 @@ class SteeringFilter:
             self._begin(time, START_TIME)
             return GOOD
         interval = max(time - self._time, 0.0)
-        predict_bank(self._states, self._covariances, self._table, self._parameters, self.slow_std**2, self._time, time)
+        parameters = self._at_first if time - self._taken < _SETTLING else self._parameters
+        predict_bank(self._states, self._covariances, self._table, parameters, self.slow_std**2, self._time, time)
         self._time = time
         self._drift_or_depart(time)
         kind, nis = take_position(
@@ -184,11 +198,9 @@ class SteeringFilter:
         if math.isfinite(north_velocity + east_velocity) and kind != REFUSED:
             measured = north_velocity, east_velocity, self.velocity_std, self.response.pivot
             take_velocity(self._states, self._covariances, self._weights, *measured)
-        if math.isfinite(heading) and self._heading_std(int(np.argmax(self._weights))) > _COMPASS_NEEDED:
-            take_number(self._states, self._covariances, self._weights, heading, _COMPASS_STD, HEADING)
-        if math.isfinite(yaw_rate):
-            std = self._gyro_std(yaw_rate, interval)
-            take_number(self._states, self._covariances, self._weights, yaw_rate, std, YAW_RATE)
+        self._read(heading, _COMPASS_STD, HEADING)
+        change = (yaw_rate - self._measured_rate) / max(interval, 0.1)
+        self._read(yaw_rate, math.hypot(_GYRO_STD, _GYRO_LATE * change if math.isfinite(change) else 0.0), YAW_RATE)
         self._measured_rate = yaw_rate
         fold(self._states, self._covariances, self.response.linear)
         if len(self._weights) > 1:
@@ -198,10 +210,13 @@ class SteeringFilter:
         self._sureness = None
         return kind
 
-    def _gyro_std(self, yaw_rate, interval):
-        """1σ of a measured yaw rate as that of the motion through the water."""
-        change = (yaw_rate - self._measured_rate) / max(interval, 0.1)
-        return math.hypot(_GYRO_STD, _SLIP_TIME * change) if math.isfinite(change) else _GYRO_STD
+    def _read(self, number, std, what):
+        """Use a reading of compass or gyro, NaN for none; its variance is learned where it is larger than said."""
+        if not math.isfinite(number):
+            return
+        larger = max(1.0, self._larger[what])
+        nis = take_number(self._states, self._covariances, self._weights, number, math.sqrt(larger) * std, what)
+        self._larger[what] += _LEARNED * (min(larger * nis, _WORST) - self._larger[what])
 
     def _way(self, time):
         """1σ of the speed through the water (m/s) that is left of the usual one where the motor is known to idle; inf
@@ -211,6 +226,10 @@ class SteeringFilter:
             return math.inf
         left = math.exp(min((self.idle_since - time) / self.response.speed_time, 0.0))
         return left * self.response.speed if left < _REST else math.inf
+
+    def _is_driven(self, time):
+        """Whether the boat has gathered way by its motor."""
+        return time - self.driven_since > _GATHERED * self.response.speed_time
 
     def _drift_or_depart(self, time):
         """In a drift there is no speed through the water but what is left; at first that tells hypotheses apart."""
@@ -231,6 +250,9 @@ class SteeringFilter:
         slow = _REST * self.response.speed
         if math.isfinite(self._orders[-1][1]) or np.any(self._states[:, WATER_SPEED] > slow):
             self._drift = None
+            return
+        if self._is_driven(self._time):
+            self._begin(self._time, 0.5 * START_TIME)
             return
         best = int(np.argmax(self._weights))
         x = self._states[best]
@@ -290,7 +312,7 @@ class SteeringFilter:
             return
         way = self._way(time)
         self._drifts = math.isfinite(way)
-        self._states, self._covariances, self._weights = hypotheses(*line, self.response, way)
+        self._states, self._covariances, self._weights = hypotheses(*line, self.response, way, self._is_driven(time))
         self._time = self._begun = time
         self._misfit, self.refused_for, self._drift = 2.0, 0.0, None
         self._ahead = (math.nan, self._ahead[1])
@@ -378,4 +400,5 @@ def _estimate(x, p, heading_std, current_std, age, pivot):
         float(x[TIME]),
         current_std,
         position_std,
+        float(x[SLIP]),
     )

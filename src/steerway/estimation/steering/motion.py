@@ -1,9 +1,10 @@
 """Motion of a boat whose orders are known: through the water along its bow, carried by a current.
 
-States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e]: position (m), current (m/s), speed through the water (m/s),
-heading of that speed (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias of the rate and
-what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant over the declared
-one; gain of the speed; slow error of the receiver (m). The rate answers an ordered rate u by
+States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c]: position (m), current (m/s), speed through the water
+along the bow (m/s), heading of the bow (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias
+of the rate and what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant over
+the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of the
+gyro (rad/s) and deviation of the compass (rad). The rate answers an ordered rate u by
 τ T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ: Nomoto's first-order model with Norrbin's damping
 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3);
 d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of the speed. The moment of the wind,
@@ -11,9 +12,10 @@ and of the leeway that it makes, keeps its direction in the earth, so that what 
 A vehicle's own yaw-rate loop may have an integral i, which makes up what the rate lacks: ḃ = i (u − r), so that what a
 turn has left in it turns the boat beyond the turn's end; the bias is as uncertain as the integral.
 So the uncertainty of the rate grows in an ordered turn as far as the response is uncertain, and not between turns. The
-speed tends to k times an ordered one. The position is that of the pivot point, which moves along the bow, as the
-receiver gives it: it wanders with what of the receiver's error is slower than the slow error. Sideslip beyond that
-counts as a part of the response. A covariance is kept whole.
+speed tends to k times an ordered one. A hull that turns keeps its motion until the water turns it, v̇ = −v/s − U_r r:
+in a turn the boat slips outwards by s U_r r. The position is that of the pivot point, which moves along the bow but for
+that sway, as the receiver gives it: it wanders with what of the receiver's error is slower than the slow error. The
+deviation of the compass changes with the heading. A covariance is kept whole.
 """
 
 import math
@@ -24,7 +26,7 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 
-STATES = 16
+STATES = 20
 (
     NORTH,
     EAST,
@@ -42,6 +44,10 @@ STATES = 16
     SPEED_GAIN,
     ERROR_N,
     ERROR_E,
+    SWAY,
+    SLIP,
+    GYRO,
+    DEVIATION,
 ) = range(STATES)
 _LONGEST_STEP = 0.25
 """s of one step, and share of the response's time constant that it may have in addition. Chosen: at 15°/s a
@@ -60,7 +66,8 @@ class Response(NamedTuple):
     rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
     the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
     moves along the bow, in a turn too, lies ahead of the one whose position is measured; time_std: of T, and of
-    what an ordered speed is beyond the largest, as a share; integral i (1/s): of the vehicle's own yaw-rate loop.
+    what an ordered speed is beyond the largest, as a share; integral i (1/s): of the vehicle's own yaw-rate loop;
+    slip_time and slip_std: of the sway, s.
     """
 
     time: float
@@ -86,6 +93,8 @@ class Response(NamedTuple):
     pivot: float = 0.0
     time_std: float = 0.0
     integral: float = 0.0
+    slip_time: float = 0.0
+    slip_std: float = 0.0
 
     def packed(self) -> "list[float]":
         """The parameters of the kernels."""
@@ -116,6 +125,8 @@ class Response(NamedTuple):
     PIVOT,
     _TIME_STD,
     _INTEGRAL,
+    _SLIP_TIME,
+    _SLIP_STD,
 ) = range(len(Response._fields))
 
 _HELM_TIME = 2.0
@@ -131,6 +142,18 @@ twice as declared, adds that much more or less. Chosen: four times as long gains
 ERROR_TIME = 5.0
 """s, time constant of the receiver's slow error: two receivers of one boat drift apart by 0.05 m in 1 s
 and 0.25 m in 10 s. Chosen between the two."""
+
+
+DEVIATION_STD = math.radians(10.0)
+"""rad of a compass, 1σ. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""
+_DEVIATES = 1.0
+"""rad of heading by which a deviation is another, a factor of e. Chosen: cards have terms of one circle and of two."""
+_GYRO_WALK = math.radians(0.01)
+"""rad/s in a root of seconds by which the bias of a gyro drifts. Chosen."""
+_UNLIKE = 0.2
+"""Share of the sway that is not as modelled. Chosen."""
+_LEAST_SLIP = 1e-3
+"""s, time constant of the sway below which there is none."""
 
 
 @lean_kernel
@@ -169,8 +192,14 @@ def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -
     left, angle_left, to_rate, to_angle, steady, _, _ = _response(x, order, parameters, dt)
     turned = x[YAW_RATE] * angle_left + steady * to_angle
     mean = x[HEADING] + 0.5 * turned
-    x[NORTH] += dt * (x[WATER_SPEED] * math.cos(mean) + x[CURRENT_N])
-    x[EAST] += dt * (x[WATER_SPEED] * math.sin(mean) + x[CURRENT_E])
+    c, s = math.cos(mean), math.sin(mean)
+    slips = max(x[SLIP], _LEAST_SLIP)
+    kept = math.exp(-dt / slips)
+    sway = x[SWAY] * kept - slips * (1.0 - kept) * x[WATER_SPEED] * turned / dt
+    abeam = 0.5 * (x[SWAY] + sway)
+    x[NORTH] += dt * (x[WATER_SPEED] * c - abeam * s + x[CURRENT_N])
+    x[EAST] += dt * (x[WATER_SPEED] * s + abeam * c + x[CURRENT_E])
+    x[SWAY] = sway
     x[HEADING] += turned
     if math.isfinite(order):
         x[BIAS] += parameters[_INTEGRAL] * (dt * order - turned)
@@ -212,15 +241,16 @@ def predict(
     f: Floats,
     work: Floats,
 ) -> None:
-    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (16,
-    16) of scratch.
+    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (20,
+    20) of scratch.
     """
     known = math.isfinite(order)
     left, angle_left, to_rate, to_angle, steady, slower_rate, slower_angle = _response(x, order, parameters, dt)
-    rate, water = x[YAW_RATE], x[WATER_SPEED]
+    rate, water, sway = x[YAW_RATE], x[WATER_SPEED], x[SWAY]
     abeam_n, abeam_e = -math.sin(x[HEADING]), math.cos(x[HEADING])
     weathercock = x[WIND_E] * abeam_n - x[WIND_N] * abeam_e  # change of the wind's part with heading
-    mean = x[HEADING] + 0.5 * (rate * angle_left + steady * to_angle)
+    turned = rate * angle_left + steady * to_angle
+    mean = x[HEADING] + 0.5 * turned
     c, s = math.cos(mean), math.sin(mean)
     asked = x[SPEED_GAIN] * speed - _along(x)
     fastest = _fastest(x, parameters)
@@ -232,8 +262,6 @@ def predict(
             f[i, j] = 1.0 if i == j else 0.0
     f[ERROR_N, ERROR_N] = f[ERROR_E, ERROR_E] = math.exp(-dt / ERROR_TIME)
     f[NORTH, CURRENT_N] = f[EAST, CURRENT_E] = dt
-    f[NORTH, WATER_SPEED], f[EAST, WATER_SPEED] = dt * c, dt * s
-    f[NORTH, HEADING], f[EAST, HEADING] = -dt * water * s, dt * water * c
     f[HEADING, YAW_RATE], f[YAW_RATE, YAW_RATE] = angle_left, left
     if known:
         f[HEADING, GAIN], f[YAW_RATE, GAIN] = to_angle * order, to_rate * order
@@ -246,9 +274,7 @@ def predict(
         f[HEADING, TIME], f[YAW_RATE, TIME] = slower_angle, slower_rate
         for k in range(HEADING, SPEED_GAIN):
             f[BIAS, k] -= parameters[_INTEGRAL] * (f[HEADING, k] - (k == HEADING))
-    for k in range(YAW_RATE, SPEED_GAIN):
-        half = 0.5 * f[HEADING, k] * dt * water
-        f[NORTH, k], f[EAST, k] = -half * s, half * c
+    _slide(x, f, water, sway, turned, c, s, dt)
     if math.isfinite(speed):
         kept = math.exp(-dt / parameters[_SPEED_TIME])
         over_ground = parameters[_OVER_GROUND] > 0.0
@@ -257,27 +283,66 @@ def predict(
         f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
         if over_ground and not limited:
             f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -(1.0 - kept) * c, -(1.0 - kept) * s
+            f[WATER_SPEED, HEADING] = (1.0 - kept) * (x[CURRENT_N] * s - x[CURRENT_E] * c)
 
     _transform(f, p, work)
     _add_noise(x, p, order, math.isfinite(speed), beyond, parameters, wander, dt)
+    _add_slip_and_instruments(x, p, turned, parameters, dt)
+
+
+@lean_kernel
+def _slide(x, f, water, sway, turned, c, s, dt):
+    """Rows of F of the sway and the position, those of the heading being complete; x after the step of dt, speeds
+    before it; c and s of the mean heading.
+    """
+    slips = max(x[SLIP], _LEAST_SLIP)
+    kept = math.exp(-dt / slips)
+    outwards = slips * (1.0 - kept) * water / dt  # for a unit of turn
+    f[SWAY, SWAY], f[SWAY, WATER_SPEED] = kept, -outwards * turned / max(water, 1e-6)
+    abeam = 0.5 * (sway + x[SWAY])
+    f[NORTH, WATER_SPEED], f[EAST, WATER_SPEED] = dt * c, dt * s
+    f[NORTH, HEADING], f[EAST, HEADING] = -dt * (water * s + abeam * c), dt * (water * c - abeam * s)
+    half = 0.5 * dt * (1.0 + kept)
+    f[NORTH, SWAY], f[EAST, SWAY] = -half * s, half * c
+    for k in range(YAW_RATE, SPEED_GAIN):
+        half = 0.5 * f[HEADING, k] * dt * water
+        f[NORTH, k], f[EAST, k] = -half * s, half * c
+        f[SWAY, k] = -outwards * f[HEADING, k]
+    share = kept * dt / slips
+    f[SWAY, SLIP] = share * (sway / slips + water * turned / dt) - water * turned / dt * (1.0 - kept)
 
 
 @lean_kernel
 def _transform(f, p, work):
     """P ← F P Fᵀ, by the rows of F that differ from those of the identity."""
     for i in range(STATES):
+        own = _is_own(f, i)
         for j in range(STATES):
-            total = 0.0
-            for k in range(STATES):
-                total += f[i, k] * p[k, j]
+            total = p[i, j]
+            if not own:
+                total = 0.0
+                for k in range(STATES):
+                    total += f[i, k] * p[k, j]
             work[i, j] = total
-    for i in range(STATES):
-        for j in range(i, STATES):
-            total = 0.0
-            for k in range(STATES):
-                total += work[i, k] * f[j, k]
+    for j in range(STATES):
+        own = _is_own(f, j)
+        for i in range(j + 1):
+            total = work[i, j]
+            if not own:
+                total = 0.0
+                for k in range(STATES):
+                    total += work[i, k] * f[j, k]
             p[i, j] = total
             p[j, i] = total
+
+
+@lean_kernel
+def _is_own(f, i):
+    """Whether a row is that of the identity."""
+    for k in range(STATES):
+        if f[i, k] != (1.0 if k == i else 0.0):
+            return False
+    return True
 
 
 @lean_kernel
@@ -334,6 +399,23 @@ def _add_noise(x, p, order, has_speed, beyond, parameters, wander, dt):
 
 
 @lean_kernel
+def _add_slip_and_instruments(x, p, turned, parameters, dt):
+    """Noise of the sway and its time, of the bias of the gyro, and of the deviation in a turn of this angle."""
+    slips = x[SLIP]
+    if slips > _LEAST_SLIP:
+        unlike = _UNLIKE * slips * x[WATER_SPEED] * turned / dt
+        p[SWAY, SWAY] += unlike * unlike * -math.expm1(-2.0 * dt / slips)
+    p[SLIP, SLIP] += dt * parameters[_SLIP_STD] ** 2 / _identified(parameters)
+    p[GYRO, GYRO] += dt * _GYRO_WALK**2
+    left = math.exp(-abs(turned) / _DEVIATES)
+    x[DEVIATION] *= left
+    for k in range(STATES):
+        p[DEVIATION, k] *= left
+        p[k, DEVIATION] *= left
+    p[DEVIATION, DEVIATION] += DEVIATION_STD**2 * (1.0 - left * left)
+
+
+@lean_kernel
 def steps_of(parameters: Floats, dt: float) -> int:
     """As many steps as keep each short: in `_LONGEST_STEP`, of a slow vessel in a share of its time constant."""
     longest = _LONGEST_STEP * max(1.0, 0.2 * parameters[_TIME])
@@ -350,7 +432,7 @@ def predict_bank(
     start: float,
     stop: float,
 ) -> None:
-    """All states (m, 16) and covariances (m, 16, 16) from time start to stop, in place.
+    """All states (m, 20) and covariances (m, 20, 20) from time start to stop, in place.
 
     orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
     """
@@ -380,7 +462,7 @@ def predict_bank(
 
 @kernel
 def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
-    """One state (16,) from time start to stop under orders as of `predict_bank`."""
+    """One state (20,) from time start to stop under orders as of `predict_bank`."""
     after = x.copy()
     k = 0
     now = start

@@ -12,12 +12,17 @@ from steerway.estimation.steering.motion import (
     CURRENT_E,
     CURRENT_N,
     DAMPING,
+    DEVIATION,
+    DEVIATION_STD,
     EAST,
     GAIN,
+    GYRO,
     HEADING,
     NORTH,
+    SLIP,
     SPEED_GAIN,
     STATES,
+    SWAY,
     TIME,
     WATER_SPEED,
     WIND_E,
@@ -38,6 +43,8 @@ _REST_STD, _CURRENT_STD = 0.05, 0.1
 speed. Chosen: where 0, 0.1 or 0.2 m/s of a drift of 1 m/s was wind, a boat of 2 m/s finds the current to 0.12, 0.12 and
 0.13 m/s RMS 5 s after she departs, all within 2σ; with half of it to 0.10, 0.11 and 0.14, 92 %.
 """
+_GYRO_STD = math.radians(0.3)
+"""rad/s of the bias of a gyro. Chosen: vehicles calibrate theirs at the start."""
 _DRIFTS, _STANDS = 1.0, 3.0
 """Costs (−log probability) of a boat that moves with the current alone, and of one that stands still over ground by
 stemming it. Chosen: weights of 0.37 and 0.05."""
@@ -63,17 +70,21 @@ def hypotheses(
     velocity_std: float,
     response: Response,
     way: float = math.inf,
+    is_driven: bool = False,
 ) -> tuple[Floats, Floats, Floats]:
-    """(states (m, 16), covariances (m, 16, 16), log weights (m,)) for a first position (m) and velocity (m/s).
+    """(states (m, 20), covariances (m, 20, 20), log weights (m,)) for a first position (m) and velocity (m/s).
 
     A moving boat: for currents of all directions the motion through the water that is left. A boat at rest in the
     water: any heading. `way`: 1σ of the speed through the water (m/s) of a boat whose motor idles, which is then known
-    to be at rest in the water: its drift is the current. See `drifting`.
+    to be at rest in the water: its drift is the current. See `drifting`. is_driven: whether the motor drives the boat,
+    which is then hardly at rest.
     """
     directions = [math.tau * k / _DIRECTIONS for k in range(_DIRECTIONS)]
     moving = math.hypot(*velocity) > max(_MOVING * velocity_std, _SLOW * response.speed)
     # At rest in the water: the current is what is seen.
-    found = [((velocity[0], velocity[1]), 0.0, a, _DRIFTS if moving else 0.0) for a in directions]
+    rests = _STANDS if is_driven else _DRIFTS if moving else 0.0
+    found = [((velocity[0], velocity[1]), 0.0, a, rests) for a in directions]
+    stands = 0.0 if moving or is_driven else _STANDS
     currents = [(0.0, 0.0)]
     currents += [(k * response.speed, a) for k in _SHARES for a in directions]
     for size, towards in currents if math.isinf(way) else ():
@@ -83,7 +94,7 @@ def hypotheses(
         if 0.25 * response.speed < speed < 1.1 * response.top_speed:
             unusual = (speed - response.speed) / (0.4 * response.speed)
             cost = 0.5 * ((size / (response.current * response.speed)) ** 2 + unusual**2)
-            found.append((current, speed, math.atan2(water[1], water[0]), cost if moving else cost + _STANDS))
+            found.append((current, speed, math.atan2(water[1], water[0]), cost + stands))
     states = np.zeros((len(found), STATES))
     covariances = np.zeros((len(found), STATES, STATES))
     for x, p, (current, speed, course, _) in zip(states, covariances, found, strict=True):
@@ -91,28 +102,30 @@ def hypotheses(
         x[NORTH] += response.pivot * math.cos(course)
         x[EAST] += response.pivot * math.sin(course)
         x[GAIN] = x[TIME] = x[SPEED_GAIN] = 1.0
+        x[SLIP] = response.slip_time
         _spread(x, p, place_std, velocity_std, response, way)
     weights = -np.array([cost for *_, cost in found])
     return states, covariances, weights - np.log(np.sum(np.exp(weights)))
 
 
 def drifting(states: Floats, covariances: Floats, way: float) -> None:
-    """States (m, 16) and covariances (m, 16, 16), in place, of a boat whose motor idles: what is left of its speed
+    """States (m, 20) and covariances (m, 20, 20), in place, of a boat whose motor idles: what is left of its speed
     through the water is 0 but for a 1σ of `way` (m/s), and its velocity over ground the current.
     """
-    states[:, WATER_SPEED] = covariances[:, WATER_SPEED] = covariances[..., WATER_SPEED] = 0.0
+    for k in (WATER_SPEED, SWAY):
+        states[:, k] = covariances[:, k] = covariances[..., k] = 0.0
     covariances[:, WATER_SPEED, WATER_SPEED] = way**2
 
 
 def departing(covariances: Floats, response: Response) -> None:
-    """Covariances (m, 16, 16), in place, of a boat that no longer drifts: how far its drift was wind is uncertain."""
+    """Covariances (m, 20, 20), in place, of a boat that no longer drifts: how far its drift was wind is uncertain."""
     for k in (CURRENT_N, CURRENT_E):
         covariances[:, k, k] += (_CURRENT_STD * response.speed) ** 2
     covariances[:, WATER_SPEED, WATER_SPEED] += (_REST_STD * response.speed) ** 2
 
 
 def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf) -> tuple[Floats, Floats, Floats]:
-    """(states, covariances, log weights) as of `hypotheses`, for a state (16,) and covariance (16, 16) at rest.
+    """(states, covariances, log weights) as of `hypotheses`, for a state (20,) and covariance (20, 20) at rest.
 
     Its velocity over ground becomes the current, in a drift it is that; what is known of its response is kept.
     """
@@ -122,7 +135,7 @@ def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf)
     if not drifts:
         f[CURRENT_N, [WATER_SPEED, HEADING]] = c, -u * s
         f[CURRENT_E, [WATER_SPEED, HEADING]] = s, u * c
-    f[[WATER_SPEED, HEADING, YAW_RATE]] = 0.0
+    f[[WATER_SPEED, SWAY, HEADING, YAW_RATE]] = 0.0
     state = f @ x
     state[[CURRENT_N, CURRENT_E]] = x[CURRENT_N] + u * c, x[CURRENT_E] + u * s
     covariance = f @ p @ f.T
@@ -158,6 +171,9 @@ def _spread(x, p, place_std, velocity_std, response, way):
         p[k, k] = (response.wind_std * response.rate) ** 2
     p[DAMPING, DAMPING] = response.damping_std**2
     p[TIME, TIME] = response.time_std**2
+    p[SLIP, SLIP] = response.slip_std**2
+    p[SWAY, SWAY] = (response.slip_std * response.rate * speed) ** 2
+    p[GYRO, GYRO], p[DEVIATION, DEVIATION] = _GYRO_STD**2, DEVIATION_STD**2
     if speed == 0.0:
         beside, rest = _at_rest(response, way)
         p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + beside**2

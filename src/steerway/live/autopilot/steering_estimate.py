@@ -16,6 +16,9 @@ _LONGEST_GAP = 30.0
 _TOLD = 3.0
 """s for which a throttle holds. Chosen: three heartbeats, as which say that a vehicle is not armed."""
 
+_DRIVES = 0.1
+"""Share of full throttle above which a boat makes way by it. Chosen."""
+
 
 class SteeringEstimate:
     """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
@@ -34,7 +37,8 @@ class SteeringEstimate:
         self._origin, self._response, self._std = origin, response, position_std
         self.heading = heading
         self._moment = self._fixed = math.nan
-        self._idle_since, self._throttle_told = math.inf, -math.inf  # when the motors began to idle, if they do
+        self._idle_since = self._driven_since = math.inf  # when the motors began to idle, and to drive the boat
+        self._throttle_told = -math.inf
         self.ordered = math.nan  # yaw rate
         self.is_broken = False  # the last fix left no number
         self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
@@ -49,6 +53,7 @@ class SteeringEstimate:
         """Whatever a link reports."""
         if math.isfinite(row.throttle):
             self._idle_since = min(self._idle_since, row.time) if row.throttle == 0.0 else math.inf
+            self._driven_since = min(self._driven_since, row.time) if row.throttle > _DRIVES else math.inf
             self._throttle_told = row.time
         if self.heading is not None:
             self.heading.take(row)
@@ -61,7 +66,9 @@ class SteeringEstimate:
         self._stepped = None
         place = displacement(row.latitude, row.longitude, *self._origin)
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
-        self.filter.idle_since = self._idle_since if row.time - self._throttle_told < _TOLD else math.inf
+        is_told = row.time - self._throttle_told < _TOLD
+        self.filter.idle_since = self._idle_since if is_told else math.inf
+        self.filter.driven_since = self._driven_since if is_told else math.inf
         heading = row.heading if self.heading is None else self.heading.at(row.time)
         self._use(row.time, *place, *velocity, heading, row.yaw_rate)
         if self.heading is not None and self.filter.started:
