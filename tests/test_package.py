@@ -65,6 +65,14 @@ LOGS = {
 }
 
 
+@pytest.mark.parametrize("module", ["steerway.live.build_service", "steerway.live.simulated.running"])
+def test_a_live_run_loads_no_package_of_tables(module):
+    """It starts a fifth sooner without."""
+    asked_for = f"import {module}, sys; print([name for name in ('polars', 'pandas') if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_information_help_and_lists_compile_nothing(tmp_path):
     for name, data in LOGS.items():
         (tmp_path / name).write_bytes(data)

@@ -2,11 +2,14 @@
 
 import datetime
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import polars as pl
 
 from steerway.core.arrays import Floats
+
+if TYPE_CHECKING:
+    import polars as pl
 
 _CLOCK = (
     r"[T\s_Z-]*([0-9]{1,2}):?([0-9]{2})(?::?([0-9]{2}(?:[.,][0-9]+)?))?\s*([AaPp][Mm])?"
@@ -17,12 +20,14 @@ _YEAR_FIRST = r"^\s*([0-9]{4})[-/.]?([0-9]{2})[-/.]?([0-9]{2})" + _CLOCK
 _YEAR_LAST = r"^\s*([0-9]{1,2})[/.-]([0-9]{1,2})[/.-]([0-9]{4})" + _CLOCK
 
 
-def unix_times(texts: Sequence[str | None] | pl.Series) -> np.ndarray:
+def unix_times(texts: "Sequence[str | None] | pl.Series") -> np.ndarray:
     """Unix seconds (n,) of n dates: ISO 8601 and its kin, or day and month before the year; NaN where not one.
 
     Clocks have 24 hours, or am or pm. Without an offset a time is UTC. Where the year stands last the day comes first,
     unless that gives no date anywhere and the month first does.
     """
+    import polars as pl  # a live run needs it only where dates are text
+
     column = pl.Series("text", texts, dtype=pl.String)
     parts = _parts(column, _YEAR_FIRST)
     seconds = _seconds(*parts)
@@ -51,8 +56,10 @@ def iso(time: float) -> str:
     return f"{date}{fraction[1:]}Z"
 
 
-def _parts(column: pl.Series, pattern: str) -> tuple[Floats, ...]:
+def _parts(column: "pl.Series", pattern: str) -> tuple[Floats, ...]:
     """Three numbers of the date, three of the clock, and the offset from UTC in seconds; NaN where no match."""
+    import polars as pl
+
     groups = column.str.extract_groups(pattern).struct.unnest()
     numbers = [
         groups[f"{index}"].str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).to_numpy()
@@ -64,7 +71,7 @@ def _parts(column: pl.Series, pattern: str) -> tuple[Floats, ...]:
     return *numbers, _offset(groups["8"])
 
 
-def _of_day(hours: Floats, halves: pl.Series) -> Floats:
+def _of_day(hours: Floats, halves: "pl.Series") -> Floats:
     """Hours of the day of those of its half, am or pm; NaN where such a clock shows no such hour."""
     if halves.null_count() == len(halves):
         return hours
@@ -75,10 +82,12 @@ def _of_day(hours: Floats, halves: pl.Series) -> Floats:
     return np.where(twelve, np.where(shown, hours % 12.0 + 12.0 * later, np.nan), hours)
 
 
-def _offset(zones: pl.Series) -> Floats:
+def _offset(zones: "pl.Series") -> Floats:
     """Seconds east of UTC of Z, ±hh, ±hhmm and ±hh:mm."""
     if zones.null_count() == len(zones) or not zones.str.contains("[+-]").any():
         return np.zeros(len(zones))
+    import polars as pl
+
     digits = zones.str.extract_groups(r"([+-])([0-9]{2}):?([0-9]{2})?").struct.unnest()
     hours, minutes = (digits[name].cast(pl.Float64).fill_null(0.0).to_numpy() for name in ("2", "3"))
     sign = np.where((digits["1"] == "-").fill_null(False).to_numpy(), -1.0, 1.0)

@@ -1,12 +1,15 @@
 """Latitude and longitude as files give them, to the radians of `Fixes`."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import polars as pl
 
 from steerway.core.angles import wrap
 from steerway.core.interpreted import without_compiling
+
+if TYPE_CHECKING:
+    import polars as pl
 
 _wrap = without_compiling(wrap)  # a log may have one place, and compiling takes longer than most logs
 _MARKS = "[°º'′’\"″”]"
@@ -31,11 +34,13 @@ def places(latitude_deg, longitude_deg) -> tuple[np.ndarray, np.ndarray]:
     return np.radians(np.where(on_earth, latitude, np.nan)), np.radians(np.where(on_earth, longitude, np.nan))
 
 
-def degrees(texts: pl.Series, hemispheres: str) -> np.ndarray:
+def degrees(texts: "pl.Series", hemispheres: str) -> np.ndarray:
     """Degrees (n,) of texts such as 54°18.5'N, S 54 18 30 or 54.3N; NaN where not one.
 
     hemispheres: the letters of the axis, that of positive degrees first: "NS" or "EW".
     """
+    import polars as pl  # a live run needs it for no table
+
     plain = texts.str.to_uppercase().str.replace_all(_MARKS, " ").str.strip_chars()
     groups = plain.str.extract_groups(_DEGREES).struct.unnest()
     whole, minutes, seconds = (groups[name].cast(pl.Float64).to_numpy() for name in ("3", "4", "5"))

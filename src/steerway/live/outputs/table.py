@@ -12,7 +12,6 @@ import numpy as np
 from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.core.records import Motion
-from steerway.formats.writing import write, writer
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output
 from steerway.live.rows import Order, Row, State
@@ -34,6 +33,8 @@ class TableFile(Output):
     """
 
     def __init__(self, path: str | Path, every_tick: bool = False, lossless: bool = False):
+        from steerway.formats.writing import writer  # loads polars, which a run without a table does not need
+
         writer(path)
         self.path, self.every_tick, self.lossless = Path(path), every_tick, lossless
         if not os.access(self.path.parent, os.W_OK):
@@ -58,6 +59,8 @@ class TableFile(Output):
         if self._sink is not None:
             self._sink.close()
             self._sink.file.close()
+        from steerway.formats.writing import write
+
         kept = np.fromfile(self._part, _KEPT) if self._part.exists() else np.empty(0, _KEPT)
         try:
             write(_motion(kept), self.path)
