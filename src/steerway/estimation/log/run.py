@@ -23,7 +23,7 @@ from steerway.estimation.log.course import (
     run_model,
     smoothed_record,
 )
-from steerway.estimation.log.digits import quantum_of
+from steerway.estimation.log.digits import ends_of_repeats, quantum_of
 from steerway.estimation.log.outage import doubt_slides
 from steerway.estimation.log.plane import Plane, laid_out, placed, steps_between
 from steerway.estimation.log.record import (
@@ -261,6 +261,8 @@ def _filtered(record: Rows, structures, least_speed):
 def _smoothed(record: Rows, structures, least_speed):
     """Estimate (n, 9) of every row that knows the whole record, or all that bears on it."""
     n = len(record.time)
+    if any(record.quantum):
+        record = record._replace(north=ends_of_repeats(record.time, record.north, record.east))
     steps = np.concatenate([[0], np.cumsum(predictions(record))])
     if steps[-1] < _BLOCK + 2 * _OVERLAP:
         return smoothed_record(record, structures, least_speed)
