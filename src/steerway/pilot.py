@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple, Protocol
 
+from steerway.control.allocation import Actuation
 from steerway.control.handover import Autopilot
 from steerway.control.holding import PositionHold
 from steerway.control.in_current import SURE, InCurrent
@@ -74,13 +75,6 @@ class SpeedLoop(Protocol):
     def restart(self) -> None: ...
 
     def speed_of(self, force: float) -> float: ...
-
-
-class Actuation(Protocol):
-    """What makes commands of a surge force and of the autopilot's output: a yaw moment, a rudder angle, a yaw rate."""
-
-    def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
-        """The commands, one an actuator, then the achieved force, then the achieved part of the autopilot's output."""
 
 
 @dataclass

@@ -72,7 +72,7 @@ def plan_turn(
     return min(turns, key=lambda turn: turn.excursion)
 
 
-def _placed(direction, following, angle, path, time):
+def _placed(direction: float, following: float, angle: float, path: Floats, time: float) -> Turn:
     lead = float(wheel_over(direction, following, *path[-1]))
     excursion, closest, end = passing(path, lead, direction, following)
     return Turn(path, angle, time, lead, end, excursion, closest)
