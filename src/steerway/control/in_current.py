@@ -301,9 +301,12 @@ class InCurrent:
         if self._left == 0.0 and self._path is None:
             quicker = min(_QUICKEST, max(1.0, 1.0 / estimate.yaw_time)) if estimate.yaw_time > 0.0 else _QUICKEST
             shaper.bandwidth = 2.0 * self.bandwidth * quicker
-        if not isinstance(autopilot.controller, AnglePID):
-            return
+        if isinstance(autopilot.controller, AnglePID):
+            autopilot.controller.gains = self.gains(estimate)
+
+    def gains(self, estimate: Estimate) -> AnglePIDGains:
+        """The gains of the heading loop, its bandwidth what the estimate carries now."""
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
         carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
         bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))
-        autopilot.controller.gains = self.identified(estimate).gains(bandwidth, estimate.water_speed, self.limit)
+        return self.identified(estimate).gains(bandwidth, estimate.water_speed, self.limit)

@@ -6,6 +6,7 @@ All three work on angles, go the short way round and give angles in [−π, π).
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 from steerway.core.angles import wrap
@@ -198,7 +199,8 @@ class ReferenceModel(_Shaper):
         return self.reference
 
 
-SHAPERS = {
+Filter = LowPass | TrackingFilter | ReferenceModel
+SHAPERS: dict[str, Callable[["ReferenceTable", float], Filter]] = {
     "tracking": lambda keys, loop: TrackingFilter(keys.bandwidth or 1.0, keys.damping),
     "model": lambda keys, loop: ReferenceModel(keys.bandwidth or 0.5, keys.damping, math.radians(keys.max_rate_deg)),
     "low-pass": lambda keys, loop: LowPass(keys.time_constant or 2.0 / loop),

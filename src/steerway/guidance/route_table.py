@@ -69,8 +69,8 @@ class PlaceTable(Table):
 
     north: Number | None = None
     east: Number | None = None
-    latitude_deg: Latitude | None = Field(None, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
-    longitude_deg: Longitude | None = Field(None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+    latitude_deg: Latitude | None = Field(default=None, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    longitude_deg: Longitude | None = Field(default=None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
 
     def is_plane(self, name: str) -> bool:
         """Whether the place is given in m; raises InputError with its name where neither pair is whole."""
@@ -129,7 +129,7 @@ _COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")
 class WaypointTable(PlaceTable):
     """A waypoint, and the speed (m/s) and acceptance (m) that differ from the rest of the route on the leg to it."""
 
-    speed: Positive | None = Field(None, validation_alias=AliasChoices("speed", "speed_mps"))
+    speed: Positive | None = Field(default=None, validation_alias=AliasChoices("speed", "speed_mps"))
     acceptance: Positive | None = None
 
 
@@ -150,8 +150,8 @@ class SurveyRouteTable(SurveyTable, PlaceTable):
 class OriginTable(Table):
     """Where north = east = 0 lies."""
 
-    latitude_deg: Latitude = Field(63.44, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
-    longitude_deg: Longitude = Field(10.40, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+    latitude_deg: Latitude = Field(default=63.44, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    longitude_deg: Longitude = Field(default=10.40, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
 
     @property
     def place(self) -> Place:

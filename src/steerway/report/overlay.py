@@ -9,7 +9,6 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from steerway.core.angles import wrap_array
-from steerway.core.arrays import Floats
 from steerway.core.earth import radii
 from steerway.formats.results import NamedTrack
 from steerway.report.course_axis import broken, course_cut, on_axis

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
 from steerway.estimation.fit.description import is_of_hull
