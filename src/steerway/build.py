@@ -7,6 +7,9 @@ import math
 
 from steerway.control.boats import Boat
 from steerway.control.handover import Shaper, Steerageway
+from steerway.control.holding import PositionHold
+from steerway.control.in_current import InCurrent
+from steerway.control.station import StationKeeper
 from steerway.core.estimate import Estimator
 from steerway.estimation.steering import Response
 from steerway.guidance.line_of_sight import GuidanceLaw
@@ -58,6 +61,8 @@ def build_pilot(
     max_dead_reckoning and observer: as of `Pilot`; course_estimate: as of `Boat.autopilot_in_current`. speed: in place
     of the boat's own speed loop.
     """
+    station: StationKeeper | PositionHold | None
+    steering: InCurrent | None
     if shaper is None:
         autopilot = boat.autopilot_in_current(kinds[0], angle_std, steerageway, course_estimate)
         station, steering, spot_turn = boat.position_hold(radius), boat.in_current(), boat.spot_turn()
@@ -83,9 +88,10 @@ def build_pilot(
 
 def response_of(boat: Boat) -> Response:
     """The numbers of a boat that the steering filter uses."""
-    _, time, *damping = boat.yaw_response
-    speeds, slowly = (boat.cruise, boat.top_speed), min(boat.speed_time, _LONGEST_SPEED_TIME)
-    made = Response(time, boat.turn_rate, *speeds, *damping, speed_time=slowly, pivot=boat.pivot)
+    _, time, linear, munk, quadratic = boat.yaw_response
+    slowly = min(boat.speed_time, _LONGEST_SPEED_TIME)
+    motion = time, boat.turn_rate, boat.cruise, boat.top_speed, linear, munk, quadratic, slowly
+    made = Response(*motion, pivot=boat.pivot)
     if boat.pivot == 0.0:
         made = made._replace(slip_time=boat.slip_time, slip_std=_SLIP_STD)
     doubt = {name: boat.yaw_doubt * getattr(made, name) for name in ("gain_std", "damping_std", "bias_std")}

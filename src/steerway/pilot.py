@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple, Protocol
 
+from steerway.control.allocation import Actuation
 from steerway.control.handover import Autopilot
 from steerway.control.holding import PositionHold
 from steerway.control.in_current import SURE, InCurrent
@@ -52,11 +53,15 @@ class Mode(IntEnum):
 class LegSource(Protocol):
     """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`, aboard a `Guide`."""
 
-    phase: Phase
     lead: float
     preview: float
-    given_course: float
-    """Course (rad) that is steered in place of that of a guidance law; NaN for none."""
+
+    @property
+    def phase(self) -> Phase: ...
+
+    @property
+    def given_course(self) -> float:
+        """Course (rad) that is steered in place of that of a guidance law; NaN for none."""
 
     @property
     def following(self) -> float: ...
@@ -74,13 +79,6 @@ class SpeedLoop(Protocol):
     def restart(self) -> None: ...
 
     def speed_of(self, force: float) -> float: ...
-
-
-class Actuation(Protocol):
-    """What makes commands of a surge force and of the autopilot's output: a yaw moment, a rudder angle, a yaw rate."""
-
-    def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
-        """The commands, one an actuator, then the achieved force, then the achieved part of the autopilot's output."""
 
 
 @dataclass
@@ -259,7 +257,7 @@ class Pilot:
         by_course = self.autopilot.by_course
         return Orders(command, estimate, leg, desired, reference, speed, force, yaw, mode, by_course)
 
-    def _guide(self, leg, estimate, dt):
+    def _guide(self, leg: LegState, estimate: Estimate, dt: float) -> tuple[Reference, float]:
         """The desired course, or heading, and speed; without a command other programs may steer by the leg."""
         given = self.mission.given_course
         if math.isfinite(given):
@@ -280,10 +278,10 @@ class Pilot:
             desired = desired._replace(angle=math.atan2(east, north))
         return desired, speed
 
-    def _steer(self, desired, speed, estimate, dt):
+    def _steer(self, desired: Reference, speed: float, estimate: Estimate, dt: float) -> Steered:
         """Control: the commands for a desired course (or heading) and speed (m/s)."""
         if self.in_current is not None and estimate.knows_current:
-            return self._steer_in_current(desired, speed, estimate, dt)
+            return self._steer_in_current(self.in_current, desired, speed, estimate, dt)
         force = 0.0 if self.speed is None else self.speed.step(speed, estimate.sog, dt)
         if self._crabs and estimate.knows_current:
             current = estimate.current_north, estimate.current_east
@@ -300,12 +298,13 @@ class Pilot:
         if self._turns is not None:
             self._turns(shaft)
 
-    def _seen(self, leg, speed, estimate):
+    def _seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
         """The leg as the guidance law sees it, for a speed of the route (m/s)."""
-        knows = self.in_current is not None and estimate.knows_current
-        return self.in_current.with_shorter_lookahead(leg, speed, estimate) if knows else leg
+        if self.in_current is None or not estimate.knows_current:
+            return leg
+        return self.in_current.with_shorter_lookahead(leg, speed, estimate)
 
-    def _look_ahead(self, leg, estimate, dt):
+    def _look_ahead(self, leg: LegState, estimate: Estimate, dt: float) -> None:
         """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins,
         and how far ahead on a curve the boat has to look.
 
@@ -318,37 +317,43 @@ class Pilot:
             if estimate.heading_std < SURE and self.spot_turn is not None:
                 lead = self.spot_turn.lead(leg, following, estimate, self.in_current.turn_rate)
             if math.isfinite(following) and math.isnan(lead) and estimate.heading_std < SURE:
-                lead = self.in_current.turn(leg, following, estimate, self.autopilot.shaper)
+                lead = self.in_current.turn(leg, following, estimate, self.autopilot.model)
         self.mission.lead = lead
         self.mission.preview = estimate.sog * self.autopilot.shaper.lag if estimate.sog > 0.0 else 0.0
 
-    def _steer_in_current(self, desired, speed, estimate, dt):
-        speed = self.in_current.water_speed(desired.angle, speed, estimate)
-        heading = self.in_current.heading(desired, speed, estimate, self.autopilot.shaper.reference)
+    def _steer_in_current(
+        self, steering: InCurrent, desired: Reference, speed: float, estimate: Estimate, dt: float
+    ) -> Steered:
+        speed = steering.water_speed(desired.angle, speed, estimate)
+        heading = steering.heading(desired, speed, estimate, self.autopilot.shaper.reference)
         if self.spot_turn is not None and self.spot_turn.stays(heading.angle, estimate):
             speed = 0.0
-        return self._through_water(heading, speed, estimate, dt)
+        return self._through_water(steering, heading, speed, estimate, dt)
 
-    def _through_water(self, heading, speed, estimate, dt):
+    def _through_water(
+        self, steering: InCurrent, heading: Reference, speed: float, estimate: Estimate, dt: float
+    ) -> Steered:
         """The commands for a heading and a speed through the water."""
-        self.in_current.tune(self.autopilot, estimate)
+        steering.tune(self.autopilot, estimate)
         force = 0.0
         if self.speed is not None:
-            force = self.speed.step(speed, estimate.water_speed, dt, *self.in_current.current_along_bow(estimate))
-        if self.in_current.departs(estimate, dt):
+            force = self.speed.step(speed, estimate.water_speed, dt, *steering.current_along_bow(estimate))
+        if steering.departs(estimate, dt):
             self.autopilot.release()
             return self._actuate(force, 0.0)
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
-        return self._actuate(force, yaw, self.in_current.feedforward(self.autopilot, estimate))
+        return self._actuate(force, yaw, steering.feedforward(self.autopilot, estimate))
 
-    def _about(self, distance, bearing, estimate, dt):
-        """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""
-        wanted = self.station.step(distance, bearing, estimate)
+    def _about(
+        self, station: PositionHold, steering: InCurrent, leg: LegState, estimate: Estimate, dt: float
+    ) -> Steered:
+        """Control: the commands that keep the boat about the waypoint of a leg."""
+        wanted = station.step(leg.distance, leg.bearing, estimate)
         if wanted.water_speed == 0.0:
             if self.speed is not None:
                 self.speed.restart()
             return self._rest()
-        return self._through_water(Reference(wanted.heading, 0.0, 0.0), wanted.water_speed, estimate, dt)
+        return self._through_water(steering, Reference(wanted.heading, 0.0, 0.0), wanted.water_speed, estimate, dt)
 
     def restart(self) -> None:
         """Forget the trim and the reference: the next step under way begins with the boat's own course."""
@@ -358,45 +363,49 @@ class Pilot:
             if each is not None:
                 each.restart()
 
-    def _rest(self):
+    def _rest(self) -> Steered:
         """Engines off: the commands that do nothing. The autopilot begins anew with the next step under way."""
         self.autopilot.release()
         *command, _, _ = self.actuation.step(0.0, 0.0)
         self._orders(0.0, self.cruise if self.speed is None else 0.0)
         return Steered(tuple(command), 0.0, 0.0, self._reference())
 
-    def _change(self, mode):
+    def _change(self, mode: Mode) -> None:
         """Integrals of one mode are of no use in another."""
-        if mode is Mode.HOLDING:
+        if mode is Mode.HOLDING and self.station is not None:
             self.station.restart()
-            if self.in_current is not None:
-                self.in_current.restart()
+        if mode is Mode.HOLDING and self.in_current is not None:
+            self.in_current.restart()
         if self.speed is not None and mode is not Mode.UNDER_WAY:
             self.speed.restart()
         self.mode = mode
 
-    def _hold(self, desired, speed, leg, estimate, dt):
-        by_thrust = isinstance(self.station, PositionHold)
-        if by_thrust and math.isfinite(desired.angle) and not estimate.knows_current:
-            return desired, self._steer(desired, speed, estimate, dt)
-        if by_thrust:
-            steered = self._about(leg.distance, leg.bearing, estimate, dt)
+    def _hold(
+        self, desired: Reference, speed: float, leg: LegState, estimate: Estimate, dt: float
+    ) -> tuple[Reference, Steered]:
+        station, steering = self.station, self.in_current
+        if isinstance(station, PositionHold):
+            if steering is None or (math.isfinite(desired.angle) and not estimate.knows_current):
+                return desired, self._steer(desired, speed, estimate, dt)
+            steered = self._about(station, steering, leg, estimate, dt)
             return (steered.reference if math.isnan(desired.angle) else desired), steered
+        if station is None:
+            return desired, self._rest()
         sog, cog, heading = estimate.sog, estimate.cog, estimate.heading
-        wanted, force = self.station.step(leg.distance, leg.bearing, cog, sog, heading, dt)
+        wanted, force = station.step(leg.distance, leg.bearing, cog, sog, heading, dt)
         desired = Reference(*wanted)
         return desired, self._actuate(force, self._yaw(desired, estimate, dt, course_wanted=False))
 
-    def _leave(self):
+    def _leave(self) -> Steered:
         """Someone else steers: no command, and an estimator that uses orders knows of none."""
         self._orders(math.nan, math.nan)
         return Steered((), 0.0, 0.0, self._reference())
 
-    def _yaw(self, desired, estimate, dt, course_wanted):
+    def _yaw(self, desired: Reference, estimate: Estimate, dt: float, course_wanted: bool) -> float:
         _, _, sog, cog, course_rate, _, _, _, _, heading, yaw_rate, *_ = estimate
         return self.autopilot.step(desired, cog, course_rate, heading, yaw_rate, sog, dt, course_wanted)
 
-    def _actuate(self, force, yaw, fed=0.0):
+    def _actuate(self, force: float, yaw: float, fed: float = 0.0) -> Steered:
         """The commands; integrals are kept within what limits leave of them. `fed` is added to the autopilot's
         output.
         """
@@ -407,9 +416,9 @@ class Pilot:
         self._orders(achieved_yaw, self.cruise if self.speed is None else self.speed.speed_of(achieved_force))
         return Steered(tuple(command), force, yaw + fed, self._reference())
 
-    def _reference(self):
+    def _reference(self) -> Reference:
         return self.autopilot.shaper.reference or UNKNOWN
 
 
-def _no_order(yaw, speed):
+def _no_order(yaw: float, speed: float) -> None:
     """For an estimator that does not use the orders."""

@@ -16,6 +16,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steerway.archive.filters import (
     OUTPUTS,
@@ -48,6 +49,7 @@ from steerway.archive.tracks import (
     steady_level,
     track_of,
 )
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.records import REJECTED
 from steerway.core.statistics import FIX_GATE, UNBROKEN_REJECTION
@@ -99,7 +101,9 @@ class Found(NamedTuple):
 
 
 @kernel
-def associate(bounds, reports, filters, fleet, found, spare):
+def associate(
+    bounds: NDArray[np.int64], reports: Reports, filters: Filters, fleet: Fleet, found: Found, spare: State
+) -> None:
     """Run over reports, those of vessel v in rows bounds[v] to bounds[v + 1]; fills `found`, goes on with `fleet`.
 
     spare: State of two filters, workspace.
@@ -110,7 +114,16 @@ def associate(bounds, reports, filters, fleet, found, spare):
 
 
 @called_kernel
-def follow(vessel, tracks, states, rows, reports, filters, found, spare):
+def follow(
+    vessel: np.record,
+    tracks: np.ndarray,
+    states: State,
+    rows: tuple[int, int],
+    reports: Reports,
+    filters: Filters,
+    found: Found,
+    spare: State,
+) -> None:
     """Run over the rows of a vessel, from rows[0] to rows[1]. It counts no references to arrays, as a kernel does."""
     time, before, ahead = reports.time, state_at(spare, 0), state_at(spare, 1)
     ahead_of, ahead_time = -1, 0.0
@@ -150,14 +163,16 @@ def follow(vessel, tracks, states, rows, reports, filters, found, spare):
 
 
 @lean_kernel
-def keep(kept, k, track, state, link):
+def keep(kept: Kept, k: int, track: np.record, state: State, link: int) -> None:
     """Keep the filter of a track after row k."""
     copy_state(state, state_at(kept.states, k))
     kept.plane[k, 0], kept.plane[k, 1], kept.link[k] = track.latitude, track.longitude, link
 
 
 @called_kernel
-def take_report(filters, track, state, reports, k, alone, before):
+def take_report(
+    filters: Filters, track: np.record, state: State, reports: Reports, k: int, alone: bool, before: State
+) -> tuple[int, float, bool, int]:
     """Take row k: of a track that is alone as of a vessel that goes on as it does, else as of one that manoeuvres.
 
     Returns the model by which it was predicted, its NIS, whether it is no outlier, and how the filter goes on. before:
@@ -191,7 +206,7 @@ def take_report(filters, track, state, reports, k, alone, before):
 
 
 @called_kernel
-def after_refusal(filters, which, track, state, time, place):
+def after_refusal(filters: Filters, which: int, track: np.record, state: State, time: float, place: Vec2) -> int:
     """Where reports have been refused for long, take this one, at a place (m), nevertheless. Returns how it goes on.
 
     The position moves there, and the motion is kept; if that does not help, the filter begins anew.
@@ -210,7 +225,7 @@ def after_refusal(filters, which, track, state, time, place):
 
 
 @lean_kernel
-def note_report(track, estimate, accepted, reports, k):
+def note_report(track: np.record, estimate: Floats, accepted: bool, reports: Reports, k: int) -> None:
     """Note what row k says of a track, when its filter has dealt with it."""
     note_velocity(track, estimate, accepted, reports.time[k] - track.last)
     if accepted:
@@ -232,4 +247,5 @@ def empty_found(rows: int, kept: int, filters: Filters) -> Found:
     """Where so many rows are found, and so many kept."""
     kinds = np.float64, np.uint8, np.int64, np.uint8, np.uint8
     room = Kept(empty_states((kept,), filters), np.empty((kept, 2)), np.empty(kept, np.int8))
-    return Found(np.empty((rows, OUTPUTS)), *(np.empty(rows, kind) for kind in kinds), room)
+    nis, status, track, event, which = (np.empty(rows, kind) for kind in kinds)
+    return Found(np.empty((rows, OUTPUTS)), nis, status, track, event, which, room)

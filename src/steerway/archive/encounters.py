@@ -11,6 +11,7 @@ import polars as pl
 
 from steerway.archive.store import DAY, Store
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.earth import NAUTICAL_MILE, radii
 from steerway.core.errors import InputError
 
@@ -87,7 +88,9 @@ def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFra
             yield from _approaches(columns, ids[who], after[who], moment, distance)
 
 
-def _approaches(columns, ids, after, moment, distance) -> Iterator[pl.DataFrame]:
+def _approaches(
+    columns: dict[str, np.ndarray], ids: np.ndarray, after: np.ndarray, moment: float, distance: float
+) -> Iterator[pl.DataFrame]:
     """The pairs of vessels that come within a distance (m) about a moment; each is between rows after − 1 and after."""
     from scipy.spatial import cKDTree
 
@@ -139,7 +142,7 @@ def _approaches(columns, ids, after, moment, distance) -> Iterator[pl.DataFrame]
     )
 
 
-def _std(columns, row, after, away) -> np.ndarray:
+def _std(columns: dict[str, np.ndarray], row: np.ndarray, after: np.ndarray, away: Floats) -> np.ndarray:
     """Of a position between two estimates: theirs, and what the speed is uncertain by since the nearer of them."""
     position = np.maximum(columns["position_std_m"][row], columns["position_std_m"][after])
     return np.hypot(position, np.nan_to_num(columns["sog_std_mps"][row]) * away)

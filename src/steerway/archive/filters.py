@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, jitable, lean_kernel
 from steerway.core.earth import displaced
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
@@ -77,11 +78,13 @@ class Filters(NamedTuple):
     plain: bool  # whether Table 1 serves all models
 
 
-def filters_of(models: Sequence[Model], change, steerageway) -> Filters:
+def filters_of(models: Sequence[Model], change: Floats, steerageway: Floats) -> Filters:
     """The filters of models of one size; change, steerageway: (models,) as there."""
     first, space = models[0], (len(models), _SLOTS)
     m, n = len(first.modes), first.states
-    stacked = Model(*(np.stack(parts) for parts in zip(*(each[:5] for each in models), strict=True)), n, first.driving)
+    parts = (np.stack(each) for each in zip(*(model[:5] for model in models), strict=True))
+    modes, generator, processes, receiver, aids = parts
+    stacked = Model(modes, generator, processes, receiver, aids, n, first.driving)
     work = empty_bank(first)
     return Filters(
         stacked,
@@ -108,7 +111,7 @@ def empty_states(shape: tuple[int, ...], filters: Filters) -> State:
 
 
 @jitable
-def model_of(filters, which):
+def model_of(filters: Filters, which: int) -> Model:
     """One of the models."""
     all_ = filters.models
     return Model(
@@ -123,7 +126,7 @@ def model_of(filters, which):
 
 
 @jitable
-def bank_of(filters, which, slot, state):
+def bank_of(filters: Filters, which: int, slot: int, state: State) -> Bank:
     """The Bank of a state, with one of the steps that are kept."""
     return Bank(
         state.x,
@@ -141,13 +144,13 @@ def bank_of(filters, which, slot, state):
 
 
 @jitable
-def state_at(states, k):
+def state_at(states: State, k: int) -> State:
     """One of many states."""
     return State(states.x[k], states.p[k], states.probability[k], states.run[k])
 
 
 @lean_kernel
-def copy_state(state, out):
+def copy_state(state: State, out: State) -> None:
     """Copy the state of a filter."""
     m, n = state.x.shape
     for k in range(m):
@@ -160,7 +163,7 @@ def copy_state(state, out):
 
 
 @lean_kernel
-def slot_for(filters, which, h):
+def slot_for(filters: Filters, which: int, h: float) -> int:
     """Where a step of h seconds is kept, or is to be: one of another length, however near, is forgotten."""
     slot = int(_SLOTS_PER_SECOND * h) % _SLOTS
     step = filters.steps[which, slot, 0]
@@ -170,7 +173,7 @@ def slot_for(filters, which, h):
 
 
 @lean_kernel
-def add_variance(p, i, variance):
+def add_variance(p: Floats, i: int, variance: float) -> None:
     """Add a variance to the states i and i + 1 of every mode, p (m, n, n).
 
     As a kernel of its own: what a kernel writes to arrays that it takes from `bank_of` itself, numba 0.68 leaves out.
@@ -181,7 +184,7 @@ def add_variance(p, i, variance):
 
 
 @lean_kernel
-def free_position(state):
+def free_position(state: State) -> None:
     """Let the position lie anywhere, so that the next fix sets it and the motion stays."""
     add_variance(state.p, NORTH, _ANYWHERE)
     run = state.run[0]
@@ -189,7 +192,7 @@ def free_position(state):
 
 
 @lean_kernel
-def predict(filters, which, state, dt):
+def predict(filters: Filters, which: int, state: State, dt: float) -> None:
     """Predict a filter by dt seconds by one of the models."""
     if not (dt > 0.0 and state.run[0].started == 1):
         return
@@ -209,7 +212,7 @@ def predict(filters, which, state, dt):
 
 
 @lean_kernel
-def take(filters, which, state, north, east):
+def take(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
     """Take a fix (m) at the present time. Returns its NIS and the probability of an outlier, NaN for the first."""
     model, bank, row = model_of(filters, which), bank_of(filters, which, 0, state), Row(0.0, north, east, 1.0)
     if filters.plain:
@@ -220,7 +223,7 @@ def take(filters, which, state, north, east):
 
 
 @called_kernel
-def aid(filters, which, state, aids):
+def aid(filters: Filters, which: int, state: State, aids: Floats) -> None:
     """Take the aids (a,) that are known."""
     model, bank = model_of(filters, which), bank_of(filters, which, 0, state)
     if filters.plain:
@@ -229,7 +232,7 @@ def aid(filters, which, state, aids):
 
 
 @called_kernel
-def weigh(filters, which, state, north, east):
+def weigh(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
     """−log density (1/m²) of a fix, and its least NIS in a mode."""
     model = model_of(filters, which)
     receiver, fix, total, least = model.receiver[0], Vec2(north, east), 0.0, math.inf
@@ -244,7 +247,7 @@ def weigh(filters, which, state, north, east):
 
 
 @lean_kernel
-def recentre(track, state, place, at):
+def recentre(track: np.record, state: State, place: tuple[float, float], at: tuple[float, float]) -> None:
     """Move the origin of a track's plane to the estimate, by its distance from a place (rad) at (m) in the plane."""
     north, east = state.x[0, NORTH], state.x[0, EAST]
     track.latitude, track.longitude = displaced(place[0], place[1], north - at[0], east - at[1])
@@ -254,7 +257,7 @@ def recentre(track, state, place, at):
 
 
 @lean_kernel
-def write(filters, which, latitude, longitude, state, estimate):
+def write(filters: Filters, which: int, latitude: float, longitude: float, state: State, estimate: Floats) -> None:
     """Write the estimate (OUTPUTS,) of a filter with the origin of its plane; NaN for a course that is undefined."""
     model, bank = model_of(filters, which), bank_of(filters, which, 0, state)
     if filters.plain:
@@ -269,7 +272,7 @@ def write(filters, which, latitude, longitude, state, estimate):
 
 
 @lean_kernel
-def note_velocity(track, estimate, accepted, interval):
+def note_velocity(track: np.record, estimate: Floats, accepted: bool, interval: float) -> None:
     """Note whether the velocity is known and the vessel under way, `interval` s after the fix taken before."""
     if accepted and interval > LONG:
         track.known = 0.0
@@ -279,7 +282,7 @@ def note_velocity(track, estimate, accepted, interval):
 
 
 @lean_kernel
-def status_of(track, estimate, fixed, accepted):
+def status_of(track: np.record, estimate: Floats, fixed: bool, accepted: bool) -> int:
     """Status of a row, as a code of records.STATUSES, by its estimate; a velocity that is not known yet goes."""
     if track.known == 0.0:
         for i in range(SOG, len(estimate) - 1):

@@ -7,9 +7,11 @@ where a record is cut.
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steerway.archive.tracks import ANOTHER, JUMP, MOVED
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.records import OK, REJECTED
@@ -76,7 +78,14 @@ EVENT_COLUMNS, TRIP_COLUMNS = 8, 11
 
 
 @kernel
-def history(bounds, order, rows, carry, events, trips):
+def history(
+    bounds: NDArray[np.int64],
+    order: NDArray[np.int64],
+    rows: tuple[np.ndarray, ...],
+    carry: Floats,
+    events: Floats,
+    trips: Floats,
+) -> tuple[int, int]:
     """Run over tracks that stand behind one another in an order of rows. Returns how many events and trips there are.
 
     Args:
@@ -132,7 +141,7 @@ def history(bounds, order, rows, carry, events, trips):
 
 
 @called_kernel
-def _excursion(events, e, track, c, time, reported):
+def _excursion(events: Floats, e: int, track: int, c: Floats, time: float, reported: Floats) -> int:
     """A jump within the reach of a ship shows when the next report is back: none sails there and back so fast."""
     if c[_REPORTS] >= 2.0 and time - c[_FORMER_TIME] <= _EXCURSION_TIME:
         there = _apart(c[_LAST_LATITUDE], c[_LAST_LONGITUDE], c[_FORMER_LATITUDE], c[_FORMER_LONGITUDE])
@@ -152,7 +161,7 @@ def _excursion(events, e, track, c, time, reported):
 
 
 @kernel
-def unfinished(carry, trips):
+def unfinished(carry: Floats, trips: Floats) -> int:
     """Fill `trips` with the trip or stop that every track is at; returns how many."""
     t = 0
     for i in range(len(carry)):
@@ -162,13 +171,24 @@ def unfinished(carry, trips):
 
 
 @lean_kernel
-def _apart(latitude, longitude, latitude_0, longitude_0):
+def _apart(latitude: float, longitude: float, latitude_0: float, longitude_0: float) -> float:
     north, east = displacement(latitude, longitude, latitude_0, longitude_0)
     return math.hypot(north, east)
 
 
 @lean_kernel
-def _emit(events, e, track, kind, start, end, latitude, longitude, value, rows):
+def _emit(
+    events: Floats,
+    e: int,
+    track: int,
+    kind: int,
+    start: float,
+    end: float,
+    latitude: float,
+    longitude: float,
+    value: float,
+    rows: float,
+) -> int:
     if e < len(events):
         row = events[e]
         row[0], row[1], row[2], row[3] = track, kind, start, end
@@ -177,19 +197,21 @@ def _emit(events, e, track, kind, start, end, latitude, longitude, value, rows):
 
 
 @lean_kernel
-def _begin(c, mode, time, latitude, longitude, distance):
+def _begin(c: Floats, mode: int, time: float, latitude: float, longitude: float, distance: float) -> None:
     c[_MODE], c[_BEGAN], c[_BEGAN_LATITUDE], c[_BEGAN_LONGITUDE] = mode, time, latitude, longitude
     c[_DISTANCE], c[_FASTEST] = distance, 0.0
 
 
 @lean_kernel
-def _drop_anchor(c, time, latitude, longitude):
+def _drop_anchor(c: Floats, time: float, latitude: float, longitude: float) -> None:
     c[_ANCHOR_TIME], c[_ANCHOR_LATITUDE], c[_ANCHOR_LONGITUDE] = time, latitude, longitude
     c[_ANCHOR_DISTANCE] = c[_DISTANCE]
 
 
 @lean_kernel
-def _end(trips, t, track, c, time, latitude, longitude, distance):
+def _end(
+    trips: Floats, t: int, track: int, c: Floats, time: float, latitude: float, longitude: float, distance: float
+) -> int:
     if c[_MODE] != _UNKNOWN or time > c[_BEGAN]:
         if t < len(trips):
             row = trips[t]
@@ -201,7 +223,7 @@ def _end(trips, t, track, c, time, latitude, longitude, distance):
 
 
 @called_kernel
-def _sailing(trips, t, track, c, time, latitude, longitude):
+def _sailing(trips: Floats, t: int, track: int, c: Floats, time: float, latitude: float, longitude: float) -> int:
     """Stops and the trips between them: a stop begins where the vessel came to its place, and ends where it left."""
     inside = _apart(latitude, longitude, c[_ANCHOR_LATITUDE], c[_ANCHOR_LONGITUDE]) <= STOP_RADIUS
     if c[_MODE] == _STOP:
@@ -224,7 +246,9 @@ def _sailing(trips, t, track, c, time, latitude, longitude):
 
 
 @called_kernel
-def _turning(events, e, track, c, time, estimate, status, elapsed):
+def _turning(
+    events: Floats, e: int, track: int, c: Floats, time: float, estimate: Floats, status: int, elapsed: float
+) -> int:
     """A turn is a run of rows with a course rate of one sign."""
     rate = estimate[4] if status == OK and math.isfinite(c[_COG]) and elapsed <= GAP else 0.0
     turns = abs(rate) > _TURN_RATE
@@ -243,7 +267,9 @@ def _turning(events, e, track, c, time, estimate, status, elapsed):
 
 
 @lean_kernel
-def _wrong(events, e, track, c, began, kind, time, differs, value):
+def _wrong(
+    events: Floats, e: int, track: int, c: Floats, began: int, kind: int, time: float, differs: bool, value: float
+) -> int:
     """A run of rows that differ: the three numbers of the carry from `began` on."""
     if differs:
         if c[began + 1] == 0.0:
@@ -260,7 +286,7 @@ def _wrong(events, e, track, c, began, kind, time, differs, value):
 
 
 @called_kernel
-def _wrong_speed(events, e, track, c, time, estimate, sog):
+def _wrong_speed(events: Floats, e: int, track: int, c: Floats, time: float, estimate: Floats, sog: float) -> int:
     difference = sog - estimate[2]
     if not math.isfinite(difference) or not math.isfinite(estimate[5]):
         return e
@@ -269,7 +295,9 @@ def _wrong_speed(events, e, track, c, time, estimate, sog):
 
 
 @called_kernel
-def _wrong_course(events, e, track, c, time, estimate, status, cog):
+def _wrong_course(
+    events: Floats, e: int, track: int, c: Floats, time: float, estimate: Floats, status: int, cog: float
+) -> int:
     if status != OK or not math.isfinite(cog) or not estimate[2] > _COG_LEAST_SPEED:
         return e
     difference = wrap(cog - estimate[3])
@@ -277,6 +305,6 @@ def _wrong_course(events, e, track, c, time, estimate, status, cog):
     return _wrong(events, e, track, c, _AWAY_BEGAN, _COURSE, time, differs, math.degrees(difference))
 
 
-def carries(count) -> np.ndarray:
+def carries(count: int) -> np.ndarray:
     """(count, CARRIED) before the first row."""
     return np.zeros((count, CARRIED))

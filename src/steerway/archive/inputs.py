@@ -11,13 +11,14 @@ import shutil
 from collections.abc import Iterable
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import polars as pl
 
 from steerway.archive.store import DAY, Store
 from steerway.core.errors import InputError
+from steerway.core.records import Fixes
 from steerway.formats import ais, table
 from steerway.formats.ais_tables import MOBILES, REASONS, SCHEMA, reports
 from steerway.formats.reading import plain, read, survey
@@ -54,8 +55,7 @@ def identity(path: Path, known: dict[str, Any] | None = None) -> dict[str, Any]:
     """Size, time of change and hash of a file; the hash of one that has not changed since `known` is not taken anew."""
     try:
         stat = path.stat()
-        same = known and known["size"] == stat.st_size and known["changed_ns"] == stat.st_mtime_ns
-        if same:
+        if known and known["size"] == stat.st_size and known["changed_ns"] == stat.st_mtime_ns:
             digest = known["sha256"]
         else:
             with open(path, "rb") as file:
@@ -99,7 +99,10 @@ def stage(
     return part, skipped, rows, names
 
 
-def bucket_of(mmsi: pl.Expr, buckets: int) -> pl.Expr:
+Numbers = TypeVar("Numbers", pl.Expr, pl.Series)
+
+
+def bucket_of(mmsi: Numbers, buckets: int) -> Numbers:
     """A stable hash of a vessel's number."""
     return (mmsi % 9_999_999_967 * 40_503 // 256) % buckets
 
@@ -133,9 +136,8 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
     names: dict[str, int] = {}
     recordings = [log.recording for log in survey(path)]
     recording = next((each for each in recordings if "AIS" in each.sources), None)
-    if recording is not None:
+    if recording is not None and (mmsi := recording.sources["AIS"].mmsi) is not None:
         fixes, skipped = recording.sources["AIS"], dict(recording.skipped)
-        mmsi = fixes.mmsi
         in_class_b = np.isin(mmsi, list(ais.class_b(plain(path))))
         mobile = np.where(in_class_b, MOBILES.index("class B"), MOBILES.index("class A"))
     else:
@@ -146,7 +148,7 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
     return _reports(fixes, mmsi, mobile, skipped).lazy(), skipped, names
 
 
-def _reports(fixes, mmsi, mobile, skipped) -> pl.DataFrame:
+def _reports(fixes: Fixes, mmsi: np.ndarray | int, mobile: np.ndarray | int, skipped: dict[str, int]) -> pl.DataFrame:
     """The positions among fixes, with SCHEMA; those that have none are counted."""
     placed = fixes.has_position
     columns = {

@@ -56,7 +56,7 @@ def levels(profile: Profile | None) -> list[list[Profile]]:
     return [_levels_of(BUILT_IN[name]) for name in PROFILES]
 
 
-def _levels_of(profile) -> list[Profile]:
+def _levels_of(profile: Profile) -> list[Profile]:
     noise = profile.speed_noise + 2.0 * profile.acceleration_std**2 * profile.acceleration_time
     manoeuvring = profile.model_copy(update={"speed_noise": noise, "acceleration_std": 0.0})
     found = [manoeuvring] * STEADY

@@ -2,7 +2,8 @@
 
 import itertools
 from collections import Counter
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
@@ -10,8 +11,15 @@ import polars as pl
 from steerway.archive.store import Store, date_of
 from steerway.archive.tables import COUNTED_INTERVALS
 from steerway.archive.tracks import INTERVALS
+from steerway.core.arrays import Floats
 from steerway.formats.ais_tables import MOBILES
 from steerway.report.page import write_page
+from steerway.report.tables import Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 
 _MAP_POINTS = 200_000
 _WORST = 20
@@ -41,7 +49,7 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
     ]
     names = store.names()
     intervals = np.sum([each["intervals"] for each in numbers.values()], axis=0)
-    tables = [
+    tables: list[Table] = [
         ("Counts", ("", ""), counts),
         (
             "Consistency (2 is expected)",
@@ -57,7 +65,7 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
         ),
     ]
 
-    def figures():
+    def figures() -> list[tuple["Figure", str]]:
         return [
             (_map(store, totals["rows"]), "Estimated positions; lighter where there are more."),
             (_coverage(numbers, days), "Rows a day."),
@@ -69,27 +77,27 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
     write_page(store.root / "index.html", title, tables=tables, figures=figures)
 
 
-def _consistency(numbers):
+def _consistency(numbers: Iterable[dict[str, Any]]) -> list[tuple[str, ...]]:
     fixes, total = np.sum([each["cells"] for each in numbers], axis=0)
     intervals = [f"≤ {edge:g}" for edge in INTERVALS] + [f"> {INTERVALS[-1]:g}"]
     cells = itertools.product(MOBILES, intervals, ("at rest", "under way"))
     return [(*words, f"{n:,.0f}", f"{nis / n:.2f}") for words, n, nis in zip(cells, fixes, total, strict=True) if n]
 
 
-def _event_counts(store):
+def _event_counts(store: Store) -> list[tuple[str, str]]:
     files = store.files("events")
     counted = pl.scan_parquet(files, glob=False).group_by("event").len().collect().sort("len", descending=True)
     return [(event, f"{count:,}") for event, count in counted.iter_rows()]
 
 
-def _worst(store):
+def _worst(store: Store) -> list[tuple[Any, ...]]:
     wrong = pl.col("event").is_in(["jump", "moved", "another ship", "speed", "course"])
     events = pl.scan_parquet(store.files("events"), glob=False).filter(wrong)
     counted = events.group_by("mmsi").len().sort(["len", "mmsi"], descending=[True, False]).head(_WORST).collect()
     return list(counted.iter_rows())
 
 
-def _inconsistent(numbers):
+def _inconsistent(numbers: Iterable[dict[str, Any]]) -> list[tuple[Any, ...]]:
     fixes, total = Counter[int](), Counter[int]()
     for each in numbers:
         vessels, counts, sums = each["nis_of"]
@@ -100,11 +108,11 @@ def _inconsistent(numbers):
     return [(vessel, f"{count:,}", f"{mean:.2f}") for vessel, count, mean in judged[:_WORST]]
 
 
-def _named(rows, names):
+def _named(rows: Iterable[Sequence[Any]], names: dict[int, str]) -> list[tuple[Any, ...]]:
     return [(names.get(vessel, vessel), *others) for vessel, *others in rows]
 
 
-def _drawing(height):
+def _drawing(height: float) -> tuple["Figure", "Axes"]:
     """A figure with one pair of axes: margins that are given take no time to find."""
     from matplotlib.figure import Figure
 
@@ -112,13 +120,13 @@ def _drawing(height):
     return figure, figure.add_axes((0.08, 0.6 / height, 0.9, 1.0 - 0.7 / height))
 
 
-def _map(store, rows):
+def _map(store: Store, rows: int) -> "Figure":
     every = max(1, rows // _MAP_POINTS)
-    points = [
+    parts = [
         pl.scan_parquet(path, glob=False).select("lon_deg", "lat_deg").gather_every(every).collect().drop_nulls()
         for path in store.files("estimate")
     ]
-    points = pl.concat(points)
+    points = pl.concat(parts)
     longitude, latitude = points["lon_deg"].to_numpy(), points["lat_deg"].to_numpy()
     figure, axes = _drawing(8.0)
     if len(points):
@@ -130,7 +138,7 @@ def _map(store, rows):
     return figure
 
 
-def _coverage(numbers, days):
+def _coverage(numbers: dict[tuple[int, int], dict[str, Any]], days: Sequence[int]) -> "Figure":
     figure, axes = _drawing(3.0)
     rows = [sum(each["rows"] for (day, _), each in numbers.items() if day == wanted) for wanted in days]
     axes.bar([date_of(day) for day in days], rows)
@@ -140,7 +148,7 @@ def _coverage(numbers, days):
     return figure
 
 
-def _intervals(counts):
+def _intervals(counts: Floats) -> "Figure":
     figure, axes = _drawing(3.0)
     names = [f"≤ {edge:g}" for edge in COUNTED_INTERVALS] + ["longer"]
     axes.bar(names, counts)

@@ -28,6 +28,8 @@ UNIT_ROWS = 400_000
 """Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
 _BYTES_A_ROW, _BYTES_A_WORKER = 700, 250e6
 """Memory that a unit takes for each of its rows, and a worker without one."""
+Tell = Callable[[float, str], None]
+"""Told the part done and what is being done."""
 _MOST_LOSSES = 3
 """Workers that a unit may lose before it is given up; then only what depends on it waits."""
 _AIDS = ("sog", "cog", "heading")
@@ -72,7 +74,7 @@ def run(
     profile: Profile | InferredProfile | None = None,
     vessel_column: str | None = None,
     strict: bool = False,
-    progress: Callable[[float, str], None] | None = None,
+    progress: Tell | None = None,
 ) -> Report:
     """Estimate SOG, COG and course rate of every vessel in files of reports, a day and a bucket of vessels at a time.
 
@@ -130,7 +132,17 @@ def run(
     return report
 
 
-def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile) -> dict[str, Any]:
+def _manifest(
+    store: Store,
+    files: list[Path],
+    buckets: int | None,
+    memory: float,
+    workers: int,
+    smooth: bool,
+    rate: float | None,
+    aid: tuple[str, ...],
+    profile: Profile | None,
+) -> dict[str, Any]:
     """The manifest, read or created; raises InputError if it has other settings."""
     profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
     wanted: dict[str, Any] = {
@@ -163,13 +175,13 @@ def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile
     return manifest
 
 
-def _bucket_count(files, memory, workers) -> int:
+def _bucket_count(files: list[Path], memory: float, workers: int) -> int:
     rows = max(map(inputs.rows_in, files))
     room = max(memory / workers - _BYTES_A_WORKER, 1e8) / _BYTES_A_ROW
     return max(1, min(round(rows / UNIT_ROWS), 256), int(-(-rows // room)))
 
 
-def _forget_orphans(store, manifest) -> None:
+def _forget_orphans(store: Store, manifest: dict[str, Any]) -> None:
     """Remove reports of inputs that were staged by a run that was killed before it noted them."""
     known = {each["sha256"][:16] for each in manifest["inputs"].values()}
     for directory in (store.root / "staged").glob("[!.]*"):
@@ -178,7 +190,7 @@ def _forget_orphans(store, manifest) -> None:
             shutil.rmtree(directory)
 
 
-def _undo(store, manifest, touched) -> set[tuple[int, int]]:
+def _undo(store: Store, manifest: dict[str, Any], touched: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
     """Forget the units that depend on reports of these: of the same bucket, from their day on."""
     first: dict[int, int] = {}
     for day, bucket in touched:
@@ -190,7 +202,15 @@ def _undo(store, manifest, touched) -> set[tuple[int, int]]:
     return undone
 
 
-def _stage(store, manifest, files, vessel_column, strict, report, tell) -> None:
+def _stage(
+    store: Store,
+    manifest: dict[str, Any],
+    files: list[Path],
+    vessel_column: str | None,
+    strict: bool,
+    report: Report,
+    tell: Tell,
+) -> None:
     """Shuffle every input that is new or has changed."""
     known = manifest["inputs"]
     for i, path in enumerate(files):
@@ -242,7 +262,7 @@ def _stage(store, manifest, files, vessel_column, strict, report, tell) -> None:
     report.left_out = dict(left_out)
 
 
-def _fail(report, path, error, strict) -> None:
+def _fail(report: Report, path: Path, error: Exception, strict: bool) -> None:
     why = str(error).removeprefix(f"{path}: ")
     if strict:
         raise InputError(f"{path}: {why}") from None
@@ -251,7 +271,8 @@ def _fail(report, path, error, strict) -> None:
 
 def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
     """The units that are to be run, of every bucket in the order of days."""
-    done, of_bucket = store.done(), {}
+    done = store.done()
+    of_bucket: dict[int, list[int]] = {}
     for day, bucket in store.staged_units():
         of_bucket.setdefault(bucket, []).append(day)
     found = []
@@ -275,7 +296,9 @@ def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
     return found
 
 
-def _run_units(store, manifest, workers, scheduler, report, tell) -> None:
+def _run_units(
+    store: Store, manifest: dict[str, Any], workers: int, scheduler: str | None, report: Report, tell: Tell
+) -> None:
     todo = [chain for chain in chains(store, manifest) if chain]
     count = sum(map(len, todo))
     report.units_before = len(store.done())

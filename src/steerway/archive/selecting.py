@@ -1,8 +1,9 @@
 """Rows of an archive: `scan` as a lazy frame, `export` to files."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -74,7 +75,13 @@ def export(
     return len(rows)
 
 
-def _chosen(directory, mmsi, box, start, stop) -> pl.LazyFrame:
+def _chosen(
+    directory: str | Path,
+    mmsi: Iterable[int] | None,
+    box: tuple[float, float, float, float] | None,
+    start: float | None,
+    stop: float | None,
+) -> pl.LazyFrame:
     store = Store.opened(directory)
     files = store.files("estimate")
     if mmsi:
@@ -106,11 +113,11 @@ def _chosen(directory, mmsi, box, start, stop) -> pl.LazyFrame:
     return frame if stop is None else frame.filter(pl.col("time_s") < stop)
 
 
-def _plain(track):
+def _plain(track: pl.DataFrame) -> list[dict[str, Any]]:
     return track.filter(pl.col("lat_deg").is_not_null()).with_columns(pl.col("status").cast(pl.String)).to_dicts()
 
 
-def _points(frame) -> pl.Series:
+def _points(frame: pl.DataFrame) -> pl.Series:
     """Well-known binary of points: byte order, type, longitude, latitude."""
     packed = np.zeros(len(frame), dtype=[("order", "u1"), ("type", "<u4"), ("x", "<f8"), ("y", "<f8")])
     packed["order"], packed["type"] = 1, 1

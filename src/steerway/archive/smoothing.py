@@ -1,8 +1,10 @@
 """Fixed-interval smoothing of the tracks of a unit: each from its last row back."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steerway.archive.association import ANEW, SET_DOWN, Kept
 from steerway.archive.filters import (
@@ -18,6 +20,7 @@ from steerway.archive.filters import (
     state_at,
     write,
 )
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.estimation.filter import five_state
@@ -34,7 +37,16 @@ LONGEST_CROSSED = 1800.0
 
 
 @kernel
-def _smooth_pieces(bounds, which, time, filters, kept, estimate, spare, work):
+def _smooth_pieces(
+    bounds: NDArray[np.int64],
+    which: NDArray[np.int64],
+    time: Floats,
+    filters: Filters,
+    kept: Kept,
+    estimate: Floats,
+    spare: State,
+    work: tuple[Floats, Room],
+) -> None:
     """Smooth what is kept (n, …) of pieces from bounds[i] to bounds[i + 1] in place, and write their estimates anew.
 
     spare: State of two filters, workspace; work: (OUTPUTS,) and a Room.
@@ -60,7 +72,7 @@ def _smooth_pieces(bounds, which, time, filters, kept, estimate, spare, work):
 
 
 @lean_kernel
-def move(x, way):
+def move(x: Floats, way: tuple[float, float]) -> None:
     """Move the positions of x (m, n)."""
     for k in range(len(x)):
         x[k, NORTH] += way[0]
@@ -68,7 +80,7 @@ def move(x, way):
 
 
 @called_kernel
-def _smooth_by(state, ahead, later, set_down, room):
+def _smooth_by(state: State, ahead: State, later: State, set_down: bool, room: Room) -> None:
     """Smooth the state of a row, predicted as `ahead`, by the later one, smoothed, in the same plane.
 
     set_down: whether the position of that has nothing to do with the row.
@@ -81,7 +93,7 @@ def _smooth_by(state, ahead, later, set_down, room):
 
 
 @called_kernel
-def _predict(filters, which, state, dt, room):
+def _predict(filters: Filters, which: int, state: State, dt: float, room: Room) -> bool:
     """Predict a state of one mode as `filters.predict` does, and its covariance with what it was, `room.gain`.
 
     Returns False where the course is lost on the way: the moments that are then matched are no linear prediction.
@@ -112,14 +124,22 @@ def _predict(filters, which, state, dt, room):
 
 
 @lean_kernel
-def copy_square(p, out):
+def copy_square(p: Floats, out: Floats) -> None:
     """Copy a symmetric matrix."""
     for i in range(len(p)):
         for j in range(len(p)):
             out[i, j] = p[i, j]
 
 
-def smoothed(order, pieces, which, time, filters: Filters, kept, estimate) -> np.ndarray:
+def smoothed(
+    order: NDArray[np.int64],
+    pieces: NDArray[np.int64],
+    which: NDArray[np.int64],
+    time: Floats,
+    filters: Filters,
+    kept: Sequence[Kept],
+    estimate: Floats,
+) -> np.ndarray:
     """The estimate (n, OUTPUTS) in the given order of rows, smoothed within pieces.
 
     Args:
@@ -130,7 +150,9 @@ def smoothed(order, pieces, which, time, filters: Filters, kept, estimate) -> np
     n, estimate = filters.models.states, estimate[order]
     joined = [np.concatenate(parts)[order] for parts in zip(*((*k.states, *k[1:]) for k in kept), strict=True)]
     whole = Kept(State(*joined[:4]), *joined[4:])
-    room = Room(*np.empty((3, n, n)), *np.empty((2, n)), np.empty((4, n)))
+    gain, lower, product = np.empty((3, n, n))
+    scale, error = np.empty((2, n))
+    room = Room(gain, lower, product, scale, error, np.empty((4, n)))
     work = np.empty(OUTPUTS), room
     _smooth_pieces(pieces, which[order], time[order], filters, whole, estimate, empty_states((2,), filters), work)
     return estimate

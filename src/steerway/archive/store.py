@@ -53,6 +53,12 @@ class BucketState:
     tracks: np.ndarray  # (t, 2) MMSI and number, sorted
     carry: np.ndarray  # (t, CARRIED)
 
+    @classmethod
+    def of(cls, mmsi: np.ndarray, arrays: Iterable[np.ndarray], tracks: np.ndarray, carry: np.ndarray) -> "BucketState":
+        """A state of its `arrays`."""
+        vessels, slots, x, p, probability, run = arrays
+        return cls(mmsi, vessels, slots, x, p, probability, run, tracks, carry)
+
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
         """Those of the vessels."""
@@ -157,5 +163,5 @@ class Store:
                 part.unlink(missing_ok=True)
 
 
-def _unit_of(path):
+def _unit_of(path: Path) -> tuple[int, int]:
     return int(path.parent.name[4:]), int(path.name[7:])

@@ -1,17 +1,24 @@
 """What a unit writes: its tables, and the numbers that the page adds up."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
+from steerway.archive.association import Found
 from steerway.archive.histories import EVENTS, MODES
 from steerway.archive.tracks import INTERVALS, LEVELS, STEADY
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
 from steerway.core.slow_error import USUAL_STD
 from steerway.formats.ais_tables import MOBILES
+
+if TYPE_CHECKING:
+    from steerway.archive.unit import UnitRows
+
 
 COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
 """s, upper ends of the classes of intervals that are counted."""
@@ -31,7 +38,7 @@ _SINGLE = (
 )
 
 
-def estimate_table(rows, found, order, estimate) -> pl.DataFrame:
+def estimate_table(rows: "UnitRows", found: Found, order: NDArray[np.int64], estimate: Floats) -> pl.DataFrame:
     """The rows that go out, in `order`, with the columns of `steerway estimate`."""
     chosen = order if rows.wanted.all() else order[rows.wanted[order]]
     places, single = np.empty((2, len(chosen))), np.empty((len(_SINGLE), len(chosen)), np.float32)
@@ -48,7 +55,9 @@ def estimate_table(rows, found, order, estimate) -> pl.DataFrame:
 
 
 @kernel
-def _fill(chosen, estimate, nis, places, single):
+def _fill(
+    chosen: NDArray[np.int64], estimate: Floats, nis: Floats, places: Floats, single: NDArray[np.float32]
+) -> None:
     """Columns in degrees from rows in radians."""
     degrees = 180.0 / np.pi
     for j in range(len(chosen)):
@@ -61,13 +70,13 @@ def _fill(chosen, estimate, nis, places, single):
         single[6, j], single[7, j], single[8, j] = math.hypot(e[8], USUAL_STD), e[8], nis[k]
 
 
-def _of_tracks(tracks, rows):
+def _of_tracks(tracks: NDArray[np.int64], rows: Floats) -> dict[str, np.ndarray]:
     """Whose events or trips they are, by their first column."""
     of_row = tracks[rows[:, 0].astype(np.int64)]
     return {"mmsi": of_row[:, 0], "track": of_row[:, 1].astype(np.int16)}
 
 
-def event_table(tracks, events) -> pl.DataFrame:
+def event_table(tracks: NDArray[np.int64], events: Floats) -> pl.DataFrame:
     """Events: mmsi, track, which, start and end, place, value, reports."""
     return pl.DataFrame(
         _of_tracks(tracks, events)
@@ -83,7 +92,7 @@ def event_table(tracks, events) -> pl.DataFrame:
     )
 
 
-def trip_table(tracks, trips) -> pl.DataFrame:
+def trip_table(tracks: NDArray[np.int64], trips: Floats) -> pl.DataFrame:
     """Trips and stops: mmsi, track, what, start and end with their places, distance, duration, speeds."""
     duration = trips[:, 3] - trips[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -106,7 +115,7 @@ def trip_table(tracks, trips) -> pl.DataFrame:
     )
 
 
-def numbers(rows, found, bounds) -> dict[str, Any]:
+def numbers(rows: "UnitRows", found: Found, bounds: NDArray[np.int64]) -> dict[str, Any]:
     """Counts of a unit for the page: by class and interval the rows and the NIS at rest and under way, and by vessel.
 
     bounds: of the vessels in the rows.
@@ -126,7 +135,13 @@ def numbers(rows, found, bounds) -> dict[str, Any]:
 
 
 @kernel
-def _count(bounds, record, cells, vessels, intervals):
+def _count(
+    bounds: NDArray[np.int64],
+    record: tuple[np.ndarray, ...],
+    cells: Floats,
+    vessels: Floats,
+    intervals: NDArray[np.int64],
+) -> int:
     """Add to fixes and NIS, (2, n) each, by cell and, under way, by vessel, and to intervals; returns the refused."""
     time, latitude, nis, status, which = record
     rejected = 0

@@ -1,14 +1,18 @@
 """The tracks under one number: which of them a report belongs to, when another begins, and what that tells."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from steerway.archive.filters import predict, state_at, weigh
+from steerway.archive.filters import Filters, State, predict, state_at, weigh
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.statistics import FIX_GATE
 from steerway.estimation.log.rows import LONGEST_GAP
+
+if TYPE_CHECKING:
+    from steerway.archive.association import Reports
 
 
 def _record(names: str) -> np.dtype:
@@ -63,7 +67,7 @@ _UNDETERMINED = 25.0
 
 
 @lean_kernel
-def predict_to(filters, which, track, state, time):
+def predict_to(filters: Filters, which: int, track: np.record, state: State, time: float) -> None:
     """Predict the filter of a track to a time; after a long gap it begins anew."""
     if time - track.last > LONGEST_GAP:
         state.run[0].started = 0
@@ -71,7 +75,7 @@ def predict_to(filters, which, track, state, time):
 
 
 @lean_kernel
-def place_in_plane(track, state, latitude, longitude):
+def place_in_plane(track: np.record, state: State, latitude: float, longitude: float) -> tuple[float, float]:
     """North and east (m) of a place in the plane of a track, which begins there where its filter does."""
     if state.run[0].started == 0:
         track.latitude, track.longitude = latitude, longitude
@@ -79,14 +83,16 @@ def place_in_plane(track, state, latitude, longitude):
 
 
 @lean_kernel
-def between(track, latitude, longitude):
+def between(track: np.record, latitude: float, longitude: float) -> tuple[float, float]:
     """North and east (m) of a place seen from the origin of a track's plane, at the latitude midway."""
     midway = 0.5 * (latitude + track.latitude)
     return displacement(midway + latitude - track.latitude, longitude, midway, track.longitude)
 
 
 @called_kernel
-def track_of(vessel, tracks, states, reports, k, filters):
+def track_of(
+    vessel: np.record, tracks: np.ndarray, states: State, reports: "Reports", k: int, filters: Filters
+) -> tuple[int, bool]:
     """(slot of the track that row k belongs to, whether it is the only one).
 
     A vessel's first report begins a track; one out of the reach of all begins another, tentative.
@@ -110,7 +116,7 @@ def track_of(vessel, tracks, states, reports, k, filters):
 
 
 @called_kernel
-def slot_of(tracks, number, otherwise):
+def slot_of(tracks: np.ndarray, number: int, otherwise: int) -> int:
     """The slot of a track."""
     for s in range(len(tracks)):
         if tracks[s].use == TRACKED and tracks[s].number == number:
@@ -119,7 +125,7 @@ def slot_of(tracks, number, otherwise):
 
 
 @called_kernel
-def choose(tracks, states, reports, k, filters):
+def choose(tracks: np.ndarray, states: State, reports: "Reports", k: int, filters: Filters) -> int:
     """The slot that report k belongs to; −1 out of the reach of all."""
     time, latitude, longitude, hull = reports.time[k], reports.latitude[k], reports.longitude[k], reports.hull[k]
     best, least = -1, math.inf
@@ -153,7 +159,7 @@ def choose(tracks, states, reports, k, filters):
 
 
 @lean_kernel
-def is_alone(vessel, tracks):
+def is_alone(vessel: np.record, tracks: np.ndarray) -> bool:
     """Whether the track of the last report is the only one, as nearly always."""
     for s in range(len(tracks)):
         if tracks[s].use != (TRACKED if s == int(vessel.current) else FREE):
@@ -162,7 +168,7 @@ def is_alone(vessel, tracks):
 
 
 @lean_kernel
-def is_within_reach(track, time, latitude, longitude):
+def is_within_reach(track: np.record, time: float, latitude: float, longitude: float) -> bool:
     """Whether a ship may have come from the last report that the filter of its track took."""
     if abs(latitude - track.last_latitude) + abs(longitude - track.last_longitude) < _NEAR:
         return True
@@ -171,7 +177,7 @@ def is_within_reach(track, time, latitude, longitude):
 
 
 @lean_kernel
-def steady_level(track, time):
+def steady_level(track: np.record, time: float) -> int:
     """The level at a time of a vessel that goes on as it does."""
     level = STEADY
     for edge in INTERVALS:
@@ -181,7 +187,7 @@ def steady_level(track, time):
 
 
 @called_kernel
-def begin(track, state, time, mobile, use):
+def begin(track: np.record, state: State, time: float, mobile: int, use: int) -> None:
     """A track without a report."""
     track.use, track.mobile, track.last, track.now = use, mobile, time, time
     track.refused_from, track.resets = math.inf, 0.0
@@ -190,7 +196,7 @@ def begin(track, state, time, mobile, use):
 
 
 @called_kernel
-def vacant(vessel, tracks):
+def vacant(vessel: np.record, tracks: np.ndarray) -> int:
     """A slot for a tentative track: a free one, else that of the longest silent tentative one, else track."""
     best, rank, last = -1, 4, math.inf
     for s in range(len(tracks)):
@@ -201,7 +207,7 @@ def vacant(vessel, tracks):
 
 
 @called_kernel
-def conclude_report(vessel, tracks, s):
+def conclude_report(vessel: np.record, tracks: np.ndarray, s: int) -> tuple[int, bool]:
     """After slot s has taken a report: what that tells, and whether the track is tentative still."""
     track, current = tracks[s], tracks[int(vessel.current)]
     if track.use == TRACKED:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from steerway.archive.association import Fleet, Found, Reports, associate, empty_fleet, empty_found
 from steerway.archive.filters import Filters, State, empty_states
@@ -16,6 +17,7 @@ from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
 from steerway.archive.store import DAY, BucketState, Store
 from steerway.archive.tables import estimate_table, event_table, numbers, trip_table
 from steerway.archive.tracks import CURRENT_TRACK, MOVED, TRACK, TRACKED, VESSEL
+from steerway.core.arrays import Floats
 from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED
 from steerway.estimation.filter.model import RUN
@@ -72,7 +74,7 @@ def run_unit(work: Work) -> dict[str, Any]:
     rows = _rows(frame, work)
     if work.rate is not None:
         reports = _rows(pl.concat([frame, following]).sort("mmsi", maintain_order=True), work)
-        rows = _on_grid(rows, work, filters, state, reports)
+        rows = _on_grid(rows, work, work.rate, filters, state, reports)
     state = _with_vessels(state, np.unique(rows.mmsi), filters)
     found = _filtered(rows, filters, state, work.smooth)
     order, bounds = _by_track(rows.mmsi, found.track)
@@ -111,7 +113,7 @@ def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
     return frame[order[kept]]
 
 
-def _rows(frame, work) -> UnitRows:
+def _rows(frame: pl.DataFrame, work: Work) -> UnitRows:
     columns = {
         name: frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s")
     }  # one kind of array: one kernel
@@ -133,7 +135,9 @@ def _rows(frame, work) -> UnitRows:
     )
 
 
-def _on_grid(rows: UnitRows, work, filters, state, reports) -> UnitRows:
+def _on_grid(
+    rows: UnitRows, work: Work, rate: float, filters: Filters, state: BucketState, reports: UnitRows
+) -> UnitRows:
     """With rows at the output rate, of every track between its own reports; of reports those on the grid go out.
 
     reports: those of the day and the first of the next. Which track each is of shows a first pass of the filters.
@@ -149,19 +153,19 @@ def _on_grid(rows: UnitRows, work, filters, state, reports) -> UnitRows:
     order = np.lexsort((time, track, mmsi))
     mmsi, track, time = mmsi[order], track[order], time[order]
     bridged = (np.diff(mmsi) == 0) & (np.diff(track) == 0) & (np.diff(time) <= LONGEST_CROSSED)
-    ends = [math.ceil(day * DAY * work.rate) for day in (work.day, work.day + 1)]
-    first = np.clip(np.ceil((time[:-1] + _AT_ONCE) * work.rate), *ends)[bridged].astype(np.int64)
-    stop = np.clip(np.floor((time[1:] - _AT_ONCE) * work.rate) + 1.0, *ends)[bridged].astype(np.int64)
+    low, high = (math.ceil(day * DAY * rate) for day in (work.day, work.day + 1))
+    first = np.clip(np.ceil((time[:-1] + _AT_ONCE) * rate), low, high)[bridged].astype(np.int64)
+    stop = np.clip(np.floor((time[1:] - _AT_ONCE) * rate) + 1.0, low, high)[bridged].astype(np.int64)
     count = np.maximum(stop - first, 0)
     place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
     added = {"mmsi": np.repeat(mmsi[:-1][bridged], count), "track": np.repeat(track[:-1][bridged], count)}
     refused = {"mmsi": reports.mmsi[~taken], "track": seen.track[~taken]}
-    refused["place"], refused_on_grid = _on_the_grid(reports.time[~taken], work.rate)
+    refused["place"], refused_on_grid = _on_the_grid(reports.time[~taken], rate)
     grid = pl.DataFrame(added | {"place": place}).join(
         pl.DataFrame(refused).filter(refused_on_grid), on=["mmsi", "track", "place"], how="anti"
     )
     n = len(grid)
-    time = np.concatenate([rows.time, grid["place"].to_numpy() / work.rate])
+    time = np.concatenate([rows.time, grid["place"].to_numpy() / rate])
     mmsi, asked = (
         np.concatenate([of_rows, grid[name]]) for of_rows, name in ((rows.mmsi, "mmsi"), (rows.asked, "track"))
     )
@@ -176,43 +180,44 @@ def _on_grid(rows: UnitRows, work, filters, state, reports) -> UnitRows:
         np.concatenate([rows.aids, np.full((n, len(AIDS)), np.nan)])[order] if len(rows.aids) else rows.aids,
         np.r_[rows.hull, nothing][order],
         np.r_[rows.mobile, nothing][order],
-        np.r_[_on_the_grid(rows.time, work.rate)[1], np.ones(n, bool)][order],
+        np.r_[_on_the_grid(rows.time, rate)[1], np.ones(n, bool)][order],
         asked[order],
     )
 
 
-def _on_the_grid(time, rate):
+def _on_the_grid(time: Floats, rate: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """The nearest places of times on the grid of a rate, and which are there."""
     place = np.round(time * rate)
     return place.astype(np.int64), np.abs(time - place / rate) < _AT_ONCE
 
 
-def _no_state(filters) -> BucketState:
-    return BucketState(np.zeros(0, np.int64), *_arrays(empty_fleet(0, filters)), np.zeros((0, 2), np.int64), carries(0))
+def _no_state(filters: Filters) -> BucketState:
+    arrays = _arrays(empty_fleet(0, filters))
+    return BucketState.of(np.zeros(0, np.int64), arrays, np.zeros((0, 2), np.int64), carries(0))
 
 
 def _arrays(fleet: Fleet) -> tuple[np.ndarray, ...]:
     return (fleet.vessels, fleet.tracks, *fleet.states)
 
 
-def _with_vessels(state: BucketState, mmsi, filters) -> BucketState:
+def _with_vessels(state: BucketState, mmsi: NDArray[np.int64], filters: Filters) -> BucketState:
     """The state with vessels that are new."""
     new = np.setdiff1d(mmsi, state.mmsi)
     numbers = np.concatenate([state.mmsi, new])
     place = np.argsort(numbers, kind="stable")
     added = _arrays(empty_fleet(len(new), filters))
     arrays = (np.concatenate([each, more])[place] for each, more in zip(state.arrays, added, strict=True))
-    return BucketState(numbers[place], *arrays, state.tracks, state.carry)
+    return BucketState.of(numbers[place], arrays, state.tracks, state.carry)
 
 
-def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep) -> Found:
+def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) -> Found:
     """The rows through the filters of `state`, which go on."""
     n = len(rows.time)
     found = empty_found(n, n if keep else 0, filters)
     bounds = _bounds(rows.mmsi)
     here = np.searchsorted(state.mmsi, rows.mmsi[bounds[:-1]])
-    vessels, tracks, *states, run = (each[here] for each in state.arrays)
-    fleet = Fleet(vessels.view(VESSEL), tracks.view(TRACK), State(*states, run.view(RUN)))
+    vessels, tracks, x, p, probability, run = (each[here] for each in state.arrays)
+    fleet = Fleet(vessels.view(VESSEL), tracks.view(TRACK), State(x, p, probability, run.view(RUN)))
     reports = Reports(rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.mobile, rows.asked)
     associate(bounds, reports, filters, fleet, found, empty_states((2,), filters))
     for whole, part in zip(state.arrays, _arrays(fleet), strict=True):
@@ -220,19 +225,21 @@ def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep) -> Fou
     return found
 
 
-def _bounds(mmsi) -> np.ndarray:
+def _bounds(mmsi: NDArray[np.int64]) -> np.ndarray:
     """Where the rows of vessels begin, and where the last one's end."""
     return np.r_[0, np.flatnonzero(np.diff(mmsi)) + 1, len(mmsi)] if len(mmsi) else np.zeros(1, np.int64)
 
 
-def _by_track(mmsi, track) -> tuple[np.ndarray, np.ndarray]:
+def _by_track(mmsi: NDArray[np.int64], track: NDArray[np.int64]) -> tuple[np.ndarray, np.ndarray]:
     """The rows by vessel and track, in their order of time, and where tracks begin."""
     order = np.lexsort((track, mmsi))
     change = (np.diff(mmsi[order]) != 0) | (np.diff(track[order]) != 0)
     return order, np.r_[0, np.flatnonzero(change) + 1, len(order)] if len(order) else np.zeros(1, np.int64)
 
 
-def _smoothed(rows, found, following, filters, state, work) -> np.ndarray:
+def _smoothed(
+    rows: UnitRows, found: Found, following: pl.DataFrame, filters: Filters, state: BucketState, work: Work
+) -> np.ndarray:
     """The estimate, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
     ahead = _rows(following, work)
     later = _with_vessels(state, np.unique(ahead.mmsi), filters)
@@ -249,7 +256,15 @@ def _smoothed(rows, found, following, filters, state, work) -> np.ndarray:
     return result[: len(rows.time)]
 
 
-def _histories(rows, found, order, bounds, estimate, tracks, state):
+def _histories(
+    rows: UnitRows,
+    found: Found,
+    order: NDArray[np.int64],
+    bounds: NDArray[np.int64],
+    estimate: Floats,
+    tracks: NDArray[np.int64],
+    state: BucketState,
+) -> tuple[BucketState, Floats, Floats]:
     """The state with the histories gone on, and the events and trips."""
     known = {tuple(each): i for i, each in enumerate(state.tracks.tolist())}
     places = [known.get(tuple(each), -1) for each in tracks.tolist()]
@@ -268,5 +283,5 @@ def _histories(rows, found, order, bounds, estimate, tracks, state):
     keys = np.concatenate([state.tracks[kept], tracks])
     place = np.lexsort((keys[:, 1], keys[:, 0]))
     carried = np.concatenate([state.carry[kept], gone_on])[place]
-    whole = BucketState(state.mmsi, *state.arrays, keys[place], carried)
+    whole = BucketState.of(state.mmsi, state.arrays, keys[place], carried)
     return whole, events[:e], trips[:t]

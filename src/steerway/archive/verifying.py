@@ -42,7 +42,7 @@ def digest(directory: str | Path, progress: Callable[[float], None] | None = Non
     return whole.hexdigest(), rows
 
 
-def _update(hashes, table, frame) -> None:
+def _update(hashes: dict[tuple[str, int, int], "hashlib._Hash"], table: str, frame: pl.DataFrame) -> None:
     time = "time_s" if table == "estimate" else "start_s"
     frame = frame.sort("mmsi", "track", time, maintain_order=True)
     mmsi, track = frame["mmsi"].to_numpy(), frame["track"].to_numpy()
@@ -55,7 +55,7 @@ def _update(hashes, table, frame) -> None:
         hashes.setdefault(key, hashlib.sha256()).update(packed[first:last].tobytes())
 
 
-def _bytes(series) -> np.ndarray:
+def _bytes(series: pl.Series) -> np.ndarray:
     """(n, size) uint8 of a column; unknown is NaN."""
     if series.dtype.is_float():
         values = series.fill_null(float("nan")).to_numpy().copy()

@@ -1,13 +1,20 @@
 """From surge force and yaw moment to actuators: two propellers side by side, two shafts, a rudder."""
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
 
 from steerway.control.speed_guess import signed_root, signed_square
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+
+
+class Actuation(Protocol):
+    """What makes commands of a surge force and of the autopilot's output: a yaw moment, a rudder angle, a yaw rate."""
+
+    def step(self, surge_force: float, yaw: float, /) -> tuple[float, ...]:
+        """The commands, one an actuator, then the achieved force, then the achieved part of the autopilot's output."""
 
 
 class PropellerCommand(NamedTuple):
@@ -20,19 +27,27 @@ class PropellerCommand(NamedTuple):
 
 
 @kernel
-def shaft_speed(thrust, gain_ahead, gain_astern):
+def shaft_speed(thrust: float, gain_ahead: float, gain_astern: float) -> float:
     """Propeller speed (rad/s) for a thrust (N) of T = k n|n|, k by the direction of the thrust."""
     return math.sqrt(thrust / gain_ahead) if thrust >= 0.0 else -math.sqrt(-thrust / gain_astern)
 
 
 @kernel
-def thrust(speed, gain_ahead, gain_astern):
+def thrust(speed: float, gain_ahead: float, gain_astern: float) -> float:
     """Thrust (N) of a propeller at a speed (rad/s): T = k n|n|, k by the direction."""
     return (gain_ahead if speed >= 0.0 else gain_astern) * speed * abs(speed)
 
 
 @kernel
-def allocate(surge_force, yaw_moment, arm, gain_ahead, gain_astern, max_thrust, min_thrust):
+def allocate(
+    surge_force: float,
+    yaw_moment: float,
+    arm: float,
+    gain_ahead: float,
+    gain_astern: float,
+    max_thrust: float,
+    min_thrust: float,
+) -> tuple[float, float, float, float]:
     """(port, starboard, force, moment): P0 (60)–(63) with a gain for each direction, and limits that spare the moment.
 
     Steering comes first: the moment is cut only where the propellers cannot give it at any force, the force gives way.
@@ -58,8 +73,9 @@ class TwoPropellers:
     gain_astern: float
     max_speed: float
     min_speed: float
+    _constants: tuple[float, float, float, float, float] = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("arm", "gain_ahead", "gain_astern", "max_speed"):
             positive(f"propellers.{name}", getattr(self, name))
         if not self.min_speed <= 0.0:
@@ -103,7 +119,7 @@ class Rudder:
 
     limit: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("rudder.limit", self.limit)
 
     def step(self, surge_force: float, yaw: float) -> RudderCommand:
@@ -120,7 +136,7 @@ class ShaftSpeed:
     high: float
     low: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("shaft.gain", self.gain)
         positive("shaft.high", self.high)
         not_negative("shaft.low", -self.low)
@@ -130,7 +146,7 @@ class ShaftSpeed:
         shaft = min(max(signed_root(surge_force / self.gain), self.low), self.high)
         return shaft, self.gain * signed_square(shaft)
 
-    def step(self, surge_force: float, yaw: float) -> tuple[float, float, float]:
+    def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
         """(shaft speed, achieved force, achieved yaw) for a force (N)."""
         shaft, force = self.turning(surge_force)
         return shaft, force, 0.0
@@ -142,7 +158,7 @@ class ShaftAndMoment(ShaftSpeed):
 
     moment: float = math.inf
 
-    def step(self, surge_force: float, yaw: float) -> tuple[float, float, float, float]:
+    def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
         """(shaft speed, yaw moment, achieved force, achieved moment) for a force (N) and a moment (N·m)."""
         shaft, force = self.turning(surge_force)
         moment = min(max(yaw, -self.moment), self.moment)

@@ -104,7 +104,7 @@ class GainSchedule:
             self._gains = self._design(min(self._most, comfortable_bandwidth(carried, self._time)))
         return self._gains
 
-    def _design(self, bandwidth):
+    def _design(self, bandwidth: float) -> AnglePIDGains:
         return course_gains(1.0, self._time or 0.0, bandwidth, has_bias=self._time is not None)
 
 

@@ -6,12 +6,14 @@ for the vessels that a scenario can name.
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
+from steerway.control.allocation import Actuation
 from steerway.control.bandwidth import GainSchedule
 from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import Autopilot, HandOver, Shaper, Steerageway
 from steerway.control.heading_plant import HeadingResponse
-from steerway.control.heading_steering import KINDS, steering
+from steerway.control.heading_steering import KINDS, SampledSteering, steering
 from steerway.control.holding import PositionHold
 from steerway.control.in_current import InCurrent, YawResponse
 from steerway.control.speed_force import ForceLoop, speed_loop
@@ -56,7 +58,7 @@ class Boat:
     nomoto_time: float
     yaw_limit: float
     bandwidth: float
-    propulsion: object
+    propulsion: Actuation
     lookahead: float
     acceptance: float
     cruise: float
@@ -118,7 +120,7 @@ class Boat:
         schedule = GainSchedule(None if self.takes_rates else self.nomoto_time, *estimate, self.bandwidth)
         return Autopilot(AnglePID(schedule.gains(math.nan)), model, hand_over, schedule)
 
-    def _sampled(self, kind, angle_std, bandwidth):
+    def _sampled(self, kind: str, angle_std: float, bandwidth: float) -> SampledSteering:
         """A predictive or LQG controller; its bandwidth follows from the limits where the response is known."""
         response = self.response
         if response is None:
@@ -179,6 +181,6 @@ class Boat:
         """A station keeper, None for a boat that cannot keep station."""
         return StationKeeper(self.station) if self.station else None
 
-    def but(self, **changes) -> "Boat":
+    def but(self, **changes: Any) -> "Boat":
         """The same boat with other numbers."""
         return replace(self, **changes)

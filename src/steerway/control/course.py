@@ -28,7 +28,7 @@ class AnglePIDGains:
     acceleration_feedforward: float = 0.0
     limit: float = math.inf
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("autopilot.proportional", self.proportional)
         positive_or_unlimited("autopilot.integral_time", self.integral_time)
         for name in ("derivative_time", "rate_feedforward", "acceleration_feedforward"):
@@ -97,23 +97,23 @@ def course_gains(
 
 
 @kernel
-def _known(value):
+def _known(value: float) -> float:
     return value if math.isfinite(value) else 0.0
 
 
 @kernel
 def angle_pid(
-    desired,
-    desired_rate,
-    desired_acceleration,
-    angle,
-    rate,
-    integral,
-    proportional,
-    derivative_time,
-    rate_feedforward,
-    acceleration_feedforward,
-):
+    desired: float,
+    desired_rate: float,
+    desired_acceleration: float,
+    angle: float,
+    rate: float,
+    integral: float,
+    proportional: float,
+    derivative_time: float,
+    rate_feedforward: float,
+    acceleration_feedforward: float,
+) -> tuple[float, float]:
     """(command, error): u = τ_FF + I − K_p (ssa(χ̃) + T_d ω̃), P0 (54)–(55); `integral` I is in the command's unit.
 
     What is unknown (NaN) counts as no error: the trim, the feedforward and the damping that are known remain.
@@ -141,7 +141,7 @@ class AnglePID:
         return self._gains
 
     @gains.setter
-    def gains(self, gains: AnglePIDGains):
+    def gains(self, gains: AnglePIDGains) -> None:
         self._gains = gains
         self._constants = (
             gains.proportional,
@@ -182,11 +182,11 @@ class AnglePID:
         self._excess = beyond(self.command, achieved)
 
 
-def beyond(command, achieved):
+def beyond(command: float, achieved: float) -> float:
     """What limits took from a command; 0 where only rounding differs, which must not stop an integral."""
     excess = command - achieved
     return excess if abs(excess) > 1e-9 * abs(command) else 0.0
 
 
-def _within(value, limit):
+def _within(value: float, limit: float) -> float:
     return limit if value > limit else -limit if value < -limit else value

@@ -7,13 +7,17 @@ the way its bow points; else by heading. Simulation and live steer by this one.
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from steerway.control.bandwidth import GainSchedule
 from steerway.control.course import AnglePID
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
 from steerway.core.errors import InputError
+from steerway.guidance.reference import Reference, ReferenceModel
+
+if TYPE_CHECKING:
+    from steerway.control.heading_steering import SampledSteering
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class Steerageway:
     largest_crab: float = math.radians(60.0)
     dwell: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("steerageway.give", self.give)
         if not self.take > self.give:
             raise InputError(f"steerageway.take is {self.take:g} m/s, expected more than give, {self.give:g} m/s")
@@ -58,7 +62,7 @@ class HandOver:
             self._waited = 0.0
         return self.by_course
 
-    def _should_change(self, speed, crab):
+    def _should_change(self, speed: float, crab: float) -> bool:
         bounds = self.steerageway
         if self.by_course:
             return speed < bounds.give or crab > 1.5 * bounds.largest_crab
@@ -68,14 +72,15 @@ class HandOver:
 class Shaper(Protocol):
     """What makes a followable reference of a command: guidance.reference has three."""
 
-    reference: tuple[float, float, float] | None
+    @property
+    def reference(self) -> Reference | None: ...
 
     @property
     def lag(self) -> float: ...
 
-    def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0): ...
+    def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0) -> object: ...
 
-    def step(self, command: tuple[float, float, float], dt: float) -> tuple[float, float, float]: ...
+    def step(self, command: tuple[float, float, float], dt: float) -> Reference: ...
 
 
 class Autopilot:
@@ -88,7 +93,7 @@ class Autopilot:
 
     def __init__(
         self,
-        controller: AnglePID,
+        controller: "AnglePID | SampledSteering",
         shaper: Shaper,
         hand_over: HandOver | None = None,
         schedule: GainSchedule | None = None,
@@ -97,13 +102,20 @@ class Autopilot:
         self.shaper = shaper
         self.hand_over = hand_over or HandOver()
         self.schedule = schedule
-        self._steered_by = None
+        self._steered_by: bool | None = None
         self._last = (math.nan, math.nan)
 
     @property
     def by_course(self) -> bool:
         """Whether the course is steered by now."""
         return self.hand_over.by_course
+
+    @property
+    def model(self) -> ReferenceModel:
+        """The reference model behind which a boat in a current is steered. Raises TypeError for another shaper."""
+        if not isinstance(self.shaper, ReferenceModel):
+            raise TypeError(f"an autopilot in a current has a {type(self.shaper).__name__}, expected a ReferenceModel")
+        return self.shaper
 
     def step(
         self,
@@ -121,7 +133,7 @@ class Autopilot:
         Below steerageway the desired course is steered as a heading, without a compass not at all: the trim and the
         damping of a known yaw rate remain. rad, rad/s, m/s; NaN for unknown.
         """
-        if self.schedule is not None and course_wanted:
+        if self.schedule is not None and course_wanted and isinstance(self.controller, AnglePID):
             self.controller.gains = self.schedule.gains(speed)
         by_course = self.hand_over.step(speed, course, heading, dt, course_wanted)
         angle, rate = (course, course_rate) if by_course else (heading, yaw_rate)
@@ -144,9 +156,9 @@ class Autopilot:
         self.hand_over.by_course = False
         self._steered_by = None
 
-    def _take_over(self, angle, rate):
+    def _take_over(self, angle: float, rate: float) -> None:
         shaper = self.shaper
-        if self._steered_by is None:
+        if self._steered_by is None or shaper.reference is None:
             shaper.start(angle, rate)
             return
         last_angle, last_rate = self._last

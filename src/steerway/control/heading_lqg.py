@@ -45,10 +45,16 @@ class HeadingLqg(SampledHeading):
 
     @classmethod
     def for_(
-        cls, identified: Identified, limit: float, rate: float = math.inf, angle_std: float = 0.0, **weights: float
+        cls,
+        identified: Identified,
+        limit: float,
+        rate: float = math.inf,
+        angle_std: float = 0.0,
+        output_weight: float | None = None,
+        change_weight: float | None = None,
     ) -> "HeadingLqg":
         """A controller for an identified heading; see `HeadingMpc.for_`."""
-        return cls(*parts_for(identified, limit, rate, angle_std), **weights)
+        return cls(*parts_for(identified, limit, rate, angle_std), output_weight, change_weight)
 
     def change(self, wanted: float) -> float:
         """See `SampledHeading`. At rest the input makes up for the bias: it stands at the model's own less the bias."""

@@ -7,6 +7,8 @@ states of a plant that is not stable to drift away.)
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from steerway.control.heading_plant import (
     SampledHeading,
     parts_for,
 )
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -32,7 +35,9 @@ _CHANGES = 15.0
 300 rpm and 20 rpm."""
 
 
-def default_weights(limits: InputLimits, output_weight: float | None, change_weight: float | None):
+def default_weights(
+    limits: InputLimits, output_weight: float | None, change_weight: float | None
+) -> tuple[float, float]:
     """Q per rad² and R per unit² of input: as given, else P4's in proportion to the limits."""
     change = limits.change if limits.change < math.inf else limits.size / _CHANGES
     if output_weight is None:
@@ -129,7 +134,7 @@ class HeadingMpc(SampledHeading):
             raise ArithmeticError(f"DAQP gave up with code {verdict}")
         return float(best[0])
 
-    def _solved(self, gradient, upper, lower, tolerance):
+    def _solved(self, gradient: Floats, upper: Floats, lower: Floats, tolerance: float) -> tuple[Floats, int]:
         """The changes and DAQP's verdict."""
         best, _, verdict, _ = self._solve(
             self.hessian, gradient, self._sums, upper, lower, self._sense, primal_tol=tolerance, eps_prox=0.0
@@ -154,7 +159,7 @@ class HeadingMpc(SampledHeading):
         return self._gradient, self._upper, self._lower
 
 
-def prediction(plant: LinearPlant, horizon: int, control_horizon: int):
+def prediction(plant: LinearPlant, horizon: int, control_horizon: int) -> tuple[Floats, Floats, Floats]:
     """Outputs ahead as free · [x; d] + held · u + forced · Δu: (H_p, n + 1), (H_p,), (H_p, H_c)."""
     n = len(plant.b)
     power, free, steps = np.eye(n), np.empty((horizon, n + 1)), np.empty(horizon)
@@ -170,7 +175,7 @@ def prediction(plant: LinearPlant, horizon: int, control_horizon: int):
     return free, held, forced
 
 
-def _solver():
+def _solver() -> Callable[..., Any]:
     try:
         from daqp import solve
     except ImportError:
@@ -179,7 +184,19 @@ def _solver():
 
 
 @kernel
-def _problem(state, last, wanted, output, turn, size, change, slopes, gradient, upper, lower):
+def _problem(
+    state: Floats,
+    last: float,
+    wanted: float,
+    output: Floats,
+    turn: float,
+    size: float,
+    change: float,
+    slopes: Floats,
+    gradient: Floats,
+    upper: Floats,
+    lower: Floats,
+) -> None:
     n, m = len(output), len(gradient)
     if turn < math.inf:
         now = 0.0

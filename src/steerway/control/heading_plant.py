@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive, positive_or_unlimited
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -27,7 +28,7 @@ class LinearPlant:
     c: np.ndarray
     circular: bool = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         a, b, c = (np.array(each, dtype=np.float64) for each in (self.a, self.b, self.c))
         n = len(b)
         if a.shape != (n, n) or b.shape != (n,) or c.shape != (n,):
@@ -43,7 +44,7 @@ class InputLimits:
     size: float = math.inf
     change: float = math.inf
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("size", "change"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"limits.{name} is {getattr(self, name)}, expected more than 0")
@@ -180,7 +181,7 @@ def parts_for(
 
 
 @kernel
-def _correct(x, p, output, reading, variance, turn):
+def _correct(x: Floats, p: Floats, output: Floats, reading: float, variance: float, turn: float) -> None:
     if not math.isfinite(reading):
         return
     n = len(x)
@@ -202,7 +203,9 @@ def _correct(x, p, output, reading, variance, turn):
 
 
 @kernel
-def _predict(x, p, transition, inputs, applied, noise, work):
+def _predict(
+    x: Floats, p: Floats, transition: Floats, inputs: Floats, applied: float, noise: Floats, work: Floats
+) -> None:
     n = len(x)
     multiply(transition, p, work[0])
     multiply_transposed(work[0], transition, p)

@@ -62,7 +62,7 @@ class PositionHold:
         speed = max(self.slowest, 1.2 * current)
         return Wanted(float(heading_for(bearing, speed, north, east)[0]), speed)
 
-    def _stem(self, distance, bearing, upstream, current):
+    def _stem(self, distance: float, bearing: float, upstream: float, current: float) -> Wanted:
         towards = min(_PULL * distance, 0.5 * self.slowest)
         ahead = max(current + towards * math.cos(bearing - upstream), _LEAST * current)
         aside = max(-ahead, min(ahead, towards * math.sin(bearing - upstream)))

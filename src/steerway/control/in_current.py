@@ -7,7 +7,6 @@ up for by the others, and the course has none.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,6 +14,7 @@ from steerway.control.course import AnglePID, AnglePIDGains
 from steerway.control.handover import Autopilot
 from steerway.control.turns import Turn, TurnLimits, TurnSpeeds, plan_turn
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.estimate import Estimate
 from steerway.core.kinematics import heading_for, water_speed_for
@@ -120,7 +120,7 @@ class InCurrent:
     slip_time: float = 0.0
     lookahead: float = 10.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
             positive(f"in_current.{name}", getattr(self, name))
         self.restart()
@@ -130,7 +130,8 @@ class InCurrent:
         self._carried_off = self._without_way = self._departing = self._carried_back = 0.0
         self._target, self._nearest, self._before, self._closest = -1, math.inf, math.inf, math.inf
         self.turning: Turn | None = None  # from the last leg into this one
-        self._path, self._left, self._seen = None, 0.0, math.nan  # of that turn; rad left of it, the reference so far
+        self._path: Floats | None = None  # of that turn
+        self._left, self._seen = 0.0, math.nan  # rad left of it, the reference so far
         self._planned_at = math.inf  # m from the waypoint at which it was planned last
         self._next: tuple[int, Turn | None, tuple[float, float]] = (-1, None, (0.0, 0.0))
         self._turned_for = 0.0  # s
@@ -147,7 +148,7 @@ class InCurrent:
         return ""
 
     @property
-    def _allowed_back(self):
+    def _allowed_back(self) -> float:
         """m that the boat may be carried away from the waypoint."""
         return max(_CARRIED * self.top_speed / self.turn_rate, _CARRIED_TIME * self.top_speed)
 
@@ -175,7 +176,7 @@ class InCurrent:
         able = fastest > least or estimate.heading_std > SURE
         self._carried_off = 0.0 if able or gains else self._carried_off + dt
 
-    def _begin_turn(self, target):
+    def _begin_turn(self, target: int) -> None:
         """The leg to a waypoint is new: the turn into it that was planned, if any, is under way."""
         into, turn, begins = self._next
         self.turning, self._turned_for, self._seen = (turn if into == target else None), 0.0, math.nan
@@ -196,7 +197,7 @@ class InCurrent:
         current = estimate.current_north, estimate.current_east
         return float(water_speed_for(course, speed, *current, min(self.slowest, speed), self._fastest(estimate)))
 
-    def _fastest(self, estimate):
+    def _fastest(self, estimate: Estimate) -> float:
         """The speed through the water that the largest allowed order gives: the estimate may split motion wrongly."""
         return self.top_speed * estimate.speed_gain
 
@@ -212,15 +213,15 @@ class InCurrent:
         """The heading that makes a course good; with a reference that follows it, one that turns it as planned."""
         fastest = max(estimate.water_speed, 0.7 * water_speed)
         heading = float(heading_for(desired.angle, fastest, estimate.current_north, estimate.current_east)[0])
-        if reference is not None and self._left != 0.0:
-            heading = self._to_the_side(heading, reference.angle)
+        if reference is not None and self.turning is not None and self._left != 0.0:
+            heading = self._to_the_side(heading, reference.angle, self.turning.angle)
         return Reference(heading, 0.0, 0.0)
 
-    def _to_the_side(self, heading, reached):
+    def _to_the_side(self, heading: float, reached: float, turn: float) -> float:
         """The heading itself, or while more than 90° of a turn are left one ahead of the reference to its side."""
         self._left -= 0.0 if math.isnan(self._seen) else wrap(reached - self._seen)
         self._seen = reached
-        side = math.copysign(1.0, self.turning.angle)
+        side = math.copysign(1.0, turn)
         if side * self._left < _KEPT_SIDE:
             self._left = 0.0
             return heading
@@ -288,7 +289,7 @@ class InCurrent:
         self,
         direction: float,
         following: float,
-        speeds: Sequence[float],
+        speeds: tuple[float, float],
         current: tuple[float, float],
         model: ReferenceModel,
         fastest: float | None = None,
@@ -336,14 +337,17 @@ class InCurrent:
 
         The reference follows the identified response: it is as much quicker than declared as the boat is.
         """
-        shaper = autopilot.shaper
+        shaper = autopilot.model
         shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)
         if self._left == 0.0 and self._path is None:
             quicker = min(_QUICKEST, max(1.0, 1.0 / estimate.yaw_time)) if estimate.yaw_time > 0.0 else _QUICKEST
             shaper.bandwidth = 2.0 * self.bandwidth * quicker
-        if not isinstance(autopilot.controller, AnglePID):
-            return
+        if isinstance(autopilot.controller, AnglePID):
+            autopilot.controller.gains = self.gains(estimate)
+
+    def gains(self, estimate: Estimate) -> AnglePIDGains:
+        """The gains of the heading loop, its bandwidth what the estimate carries now."""
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
         carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
         bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))
-        autopilot.controller.gains = self.identified(estimate).gains(bandwidth, estimate.water_speed, self.limit)
+        return self.identified(estimate).gains(bandwidth, estimate.water_speed, self.limit)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -24,9 +25,9 @@ class PositioningGains:
     proportional: np.ndarray
     integral: np.ndarray
     derivative: np.ndarray
-    limit: tuple[float, float, float] = (math.inf, math.inf, math.inf)
+    limit: tuple[float, ...] = (math.inf,) * 3
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("proportional", "integral", "derivative"):
             matrix = np.array(getattr(self, name), dtype=np.float64)
             if matrix.shape != (3, 3):
@@ -55,7 +56,16 @@ def by_bandwidth(
 
 
 @kernel
-def position_pid(desired, north, east, heading, velocity, integral, proportional, derivative):
+def position_pid(
+    desired: Floats,
+    north: float,
+    east: float,
+    heading: float,
+    velocity: Floats,
+    integral: Floats,
+    proportional: Floats,
+    derivative: Floats,
+) -> tuple[Floats, Floats]:
     """(wanted force (3,), error turned into the body (3,)); `integral` (3,) is in N, N, N·m."""
     c, s = math.cos(heading), math.sin(heading)
     to_north, to_east = desired[0] - north, desired[1] - east

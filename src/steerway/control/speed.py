@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.control.speed_guess import SpeedGuess, commanded, shaft_now, signed_square
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 
@@ -41,7 +42,7 @@ class AdaptiveSpeedGains(SpeedGuess):
     adaptation: float = 2.0
     reach: float = 2.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         not_negative("speed.error_gain", self.error_gain)
         not_negative("speed.adaptation", self.adaptation)
@@ -122,7 +123,19 @@ class AdaptiveSpeed:
 
 
 @kernel
-def _adaptive_step(parameters, bounds, model, planned, setpoint, speed, measured, modelled, last, dt, constants):
+def _adaptive_step(
+    parameters: Floats,
+    bounds: Floats,
+    model: float,
+    planned: float,
+    setpoint: float,
+    speed: float,
+    measured: float,
+    modelled: float,
+    last: float,
+    dt: float,
+    constants: Floats,
+) -> tuple[float, float, float, float]:
     """(u_m, u_p, command, shaft now): one step of (14)–(18), in place on `parameters`.
 
     n|n| = φᵀâ − (k_z/g0) z with φ = [s, u, u|u|], then dâ/dt = −Γ φ_p z, with φ_p of the planned u̇_p = d_m (s − u_p);

@@ -47,7 +47,7 @@ class SpeedGuess:
     wanted_lag: float | None = None
     model_rate: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("speed.thrust", self.thrust)
         for name in ("linear_drag", "quadratic_drag", "shaft_lag"):
             not_negative(f"speed.{name}", getattr(self, name))
@@ -95,19 +95,19 @@ class SpeedGuess:
 
 
 @kernel
-def signed_square(shaft):
+def signed_square(shaft: float) -> float:
     """n|n|, to which thrust is proportional."""
     return shaft * abs(shaft)
 
 
 @kernel
-def signed_root(square):
+def signed_root(square: float) -> float:
     """n of n|n|."""
     return math.copysign(math.sqrt(abs(square)), square)
 
 
 @kernel
-def commanded(square, shaft, low, high, lead):
+def commanded(square: float, shaft: float, low: float, high: float, lead: float) -> tuple[float, float]:
     """(command, n before its limits) for a wanted n|n|; `lead` drives a slow shaft at `shaft` harder, if measured."""
     free = signed_root(square)
     if lead > 1.0 and math.isfinite(shaft):
@@ -116,7 +116,9 @@ def commanded(square, shaft, low, high, lead):
 
 
 @kernel
-def shaft_now(measured, modelled, command, low, high, rate, lag, dt):
+def shaft_now(
+    measured: float, modelled: float, command: float, low: float, high: float, rate: float, lag: float, dt: float
+) -> float:
     """The shaft's speed now: measured, else as an `Actuator` follows the last command from where it was."""
     if math.isfinite(measured):
         return measured

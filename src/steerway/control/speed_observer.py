@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from steerway.control.speed_guess import SpeedGuess, commanded, shaft_now, signed_square
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 
@@ -24,7 +25,7 @@ class SpeedObserverGains(SpeedGuess):
 
     observer_rate: float = 4.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         positive("speed.observer_rate", self.observer_rate)
 
@@ -75,7 +76,17 @@ class ObservedSpeed:
 
 
 @kernel
-def _observed_step(estimate, disturbance, setpoint, speed, measured, before, last, dt, constants):
+def _observed_step(
+    estimate: float,
+    disturbance: float,
+    setpoint: float,
+    speed: float,
+    measured: float,
+    before: float,
+    last: float,
+    dt: float,
+    constants: Floats,
+) -> tuple[float, float, float, float]:
     """(û, δ̂, command, shaft now): predict over the step that ended now, correct, command."""
     rate, observer_rate = constants[0], constants[1]
     linear_drag, quadratic_drag, thrust = constants[2], constants[3], constants[4]

@@ -24,7 +24,7 @@ class SpeedPIGains:
     limit_astern: float = 0.0
     acceleration: float = math.inf
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("speed.mass", self.mass)
         positive("speed.bandwidth", self.bandwidth)
         not_negative("speed.linear_drag", self.linear_drag)
@@ -36,7 +36,15 @@ class SpeedPIGains:
 
 
 @kernel
-def speed_pi(desired, speed, integral, mass, linear_drag, quadratic_drag, bandwidth):
+def speed_pi(
+    desired: float,
+    speed: float,
+    integral: float,
+    mass: float,
+    linear_drag: float,
+    quadratic_drag: float,
+    bandwidth: float,
+) -> tuple[float, float]:
     """(force, error): drag at the desired speed, plus 2 m ω of the error, plus the integral (N)."""
     error = desired - speed if math.isfinite(speed) else 0.0
     drag = (linear_drag + quadratic_drag * abs(desired)) * desired
@@ -87,7 +95,7 @@ class SpeedPI:
         self._excess = 0.0
         return self.force
 
-    def _approach(self, desired, speed, dt):
+    def _approach(self, desired: float, speed: float, dt: float) -> float:
         """The speed to hold now on the way from the boat's own to the desired one.
 
         Without a largest acceleration by a model of the first order with the loop's bandwidth: both poles at ω alone

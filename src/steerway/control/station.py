@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from steerway.core.angles import wrap
 from steerway.core.checks import positive
 
+Vector = tuple[float, float]
+"""North and east."""
+
 
 @dataclass(frozen=True)
 class StationGains:
@@ -26,7 +29,7 @@ class StationGains:
     limit: float = math.inf
     limit_astern: float = math.inf
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("mass", "bandwidth", "radius", "least_force"):
             positive(f"station.{name}", getattr(self, name))
 
@@ -66,7 +69,7 @@ class StationKeeper:
             self.integral = _sum(self.integral, (share * pull[0], share * pull[1]))
         return (self.heading, 0.0, 0.0), force
 
-    def _point(self, lasting, distance, heading):
+    def _point(self, lasting: Vector, distance: float, heading: float) -> None:
         """Turn the bow along the slow force; close by, back towards what is astern unless a current sets there."""
         if math.isnan(self.heading):
             self.heading = heading
@@ -79,16 +82,16 @@ class StationKeeper:
                 return
 
 
-def _vector(size, direction):
+def _vector(size: float, direction: float) -> Vector:
     """(north, east), zero where either is unknown."""
     if not (math.isfinite(size) and math.isfinite(direction)):
         return (0.0, 0.0)
     return (size * math.cos(direction), size * math.sin(direction))
 
 
-def _sum(one, other):
+def _sum(one: Vector, other: Vector) -> Vector:
     return (one[0] + other[0], one[1] + other[1])
 
 
-def _along(vector, direction):
+def _along(vector: Vector, direction: float) -> float:
     return vector[0] * math.cos(direction) + vector[1] * math.sin(direction)

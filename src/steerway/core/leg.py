@@ -19,6 +19,10 @@ class LegState(NamedTuple):
     speed: float  # what the route asks for; NaN where it does not say
 
 
+UNSEEN = LegState(0, *[math.nan] * 7)
+"""Seen from no leg."""
+
+
 class Leg(NamedTuple):
     """The leg under way for displays and other autopilots: m, rad, true; NaN for unknown."""
 

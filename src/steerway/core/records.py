@@ -7,7 +7,7 @@ only in the frames of `to_frame`, whose column names carry their units.
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from dataclasses import KW_ONLY, dataclass, fields, replace
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
@@ -137,6 +137,14 @@ class Record(ABC):
             yield int(mmsi[first]), self.rows(slice(first, last))
 
 
+_UNKNOWN = np.array(np.nan)
+
+
+def _unknown() -> Floats:
+    """In place of a column that is not given, until the number of rows is known."""
+    return _UNKNOWN
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Fixes(Record):
     """Measurements of receivers: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
@@ -148,15 +156,15 @@ class Fixes(Record):
     """
 
     _: KW_ONLY
-    position_std: np.ndarray | None = None  # the receiver's own 1σ of north and of east
-    sog: np.ndarray | None = None
-    cog: np.ndarray | None = None  # true, rad
-    heading: np.ndarray | None = None  # true, rad
-    water_speed: np.ndarray | None = None  # along the hull
-    yaw_rate: np.ndarray | None = None  # + starboard, rad/s
-    bottom_speed: np.ndarray | None = None  # along the hull over ground, by a Doppler log
-    acceleration: np.ndarray | None = None  # along the hull, m/s², with gravity where it pitches
-    shaft: np.ndarray | None = None  # of the propeller, rev/s
+    position_std: Floats = field(default_factory=_unknown)  # the receiver's own 1σ of north and of east
+    sog: Floats = field(default_factory=_unknown)
+    cog: Floats = field(default_factory=_unknown)  # true, rad
+    heading: Floats = field(default_factory=_unknown)  # true, rad
+    water_speed: Floats = field(default_factory=_unknown)  # along the hull
+    yaw_rate: Floats = field(default_factory=_unknown)  # + starboard, rad/s
+    bottom_speed: Floats = field(default_factory=_unknown)  # along the hull over ground, by a Doppler log
+    acceleration: Floats = field(default_factory=_unknown)  # along the hull, m/s², with gravity where it pitches
+    shaft: Floats = field(default_factory=_unknown)  # of the propeller, rev/s
     mmsi: np.ndarray | None = None  # int64
     source: str = ""
     notes: tuple[str, ...] = ()  # rows left out or corrected by the reader, one sentence each
@@ -165,7 +173,11 @@ class Fixes(Record):
         n = len(self.time)
         for name in ("time", "latitude", "longitude", *REPORTED):
             given = getattr(self, name)
-            column = np.full(n, np.nan) if given is None else np.ascontiguousarray(given, dtype=np.float64)
+            column = (
+                np.full(n, np.nan)
+                if given is None or given is _UNKNOWN
+                else np.ascontiguousarray(given, dtype=np.float64)
+            )
             if column.shape != (n,):
                 raise InputError(f"Fixes.{name} has shape {column.shape}, expected ({n},) as time has")
             object.__setattr__(self, name, column)
@@ -302,8 +314,8 @@ def _frame(table: "Fixes | Motion", columns: Columns, optional: bool = False) ->
     import polars as pl
 
     series = [] if table.mmsi is None else [pl.Series("mmsi", table.mmsi)]
-    for name, (field, convert) in columns.items():
-        values = convert(getattr(table, field))
+    for name, (attribute, convert) in columns.items():
+        values = convert(getattr(table, attribute))
         if not optional or name in _POSITION_COLUMNS or np.isfinite(values).any():
             series.append(pl.Series(name, values, nan_to_null=True))
     return pl.DataFrame(series)

@@ -20,18 +20,20 @@ from steerway.formats import packed
 from steerway.formats.columns import plain_name, understood
 from steerway.formats.units import unit_by_size
 
-SCHEMA = {
-    "mmsi": pl.Int64,
-    "time_s": pl.Float64,
-    "lat_deg": pl.Float64,
-    "lon_deg": pl.Float64,
-    "sog_mps": pl.Float32,
-    "cog_deg": pl.Float32,
-    "heading_deg": pl.Float32,
-    "mobile": pl.UInt8,
-    "hull": pl.UInt32,
-    "reason": pl.UInt8,
-}
+SCHEMA = pl.Schema(
+    {
+        "mmsi": pl.Int64,
+        "time_s": pl.Float64,
+        "lat_deg": pl.Float64,
+        "lon_deg": pl.Float64,
+        "sog_mps": pl.Float32,
+        "cog_deg": pl.Float32,
+        "heading_deg": pl.Float32,
+        "mobile": pl.UInt8,
+        "hull": pl.UInt32,
+        "reason": pl.UInt8,
+    }
+)
 """Columns of `reports`: `mobile` an index of MOBILES, `hull` a number of the type and size that were reported (0:
 none), `reason` an index of REASONS."""
 MOBILES = ("unknown", "class A", "class B")

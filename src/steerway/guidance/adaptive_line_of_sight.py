@@ -16,7 +16,15 @@ from steerway.guidance.reference import Reference
 
 
 @kernel
-def adaptive_line_of_sight(direction, cross_track, cross_track_rate, crab_angle, lookahead, gain, dt):
+def adaptive_line_of_sight(
+    direction: float,
+    cross_track: float,
+    cross_track_rate: float,
+    crab_angle: float,
+    lookahead: float,
+    gain: float,
+    dt: float,
+) -> tuple[float, float, float]:
     """(heading, its rate, next crab angle): ψ = π_p − β̂ − atan(y_e/Δ), β̂' = γ Δ y_e/√(Δ² + y_e²)."""
     spread = lookahead * lookahead + cross_track * cross_track
     crab_rate = gain * lookahead * cross_track / math.sqrt(spread)
@@ -37,7 +45,7 @@ class AdaptiveLineOfSight:
     crab_angle: float = 0.0
     largest_crab: float = math.radians(60.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("adaptive_line_of_sight.lookahead", self.lookahead)
         not_negative("adaptive_line_of_sight.gain", self.gain)
         positive("adaptive_line_of_sight.largest_crab", self.largest_crab)

@@ -16,7 +16,15 @@ from steerway.guidance.reference import Reference
 
 
 @kernel
-def integral_line_of_sight(direction, cross_track, cross_track_rate, integral, lookahead, integral_gain, dt):
+def integral_line_of_sight(
+    direction: float,
+    cross_track: float,
+    cross_track_rate: float,
+    integral: float,
+    lookahead: float,
+    integral_gain: float,
+    dt: float,
+) -> tuple[float, float, float]:
     """(heading, its rate, next integral): ψ = π_p − atan((y_e + κ y_int)/Δ), ẏ_int = Δ y_e/(Δ² + (y_e + κ y_int)²).
 
     The rate of the integral fades with the distance from the path, which keeps a long approach from winding it up.
@@ -39,7 +47,7 @@ class IntegralLineOfSight:
     integral_gain: float
     integral: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("integral_line_of_sight.lookahead", self.lookahead)
         not_negative("integral_line_of_sight.integral_gain", self.integral_gain)
 

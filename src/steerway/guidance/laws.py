@@ -27,7 +27,7 @@ class LawKind(NamedTuple):
     design: Callable[[float, float, Options], GuidanceLaw]
 
 
-def _given(options, name, otherwise):
+def _given(options: Options, name: str, otherwise: float) -> float:
     value = options.get(name)
     return otherwise if value is None else value
 

@@ -23,7 +23,7 @@ class GuidanceLaw(Protocol):
 
 
 @kernel
-def cross_track_rate(direction, course, speed):
+def cross_track_rate(direction: float, course: float, speed: float) -> float:
     """ẏ_e = U sin(χ − π_p), P1 (37) corrected; 0 while course or speed is unknown."""
     if math.isnan(course) or math.isnan(speed):
         return 0.0
@@ -31,7 +31,9 @@ def cross_track_rate(direction, course, speed):
 
 
 @kernel
-def line_of_sight(direction, cross_track, cross_track_rate, lookahead):
+def line_of_sight(
+    direction: float, cross_track: float, cross_track_rate: float, lookahead: float
+) -> tuple[float, float]:
     """Desired course and its rate (rad, rad/s) of proportional line of sight; P1 (35) and (39)."""
     slope = cross_track / lookahead
     return wrap(direction - math.atan(slope)), -cross_track_rate / lookahead / (1.0 + slope * slope)
@@ -47,7 +49,7 @@ class LineOfSight:
 
     lookahead: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("line_of_sight.lookahead", self.lookahead)
 
     def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
@@ -66,7 +68,7 @@ class PurePursuit:
 
 
 @kernel
-def bearing_rate(bearing, distance, course, speed):
+def bearing_rate(bearing: float, distance: float, course: float, speed: float) -> float:
     """Rate at which a fixed point's bearing turns, rad/s; 0 while course or speed is unknown, and at the point."""
     if math.isnan(course) or math.isnan(speed) or not distance > 0.0:
         return 0.0

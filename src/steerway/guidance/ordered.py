@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from steerway.core.errors import InputError
-from steerway.core.leg import LegState
+from steerway.core.leg import UNSEEN, LegState
 from steerway.core.settings import NotNegative, Number, Table
 from steerway.guidance.mission_log import Passage
 from steerway.guidance.waypoints import Mission, Phase
@@ -85,4 +85,4 @@ class Ordered:
         """The ordered speed, and no leg; the first step is at 0 s. See `waypoints.Mission.step`."""
         self._time = 0.0 if math.isnan(self._time) else self._time + dt
         speed = self.now.speed
-        return LegState(0, *[math.nan] * 6, self.cruise if math.isnan(speed) else speed)
+        return UNSEEN._replace(speed=self.cruise if math.isnan(speed) else speed)

@@ -6,6 +6,7 @@ All three work on angles, go the short way round and give angles in [−π, π).
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 from steerway.core.angles import wrap
@@ -23,14 +24,18 @@ class Reference(NamedTuple):
 
 
 @kernel
-def low_pass(angle, rate, command, command_rate, time_constant, dt):
+def low_pass(
+    angle: float, rate: float, command: float, command_rate: float, time_constant: float, dt: float
+) -> tuple[float, float]:
     """Angle and rate after a first-order low-pass of both, P1 (44), exact for a command held over dt."""
     share = 1.0 - math.exp(-dt / time_constant)
     return wrap(angle + share * wrap(command - angle)), rate + share * (command_rate - rate)
 
 
 @kernel
-def tracked(angle, rate, command, command_rate, bandwidth, damping, dt):
+def tracked(
+    angle: float, rate: float, command: float, command_rate: float, bandwidth: float, damping: float, dt: float
+) -> tuple[float, float, float]:
     """(angle, rate, acceleration) after dt of χ̈ = ω² (command − χ) + 2ζω (command rate − χ̇)."""
     steps = _substeps(bandwidth, dt)
     h = dt / steps
@@ -44,7 +49,17 @@ def tracked(angle, rate, command, command_rate, bandwidth, damping, dt):
 
 
 @kernel
-def third_order(angle, rate, acceleration, command, bandwidth, damping, max_rate, max_acceleration, dt):
+def third_order(
+    angle: float,
+    rate: float,
+    acceleration: float,
+    command: float,
+    bandwidth: float,
+    damping: float,
+    max_rate: float,
+    max_acceleration: float,
+    dt: float,
+) -> tuple[float, float, float]:
     """(angle, rate, acceleration) after dt of (s + ω)(s² + 2ζωs + ω²) with limits that the outputs obey.
 
     What is given out is what happened: rate is the change of the angle, acceleration that of the rate, also at a limit.
@@ -64,7 +79,7 @@ def third_order(angle, rate, acceleration, command, bandwidth, damping, max_rate
 
 
 @kernel
-def _substeps(bandwidth, dt):
+def _substeps(bandwidth: float, dt: float) -> int:
     """As many steps as keep the explicit rule within 0.05 of a time constant, so that a slow loop stays stable."""
     return max(1, math.ceil(bandwidth * dt / 0.05))
 
@@ -72,30 +87,26 @@ def _substeps(bandwidth, dt):
 class _Shaper(ABC):
     """Holds the reference that a command is shaped into. Until `start` or the first command it knows none."""
 
-    def __init__(self):
-        self.reference = None
+    def __init__(self) -> None:
+        self.reference: Reference | None = None
 
-    def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0):
-        """Go on from a boat's own angle and rate, so that the controller sees no jump."""
+    def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0) -> Reference:
+        """Go on from a boat's own angle and rate, so that the controller sees no jump; the reference is then this."""
         self.reference = Reference(wrap(angle), rate, acceleration)
+        return self.reference
 
     @property
     @abstractmethod
     def lag(self) -> float:
         """s by which the angle lags behind a command that turns steadily and does not give its rate."""
 
-    def _before(self, command):
+    def _before(self, command: float) -> Reference:
         """The reference so far; the first command is where it begins."""
-        if self.reference is None:
-            self.start(command)
-        return self.reference
+        return self.start(command) if self.reference is None else self.reference
 
-    def _held(self, unknown):
+    def _held(self, unknown: tuple[float, float, float]) -> Reference:
         """The last angle at rest, in place of a command that is not known."""
-        if self.reference is None:
-            return unknown
-        self.start(self.reference.angle)
-        return self.reference
+        return Reference(*unknown) if self.reference is None else self.start(self.reference.angle)
 
 
 class LowPass(_Shaper):
@@ -114,7 +125,7 @@ class LowPass(_Shaper):
         """See `_Shaper`."""
         return self.time_constant
 
-    def step(self, command: Reference, dt: float) -> Reference:
+    def step(self, command: tuple[float, float, float], dt: float) -> Reference:
         """The filtered command after dt; an unknown (NaN) command holds the last angle."""
         desired, desired_rate, _ = command
         if not math.isfinite(desired):
@@ -141,7 +152,7 @@ class TrackingFilter(_Shaper):
         """See `_Shaper`."""
         return 2.0 * self.damping / self.bandwidth
 
-    def step(self, command: Reference, dt: float) -> Reference:
+    def step(self, command: tuple[float, float, float], dt: float) -> Reference:
         """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
         desired, desired_rate, _ = command
         if not math.isfinite(desired):
@@ -178,7 +189,7 @@ class ReferenceModel(_Shaper):
         """See `_Shaper`."""
         return (2.0 * self.damping + 1.0) / self.bandwidth
 
-    def step(self, command: Reference, dt: float) -> Reference:
+    def step(self, command: tuple[float, float, float], dt: float) -> Reference:
         """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
         desired = command[0]
         if not math.isfinite(desired):
@@ -188,7 +199,8 @@ class ReferenceModel(_Shaper):
         return self.reference
 
 
-SHAPERS = {
+Filter = LowPass | TrackingFilter | ReferenceModel
+SHAPERS: dict[str, Callable[["ReferenceTable", float], Filter]] = {
     "tracking": lambda keys, loop: TrackingFilter(keys.bandwidth or 1.0, keys.damping),
     "model": lambda keys, loop: ReferenceModel(keys.bandwidth or 0.5, keys.damping, math.radians(keys.max_rate_deg)),
     "low-pass": lambda keys, loop: LowPass(keys.time_constant or 2.0 / loop),
@@ -202,7 +214,7 @@ class ReferenceTable(Table):
     `time_constant` (s) of a low-pass, by default 2/ω_n of the autopilot: the 40 s of P1 for its ship.
     """
 
-    kind: Literal[*SHAPERS] | None = None
+    kind: Literal[*SHAPERS] | None = None  # type: ignore[valid-type]
     bandwidth: Positive | None = None
     damping: Positive = 1.0
     time_constant: Positive | None = None

@@ -4,7 +4,9 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import one_of, positive
 from steerway.core.errors import InputError
 from steerway.core.leg import leg_direction
@@ -16,7 +18,7 @@ _SHARPEST = -0.9
 """Cosine of the sharpest turn beside a route, of 154°: behind it the corner is four offsets away. Chosen."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Route:
     """Waypoints joined by straight legs.
 
@@ -27,32 +29,44 @@ class Route:
     Raises InputError that names the waypoint for anything that cannot be sailed.
     """
 
-    north: np.ndarray
-    east: np.ndarray
-    acceptance: np.ndarray | float | None = None
-    speed: np.ndarray | float | None = None
-    default_acceptance: float = 10.0
-    corners: str = KINDS[0]
-    corner_radius: float = 10.0
-    curves: tuple[Corner | None, ...] = field(init=False, repr=False, default=())
+    north: Floats
+    east: Floats
+    acceptance: Floats
+    speed: Floats
+    default_acceptance: float
+    corners: str
+    corner_radius: float
+    curves: tuple[Corner | None, ...] = field(init=False, repr=False)
 
-    def __post_init__(self):
-        north, east = (np.array(axis, dtype=np.float64).reshape(-1) for axis in (self.north, self.east))
+    def __init__(
+        self,
+        north: ArrayLike,
+        east: ArrayLike,
+        acceptance: ArrayLike | None = None,
+        speed: ArrayLike | None = None,
+        default_acceptance: float = 10.0,
+        corners: str = KINDS[0],
+        corner_radius: float = 10.0,
+    ) -> None:
+        north, east = (np.array(axis, dtype=np.float64).reshape(-1) for axis in (north, east))
         if len(north) != len(east):
             raise InputError(f"route has {len(north)} north and {len(east)} east values, expected as many of each")
         if len(north) < 2:
             raise InputError(f"route has {len(north)} waypoints, expected at least 2")
-        positive("route.default_acceptance", self.default_acceptance)
-        acceptance = _column("acceptance", self.acceptance, len(north))
-        acceptance[np.isnan(acceptance)] = self.default_acceptance
-        speed = _column("speed", self.speed, len(north))
-        for name, column in {"north": north, "east": east, "acceptance": acceptance, "speed": speed}.items():
+        positive("route.default_acceptance", default_acceptance)
+        acceptance = _column("acceptance", acceptance, len(north))
+        acceptance[np.isnan(acceptance)] = default_acceptance
+        speed = _column("speed", speed, len(north))
+        columns = {"north": north, "east": east, "acceptance": acceptance, "speed": speed}
+        for column in columns.values():
             column.setflags(write=False)
-            object.__setattr__(self, name, column)
+        single = {"default_acceptance": default_acceptance, "corners": corners, "corner_radius": corner_radius}
+        for name, value in (columns | single).items():
+            object.__setattr__(self, name, value)
         self._check_points()
         self._check_legs()
-        one_of("route.corners", self.corners, KINDS)
-        positive("route.corner_radius", self.corner_radius)
+        one_of("route.corners", corners, KINDS)
+        positive("route.corner_radius", corner_radius)
         object.__setattr__(self, "curves", self._curves())
 
     def __len__(self) -> int:
@@ -90,7 +104,7 @@ class Route:
         """The curve at each waypoint, None for none."""
         points = list(zip(self.north, self.east, strict=True))
         directions = [leg_direction(*one, *other) for one, other in pairwise(points)]
-        curves = [None] * len(points)
+        curves: list[Corner | None] = [None] * len(points)
         for index in range(1, len(points) - 1):
             try:
                 curves[index] = corner(
@@ -107,7 +121,7 @@ class Route:
                 )
         return tuple(curves)
 
-    def _check_points(self):
+    def _check_points(self) -> None:
         for index in range(len(self)):
             for name in ("north", "east"):
                 value = getattr(self, name)[index]
@@ -117,7 +131,7 @@ class Route:
             if not np.isnan(self.speed[index]):
                 positive(f"route.waypoint[{index}].speed", self.speed[index])
 
-    def _check_legs(self):
+    def _check_legs(self) -> None:
         for index, length in enumerate(self.lengths, start=1):
             place = f"route.waypoint[{index}]"
             if length == 0.0:
@@ -134,7 +148,7 @@ class Route:
                 )
 
 
-def _column(name: str, given, n: int) -> np.ndarray:
+def _column(name: str, given: ArrayLike | None, n: int) -> np.ndarray:
     """An own array of n values from None (unknown), one value or n of them."""
     column = np.array(np.nan if given is None else given, dtype=np.float64)
     if column.shape not in ((), (n,)):

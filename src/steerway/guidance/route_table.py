@@ -69,16 +69,20 @@ class PlaceTable(Table):
 
     north: Number | None = None
     east: Number | None = None
-    latitude_deg: Latitude | None = Field(None, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
-    longitude_deg: Longitude | None = Field(None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+    latitude_deg: Latitude | None = Field(default=None, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    longitude_deg: Longitude | None = Field(default=None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
 
     def is_plane(self, name: str) -> bool:
         """Whether the place is given in m; raises InputError with its name where neither pair is whole."""
-        plane, globe = (self.north, self.east), (self.latitude_deg, self.longitude_deg)
-        if None not in plane and globe == (None, None):
-            return True
-        if None not in globe and plane == (None, None):
-            return False
+        return self._pair(name)[0]
+
+    def _pair(self, name: str) -> tuple[bool, float, float]:
+        """`is_plane`, and north and east (m) or latitude and longitude (rad)."""
+        north, east, latitude, longitude = self.north, self.east, self.latitude_deg, self.longitude_deg
+        if north is not None and east is not None and latitude is None and longitude is None:
+            return True, north, east
+        if latitude is not None and longitude is not None and north is None and east is None:
+            return False, math.radians(latitude), math.radians(longitude)
         given = [key for key in _COORDINATES if getattr(self, key) is not None]
         raise InputError(
             f"{name} gives {' and '.join(given) or 'no place'}, "
@@ -87,23 +91,24 @@ class PlaceTable(Table):
 
     def plane(self, origin: Place, name: str) -> tuple[float, float]:
         """North and east of the origin, m; the name is for errors."""
-        if self.is_plane(name):
-            return self.north, self.east
-        return displacement(math.radians(self.latitude_deg), math.radians(self.longitude_deg), *origin)
+        is_plane, first, second = self._pair(name)
+        return (first, second) if is_plane else displacement(first, second, *origin)
 
     def globe(self, origin: Place | None, name: str) -> Place:
         """Latitude and longitude, rad; the name is for errors."""
-        if not self.is_plane(name):
-            return math.radians(self.latitude_deg), math.radians(self.longitude_deg)
+        is_plane, first, second = self._pair(name)
+        if not is_plane:
+            return first, second
         if origin is None:
             raise InputError(f"{name} gives north and east, expected lat_deg and lon_deg, or a table [origin]")
-        return _within_reach(displaced(*origin, self.north, self.east), name)
+        return _within_reach(displaced(*origin, first, second), name)
 
     def moved(self, north: float, east: float) -> dict[str, float]:
         """The keys of a place so many m from this one, given as this one is."""
-        if self.is_plane("survey"):
-            return {"north": self.north + north, "east": self.east + east}
-        place = _within_reach(displaced(*self.globe(None, "survey"), north, east), "a waypoint of the survey")
+        is_plane, first, second = self._pair("survey")
+        if is_plane:
+            return {"north": first + north, "east": second + east}
+        place = _within_reach(displaced(first, second, north, east), "a waypoint of the survey")
         return dict(zip(("latitude_deg", "longitude_deg"), np.degrees(place).tolist(), strict=True))
 
 
@@ -124,7 +129,7 @@ _COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")
 class WaypointTable(PlaceTable):
     """A waypoint, and the speed (m/s) and acceptance (m) that differ from the rest of the route on the leg to it."""
 
-    speed: Positive | None = Field(None, validation_alias=AliasChoices("speed", "speed_mps"))
+    speed: Positive | None = Field(default=None, validation_alias=AliasChoices("speed", "speed_mps"))
     acceptance: Positive | None = None
 
 
@@ -145,8 +150,8 @@ class SurveyRouteTable(SurveyTable, PlaceTable):
 class OriginTable(Table):
     """Where north = east = 0 lies."""
 
-    latitude_deg: Latitude = Field(63.44, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
-    longitude_deg: Longitude = Field(10.40, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+    latitude_deg: Latitude = Field(default=63.44, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    longitude_deg: Longitude = Field(default=10.40, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
 
     @property
     def place(self) -> Place:

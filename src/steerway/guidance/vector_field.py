@@ -17,7 +17,9 @@ from steerway.guidance.reference import Reference
 
 
 @kernel
-def vector_field(direction, cross_track, cross_track_rate, steepness, approach):
+def vector_field(
+    direction: float, cross_track: float, cross_track_rate: float, steepness: float, approach: float
+) -> tuple[float, float]:
     """Desired course and its rate (rad, rad/s): χ = π_p − χ∞ (2/π) atan(k y_e)."""
     slope = steepness * cross_track
     share = approach * 2.0 / math.pi
@@ -34,7 +36,7 @@ class VectorField:
     steepness: float
     approach: float = math.pi / 2.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("vector_field.steepness", self.steepness)
         if not 0.0 < self.approach <= math.pi / 2.0:
             raise InputError(f"vector_field.approach is {self.approach:g}, expected an angle in (0, π/2] rad")

@@ -111,7 +111,7 @@ class Voyage:
         return done
 
 
-def _part(route, first, last):
+def _part(route: Route, first: int, last: int) -> Route:
     chosen = slice(first, last + 1)
     part = Route(route.north[chosen], route.east[chosen], route.acceptance[chosen], route.speed[chosen])
     return replace(part, corners=route.corners, corner_radius=route.corner_radius)

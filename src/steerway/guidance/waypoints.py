@@ -10,7 +10,7 @@ from enum import Enum
 
 from steerway.core.checks import not_negative, one_of, positive
 from steerway.core.errors import InputError
-from steerway.core.leg import LegState, leg_direction, seen_from_leg
+from steerway.core.leg import UNSEEN, LegState, leg_direction, seen_from_leg
 from steerway.guidance.mission_log import MissionLog, Passage
 from steerway.guidance.route import Route
 
@@ -45,7 +45,7 @@ class Passing:
     time_factor: float | None = 3.0
     time_margin: float = 60.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         one_of("passing.rule", self.rule, ("remaining", "circle"))
         if self.time_factor is not None:
             positive("passing.time_factor", self.time_factor)
@@ -95,7 +95,7 @@ class Mission:
         self.lead, self.preview, self.following = math.nan, 0.0, math.nan
         self.phase = Phase.UNDER_WAY
         self.log = MissionLog()
-        self._target = None
+        self._target = -1  # no position was known yet
         self._leg_since = 0.0
         self._time_limit = math.inf
 
@@ -105,9 +105,9 @@ class Mission:
         `effort` is what the control costs per second, in a unit of the caller's choice; the log integrates it.
         """
         known = math.isfinite(north) and math.isfinite(east)
-        if self._target is None:
+        if self._target < 0:
             if not known:
-                return LegState(0, *[math.nan] * 7)
+                return UNSEEN
             self._begin(north, east)
         leg = self._seen(north, east)
         self.following = self._next_direction()
@@ -122,11 +122,11 @@ class Mission:
     @property
     def target(self) -> int | None:
         """Index of the waypoint under way, None before a position was known."""
-        return self._target
+        return None if self._target < 0 else self._target
 
     def skip(self, why: str = "skipped") -> None:
         """Give up the waypoint under way as missed, on the word of an outer judge or a person."""
-        if self.phase is Phase.UNDER_WAY and self._target is not None:
+        if self.phase is Phase.UNDER_WAY and self._target >= 0:
             north, east = self._last_seen
             self._pass(False, why, (north, east), math.hypot(self._ends[2] - north, self._ends[3] - east))
 
@@ -135,7 +135,7 @@ class Mission:
 
         A boat that is beyond the leg's end, and not at the waypoint, sails straight to it.
         """
-        if not 1 <= target < len(self.route) or self._target is None:
+        if not 1 <= target < len(self.route) or self._target < 0:
             raise InputError(f"waypoint is {target}, expected 1 to {len(self.route) - 1} of a mission under way")
         self.phase = Phase.UNDER_WAY
         north, east = self._last_seen
@@ -147,11 +147,11 @@ class Mission:
     def exchange(self, route: Route) -> None:
         """Sail another route of as many waypoints, from the leg under way on."""
         self.route = route
-        if self._target and self.phase is Phase.UNDER_WAY:
+        if self._target > 0 and self.phase is Phase.UNDER_WAY:
             before = self._target - 1
             self._sail(self._target, route.north[before], route.east[before], *self._last_seen)
 
-    def _begin(self, north, east):
+    def _begin(self, north: float, east: float) -> None:
         route = self.route
         self._last_seen = (north, east)
         if self._start == "line":
@@ -164,7 +164,7 @@ class Mission:
         else:
             self._sail(0, north, east, north, east)
 
-    def _sail(self, target, north_0, east_0, north, east):
+    def _sail(self, target: int, north_0: float, east_0: float, north: float, east: float) -> None:
         """Set the leg from point 0 to a waypoint, the boat being at (north, east)."""
         route = self.route
         end = (float(route.north[target]), float(route.east[target]))
@@ -180,19 +180,19 @@ class Mission:
         self._time_limit = self._leg_time(max(self._length, math.hypot(end[0] - north, end[1] - east)))
         self.log.closest = math.inf
 
-    def _leg_time(self, length):
+    def _leg_time(self, length: float) -> float:
         factor = self.passing.time_factor
         if factor is None or math.isnan(self._speed):
             return math.inf
         return factor * length / self._speed + self.passing.time_margin
 
-    def _next_direction(self):
+    def _next_direction(self) -> float:
         following = self._target + 1
         if following >= len(self.route) or self.phase is not Phase.UNDER_WAY or self._curve is not None:
             return math.nan
         return float(leg_direction(*self._ends[2:], self.route.north[following], self.route.east[following]))
 
-    def _seen(self, north, east):
+    def _seen(self, north: float, east: float) -> LegState:
         curve, direction = self._curve, self._direction
         along, cross, remaining, distance, bearing = seen_from_leg(north, east, *self._ends, direction, self._length)
         if curve is not None:
@@ -204,7 +204,7 @@ class Mission:
             direction = curve.direction_at(along + self.preview - begins)
         return LegState(self._target, direction, along, cross, remaining, distance, bearing, self._speed)
 
-    def _judge(self, leg, north, east):
+    def _judge(self, leg: LegState, north: float, east: float) -> None:
         self._last_seen = (north, east)
         if self._curve is not None:
             verdict = (True, "corner") if leg.remaining <= 0.0 else None
@@ -215,7 +215,7 @@ class Mission:
         if verdict is not None:
             self._pass(*verdict, (north, east), leg.distance)
 
-    def _pass(self, reached, why, position, distance):
+    def _pass(self, reached: bool, why: str, position: tuple[float, float], distance: float) -> None:
         log, target = self.log, self._target
         log.record(Passage(target, reached, why, log.time, log.distance, distance, log.closest))
         if target + 1 < len(self.route):

@@ -7,7 +7,7 @@ def course_cut(*courses: np.ndarray) -> float:
     """The course (degrees) that is steered least: an axis cut there has the fewest breaks."""
     values = np.concatenate([np.degrees(each[np.isfinite(each)]) for each in courses])
     counts, edges = np.histogram(np.mod(values, 360.0), 36, (0.0, 360.0))
-    around = sum(np.roll(counts, shift) for shift in range(-2, 3))
+    around = np.sum([np.roll(counts, shift) for shift in range(-2, 3)], axis=0)
     fewest = np.flatnonzero(around == around.min())
     runs = np.split(fewest, np.flatnonzero(np.diff(fewest) > 1) + 1)
     widest = max(runs, key=len)

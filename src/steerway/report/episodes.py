@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steerway.core.arrays import Floats
 from steerway.core.earth import displacement
@@ -75,7 +76,7 @@ def episodes_of(fixes: Fixes, motion: Motion) -> list[Episode]:
     return found
 
 
-def _runs(kind, time, marked, mmsi, least=1) -> list[Episode]:
+def _runs(kind: str, time: Floats, marked: NDArray[np.bool_], mmsi: int | None, least: int = 1) -> list[Episode]:
     """An episode of every run of marked rows; runs that are hardly apart are one."""
     rows = np.flatnonzero(marked)
     if not len(rows):
@@ -84,7 +85,7 @@ def _runs(kind, time, marked, mmsi, least=1) -> list[Episode]:
     return [Episode(kind, float(time[p[0]]), float(time[p[-1]]), len(p), mmsi) for p in parts if len(p) >= least]
 
 
-def _restarts(track, mmsi) -> list[Episode]:
+def _restarts(track: Motion, mmsi: int | None) -> list[Episode]:
     starting = track.status == STARTING
     return [each for each in _runs(RESTARTED, track.time, starting, mmsi) if each.start > track.time[0]]
 
@@ -96,7 +97,7 @@ def gaps(time: np.ndarray, reports: bool = False) -> list[tuple[float, float]]:
     return [(float(time[k]), float(time[k + 1])) for k in wide]
 
 
-def _disagreements(fixes, motion, mmsi) -> list[Episode]:
+def _disagreements(fixes: Fixes, motion: Motion, mmsi: int | None) -> list[Episode]:
     time = fixes.time
     before = np.searchsorted(time, time - _SPAN + 1e-3, side="right") - 1
     before = np.minimum(before, np.arange(len(time)) - 1).clip(0)
@@ -131,11 +132,11 @@ def _contradictions(fixes, motion, mmsi) -> list[Episode]:
     return _runs(CONTRADICTED, fixes.time, apart > _ALLOWED * np.hypot(spread, deviation), mmsi, _LEAST)
 
 
-def _moved(fixes, i, j):
+def _moved(fixes: Fixes, i: np.intp, j: np.intp) -> tuple[float, float]:
     return displacement(fixes.latitude[j], fixes.longitude[j], fixes.latitude[i], fixes.longitude[i])
 
 
-def _mean_velocities(motion, first, last) -> Floats:
+def _mean_velocities(motion: Motion, first: NDArray[np.int64], last: NDArray[np.int64]) -> Floats:
     """(2, n) mean velocity north and east of the estimate between rows; at rest where there is no course."""
     cog = np.where(np.isfinite(motion.cog), motion.cog, 0.0)
     sog = np.where(np.isfinite(motion.cog), motion.sog, 0.0)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from steerway.core.records import NO_COURSE, Fixes, Motion
-from steerway.report.episodes import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
+from steerway.report.episodes import DISAGREES, GAP, REFUSED, RESTARTED, Episode, episodes_of
 
 MOST_EVENTS = 300
 """The longest are kept."""
@@ -26,7 +26,7 @@ def events(fixes: Fixes, motion: Motion) -> list[tuple[float, float, str]]:
     return sorted((float(start), float(stop), what) for start, stop, what in longest)
 
 
-def _what(episode) -> str:
+def _what(episode: Episode) -> str:
     if episode.kind == REFUSED:
         return "fix rejected" if episode.rows == 1 else f"{episode.rows} fixes rejected"
     return _WORDS[episode.kind]

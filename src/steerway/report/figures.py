@@ -1,16 +1,18 @@
 """Figures of an estimate: the track, and its quantities over time."""
 
-from datetime import UTC, datetime
+from typing import TypeVar
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
-from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
+from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion, Record
 from steerway.core.statistics import FIX_GATE
 from steerway.report.course_axis import broken, course_cut, on_axis
 from steerway.report.episodes import gaps
@@ -18,6 +20,8 @@ from steerway.report.episodes import gaps
 OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
 """Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
 _MOST_POINTS = 20_000
+R = TypeVar("R", bound=Record)
+T = TypeVar("T", float, Floats)
 
 
 def plot(motion: Motion, fixes: Fixes | None = None, kind: str = "signals") -> Figure:
@@ -141,7 +145,7 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
     return figure
 
 
-def _reach(motion) -> float:
+def _reach(motion: Motion) -> float:
     """Course rate (°/s) that shows all but the rarest values and the usual band."""
     rates, deviations = (np.degrees(np.abs(column)) for column in (motion.course_rate, motion.course_rate_std))
     known = np.isfinite(rates)
@@ -150,31 +154,29 @@ def _reach(motion) -> float:
     return float(max(1.4 * np.quantile(rates[known], 0.999), 2.5 * np.median(deviations[known])) + 0.1)
 
 
-def _banded(axes, time, values, deviations, label):
+def _banded(axes: Axes, time: Floats, values: Floats, deviations: Floats, label: str) -> None:
     axes.fill_between(time, values - 2.0 * deviations, values + 2.0 * deviations, color=OURS, alpha=0.2, linewidth=0)
     axes.plot(time, values, color=OURS, linewidth=1.2, label=label)
 
 
-def _receiver(axes, time, values, label):
+def _receiver(axes: Axes, time: Floats, values: Floats, label: str) -> None:
     if np.isfinite(values).any():
         axes.plot(time, values, ".", color=THEIRS, markersize=2.5, label=label)
 
 
-def _thinned(table):
+def _thinned(table: R) -> R:
     return table.rows(slice(None, None, max(1, -(-len(table) // _MOST_POINTS))))
 
 
-def _dates(time):
-    if np.ndim(time) == 0:
-        return date2num(datetime.fromtimestamp(float(time), UTC))
-    return np.asarray(time) / 86400.0  # matplotlib's dates are days since the Unix epoch
+def _dates(time: T) -> T:
+    return time / 86400.0  # matplotlib's dates are days since the Unix epoch
 
 
-def _top(*columns) -> float:
+def _top(*columns: Floats) -> float:
     highest = [np.nanquantile(column, 0.999) for column in columns if np.isfinite(column).any()]
     return 1.25 * max([*highest, 0.2])
 
 
-def _degrees(radians, positive, negative) -> str:
+def _degrees(radians: float, positive: str, negative: str) -> str:
     value = np.degrees(radians)
     return f"{abs(value):.4f}° {positive if value >= 0.0 else negative}"

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
@@ -26,7 +27,9 @@ class ReportContents:
     gate: bool = True
 
 
-def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: dict, tables=()) -> None:
+def write_report(
+    path: Path, title: str, fixes: Fixes, motion: Motion, summary: dict[str, Any], tables: Sequence[Table] = ()
+) -> None:
     """Write the report of an estimate as .html (interactive, self-contained) or .png.
 
     Args:
@@ -42,7 +45,7 @@ def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: 
     )
 
 
-def _page(path, report: ReportContents):
+def _page(path: Path, report: ReportContents) -> None:
     from steerway.report.interactive import write_interactive_page
 
     write_interactive_page(
@@ -50,7 +53,7 @@ def _page(path, report: ReportContents):
     )
 
 
-def _picture(path, report: ReportContents):
+def _picture(path: Path, report: ReportContents) -> None:
     """The figures below one another in one PNG."""
     import io
 
@@ -88,7 +91,7 @@ def report_writer(path: str | Path) -> Callable[[Path, ReportContents], None]:
     return WRITERS[ending]
 
 
-def _vessels(motion: Motion):
+def _vessels(motion: Motion) -> Table:
     import numpy as np
 
     rows = []

@@ -1,8 +1,10 @@
 """Several tracks in one figure: overlay, and differences from a reference."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
@@ -26,7 +28,11 @@ def overlay_figure(tracks: Sequence[NamedTrack]) -> Figure:
     meridian, prime_vertical = radii(latitude)
     cut = 90.0 * round(course_cut(*(each.cog for each in tracks)) / 90.0)
     for number, track in enumerate(tracks):
-        look = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number % len(STYLES)], "linewidth": 1.2}
+        look: dict[str, Any] = {
+            "color": COLOURS[number % len(COLOURS)],
+            "linestyle": STYLES[number % len(STYLES)],
+            "linewidth": 1.2,
+        }
         few = slice(None, None, max(1, len(track.time) // _MOST_POINTS))
         east = wrap_array(track.longitude[few] - longitude) * prime_vertical * np.cos(latitude)
         panes["map"].plot(east, (track.latitude[few] - latitude) * meridian, label=track.name, **look)
@@ -78,7 +84,7 @@ def differences_figure(tracks: Sequence[NamedTrack]) -> Figure:
     return figure
 
 
-def _dated(axes) -> None:
+def _dated(axes: Axes) -> None:
     locator = AutoDateLocator()
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))

@@ -66,7 +66,7 @@ def write_page(
         file.write(page.encode())
 
 
-def _remarks(remarks) -> list[str]:
+def _remarks(remarks: Sequence[str]) -> list[str]:
     items = "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks)
     return [f"<h2>Remarks</h2><ul>{items}</ul>"]
 
@@ -78,7 +78,7 @@ def png(figure: "Figure") -> bytes:
     return buffer.getvalue()
 
 
-def _figure(figure, caption) -> str:
+def _figure(figure: "Figure | bytes", caption: str) -> str:
     encoded = base64.b64encode(figure if isinstance(figure, bytes) else png(figure)).decode("ascii")
     alt = html.escape(caption, quote=True)
     return (

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def summarise(
     }
 
 
-def sentences(summary: dict) -> list[tuple[str, str]]:
+def sentences(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """The summary as (what, value) pairs: the result first, then the log, then the model."""
     s = summary
     status = ", ".join(f"{s[f'rows_{name}']} {name}" for name in STATUSES if s[f"rows_{name}"])
@@ -95,7 +96,7 @@ def which_estimate(smoothed: bool) -> str:
     return "smoothed: every row uses the whole log" if smoothed else "causal: every row uses the fixes until its time"
 
 
-def _gaps(s) -> str:
+def _gaps(s: dict[str, Any]) -> str:
     if not s["gaps"]:
         return "no gap"
     return (
@@ -105,7 +106,7 @@ def _gaps(s) -> str:
     )
 
 
-def _receiver(s) -> list[tuple[str, str]]:
+def _receiver(s: dict[str, Any]) -> list[tuple[str, str]]:
     """Down-weighted fixes and the delay of the receiver's SOG and COG, where there are any."""
     found = []
     if s["fixes_doubted"]:
@@ -123,21 +124,21 @@ def _receiver(s) -> list[tuple[str, str]]:
     return [("receiver", "; ".join(found))] if found else []
 
 
-def _deviations(s) -> str:
+def _deviations(s: dict[str, Any]) -> str:
     cog = f"COG {s['cog_std_median_deg']:.2f}°" if math.isfinite(s["cog_std_median_deg"]) else "no course"
     return f"SOG {s['sog_std_median_mps']:.3f} m/s, {cog}, position {s['position_std_median_m']:.2f} m"
 
 
-def _structure(each) -> str:
+def _structure(each: dict[str, Any]) -> str:
     known = math.isfinite(each["log_evidence"])
     return each["words"] + (f" (log evidence {each['log_evidence']:.1f})" if known else " (as expected, not fitted)")
 
 
-def _speed(mps) -> str:
+def _speed(mps: float) -> str:
     return f"{mps:.2f} m/s ({mps / KNOT:.2f} kn)"
 
 
-def _duration(seconds) -> str:
+def _duration(seconds: float) -> str:
     hours, rest = divmod(round(seconds), 3600)
     minutes, seconds = divmod(rest, 60)
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"

@@ -2,13 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
 from steerway.core.settings import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument, InstrumentTable
@@ -42,7 +44,7 @@ class Compass:
 class CompassStream:
     """A compass that is switched on: a heading in [−π, π) when one is due, else None."""
 
-    def __init__(self, compass: Compass, seed):
+    def __init__(self, compass: Compass, seed: Seed) -> None:
         self._deviation = compass.deviation
         self._readings = compass.instrument.start(seed)
 
@@ -52,13 +54,13 @@ class CompassStream:
 
 
 @kernel
-def deviation(heading, a, b, c, d, e):
+def deviation(heading: Any, a: float, b: float, c: float, d: float, e: float) -> Any:
     """The deviation for a heading, or an array of them, by a deviation card; rad."""
     return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
 
 
 @kernel
-def _wrapped(angles):
+def _wrapped(angles: Floats) -> Floats:
     for k in range(len(angles)):
         angles[k] = wrap(angles[k])
     return angles
@@ -75,8 +77,9 @@ class CompassTable(InstrumentTable):
 
     def build(self) -> Compass:
         instrument = Instrument(self.rate, white=math.radians(self.std_deg), bias=math.radians(self.bias_deg))
-        return Compass(instrument, tuple(map(math.radians, self.deviation_deg)))
+        a, b, c, d, e = map(math.radians, self.deviation_deg)
+        return Compass(instrument, (a, b, c, d, e))
 
     @staticmethod
-    def read(stream, time, motion) -> float | None:
+    def read(stream: CompassStream, time: float, motion: GroundMotion) -> float | None:
         return stream.step(time, motion.heading)

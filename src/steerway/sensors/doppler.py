@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
 from steerway.core.settings import NotNegative, Number, Positive, Rate
 from steerway.sensors.instrument import Instrument, InstrumentTable
@@ -39,13 +40,13 @@ class DopplerLog:
 class DopplerStream:
     """A log that is switched on: (surge, sway) when a reading is due, else None."""
 
-    def __init__(self, log: DopplerLog, seed):
+    def __init__(self, log: DopplerLog, seed: Seed) -> None:
         along, across = np.random.default_rng(seed).spawn(2)
         self._along, self._across = log.instrument.start(along), log.instrument.start(across)
 
     def step(self, time: float, surge: float, sway: float) -> tuple[float, float] | None:
         along, across = self._along.step(time, surge), self._across.step(time, sway)
-        return None if along is None else (along, across)
+        return None if along is None or across is None else (along, across)
 
 
 class LogTable(InstrumentTable):
@@ -61,7 +62,7 @@ class LogTable(InstrumentTable):
         return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias, scale=self.scale))
 
     @staticmethod
-    def read(stream, time, motion) -> float | None:
+    def read(stream: DopplerStream, time: float, motion: GroundMotion) -> float | None:
         velocity = stream.step(time, motion.surge, motion.sway)
         return None if velocity is None else velocity[0]
 
@@ -74,6 +75,6 @@ class BottomLogTable(LogTable):
     std: NotNegative = 0.002
 
     @staticmethod
-    def read(stream, time, motion) -> float | None:
+    def read(stream: DopplerStream, time: float, motion: GroundMotion) -> float | None:
         velocity = stream.step(time, motion.along, 0.0)
         return None if velocity is None else velocity[0]

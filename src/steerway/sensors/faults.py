@@ -5,17 +5,20 @@ run.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.settings import NotNegative, Number, Table, in_radians
 
 DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
-KINDS = ("dropout", "jump", "burst", "step", "frozen")
+Kind = Literal["dropout", "jump", "burst", "step", "frozen"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 GOOD, LOST, HELD = range(3)
 """What becomes of an epoch: a fix, no fix, or the fix before it once more."""
@@ -44,7 +47,7 @@ class Fault:
     size: float = 0.0
     direction: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(f"fault kind {self.kind!r} is unknown, expected one of {', '.join(KINDS)}")
         if (self.start is None) == (self.per_hour is None):
@@ -65,13 +68,13 @@ class Fault:
         return KINDS.index(self.kind), start, probability, epochs, self.size, direction
 
 
-def table(faults, rate: float) -> np.ndarray:
+def table(faults: Sequence[Fault], rate: float) -> np.ndarray:
     """The (n, 6) array that `happen` reads."""
     return np.array([fault.row(rate) for fault in faults], dtype=np.float64).reshape(len(faults), 6)
 
 
 @kernel
-def happen(faults, state, epoch, uniforms, normals, error):
+def happen(faults: Floats, state: Floats, epoch: int, uniforms: Floats, normals: Floats, error: Floats) -> int:
     """Let one epoch's faults happen; adds displacements to `error` (2,) and returns GOOD, LOST or HELD.
 
     `faults` (n, 6) from `table`; `state` (n, 3) is changed: epochs left, displacement north and east. `uniforms` (2n,)
@@ -107,7 +110,7 @@ def happen(faults, state, epoch, uniforms, normals, error):
 class FaultTable(Table):
     """The keys of a fault in a scenario, at `start` s or `per_hour` times."""
 
-    kind: Literal[*KINDS]
+    kind: Kind
     start: NotNegative | None = None
     per_hour: NotNegative | None = None
     duration: NotNegative | None = None

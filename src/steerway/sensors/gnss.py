@@ -11,11 +11,12 @@ long scene put the origin on the equator, where that term vanishes.
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from steerway.core.arrays import Floats
@@ -69,7 +70,7 @@ class Gnss:
     lever_arm: tuple[float, float, float] = (0.0, 0.0, 0.0)
     velocity_std: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (0.0 < self.rate < math.inf):
             raise InputError(f"gnss.rate is {self.rate}, expected a positive number of fixes a second")
         for name in ("white", "latency", "velocity_std"):
@@ -125,12 +126,13 @@ class Gnss:
         """
         columns = _columns(time, north, east, roll, pitch, heading, north_velocity, east_velocity)
         chosen = epochs(columns[0], self.rate)
-        time, north, east, roll, pitch, heading, north_velocity, east_velocity = (each[chosen] for each in columns)
-        arm_north, arm_east = _levelled(self.lever_arm, roll, pitch, heading)
+        time, north, east, *rest = (each[chosen] for each in columns)
+        swing, velocity = rest[:3], rest[3:]
+        arm_north, arm_east = _levelled(self.lever_arm, *swing)
         errors, outcome = Errors(self, seed).draw(len(time))
         north, east = north + arm_north + errors[:, 0], east + arm_east + errors[:, 1]
         _hold(north, east, outcome)
-        sog, cog = _velocity(north_velocity + errors[:, 2], east_velocity + errors[:, 3])
+        sog, cog = _velocity(velocity[0] + errors[:, 2], velocity[1] + errors[:, 3])
         latitude, longitude = displaced_all(*origin, north, east)
         if self.stamped_on_arrival:
             time = time + self.latency
@@ -160,25 +162,25 @@ def navstar(rate: float = 10.0) -> Gnss:
 class GnssStream:
     """A receiver that is switched on: give it the truth at every step, get a fix when one is due, else None."""
 
-    def __init__(self, gnss: Gnss, seed):
+    def __init__(self, gnss: Gnss, seed: Seed) -> None:
         self.gnss = gnss
         self._errors = Errors(gnss, seed)
-        self._rows = iter(())
+        self._rows: Iterator[tuple[float, float, float, float, int]] = iter(())
         self._clock = Clock(gnss.rate)
         self._swings = any(gnss.lever_arm)
         self._last = (math.nan, math.nan)
-        self._under_way = deque()
+        self._under_way: deque[tuple[float, Fix]] = deque()
 
     def step(
         self,
-        time,
-        north,
-        east,
-        roll=0.0,
-        pitch=0.0,
-        heading=0.0,
-        north_velocity=math.nan,
-        east_velocity=math.nan,
+        time: float,
+        north: float,
+        east: float,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+        heading: float = 0.0,
+        north_velocity: float = math.nan,
+        east_velocity: float = math.nan,
     ) -> Fix | None:
         """The fix that arrives at this step, if one does: the oldest not yet delivered. Scalars, SI and radians."""
         if self._clock.due(time):
@@ -191,7 +193,17 @@ class GnssStream:
             return self._under_way.popleft()[1]
         return None
 
-    def _observe(self, time, north, east, roll, pitch, heading, north_velocity, east_velocity):
+    def _observe(
+        self,
+        time: float,
+        north: float,
+        east: float,
+        roll: float,
+        pitch: float,
+        heading: float,
+        north_velocity: float,
+        east_velocity: float,
+    ) -> Fix | None:
         error_north, error_east, velocity_north, velocity_east, outcome = self._next_row()
         if outcome == LOST:
             return None
@@ -208,7 +220,7 @@ class GnssStream:
             time = time + self.gnss.latency
         return Fix(time, *self._last, sog, cog)
 
-    def _next_row(self):
+    def _next_row(self) -> tuple[float, float, float, float, int]:
         for row in self._rows:
             return row
         errors, outcome = self._errors.draw(_BLOCK)
@@ -217,7 +229,9 @@ class GnssStream:
 
 
 @kernel
-def level(forward, starboard, down, roll, pitch, heading):
+def level(
+    forward: float, starboard: float, down: float, roll: float, pitch: float, heading: float
+) -> tuple[float, float]:
     """North and east (m) of a point of the hull, from the vessel's origin; angles in rad.
 
     The first two rows of the rotation from body to NED by roll, pitch and heading, Fossen, Handbook of Marine Craft
@@ -230,7 +244,7 @@ def level(forward, starboard, down, roll, pitch, heading):
 
 
 @kernel
-def _hold(north, east, outcome):
+def _hold(north: Floats, east: Floats, outcome: NDArray[np.uint8]) -> None:
     """Repeat the last reported position where the receiver is frozen; before a first one there is nothing to repeat."""
     last = -1
     for k in range(len(north)):
@@ -241,26 +255,30 @@ def _hold(north, east, outcome):
         last = k
 
 
-def _columns(time, *rest):
+def _columns(time: ArrayLike, *rest: ArrayLike) -> list[Floats]:
     time = np.asarray(time, dtype=np.float64)
     return [time, *(np.broadcast_to(np.asarray(each, dtype=np.float64), time.shape) for each in rest)]
 
 
-def _levelled(lever_arm, roll, pitch, heading):
+def _levelled(
+    lever_arm: tuple[float, float, float], roll: Floats, pitch: Floats, heading: Floats
+) -> tuple[Floats, Floats] | tuple[float, float]:
     if not any(lever_arm):
         return 0.0, 0.0
     return _level_all(*lever_arm, roll, pitch, heading)
 
 
 @kernel
-def _level_all(forward, starboard, down, roll, pitch, heading):
+def _level_all(
+    forward: float, starboard: float, down: float, roll: Floats, pitch: Floats, heading: Floats
+) -> tuple[Floats, Floats]:
     north, east = np.empty(len(roll)), np.empty(len(roll))
     for k in range(len(roll)):
         north[k], east[k] = level(forward, starboard, down, roll[k], pitch[k], heading[k])
     return north, east
 
 
-def _velocity(north_velocity, east_velocity):
+def _velocity(north_velocity: Floats, east_velocity: Floats) -> tuple[Floats, Floats]:
     return np.hypot(north_velocity, east_velocity), np.arctan2(east_velocity, north_velocity)
 
 

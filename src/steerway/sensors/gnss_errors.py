@@ -1,16 +1,23 @@
 """The errors of a GNSS receiver, a row an epoch: as many random numbers whatever happens in it."""
 
-import numpy as np
+from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
-from steerway.core.noise import markov_decay, markov_step
+from steerway.core.noise import Seed, markov_decay, markov_step
 from steerway.sensors.faults import happen, table
+
+if TYPE_CHECKING:
+    from steerway.sensors.gnss import Gnss
 
 
 class Errors:
     """The error sequence of a `Gnss`, continued from block to block."""
 
-    def __init__(self, gnss, seed):
+    def __init__(self, gnss: "Gnss", seed: Seed) -> None:
         self._gaussian, self._chance = np.random.default_rng(seed).spawn(2)
         step = 1.0 / gnss.rate
         decays = [markov_decay(time_constant, step) for _, time_constant in gnss.markov]
@@ -43,7 +50,18 @@ class Errors:
 
 
 @kernel
-def _draw(normals, uniforms, std, markov, wander, faults, troubles, first_epoch, errors, outcome):
+def _draw(
+    normals: Floats,
+    uniforms: Floats,
+    std: Floats,
+    markov: Floats,
+    wander: Floats,
+    faults: Floats,
+    troubles: Floats,
+    first_epoch: int,
+    errors: Floats,
+    outcome: NDArray[np.uint8],
+) -> None:
     m = len(markov)
     for k in range(len(normals)):
         draws, error = normals[k], errors[k]

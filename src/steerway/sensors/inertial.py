@@ -7,9 +7,10 @@ from typing import ClassVar
 import numpy as np
 
 from steerway.core.earth import STANDARD_GRAVITY
+from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
 from steerway.core.settings import NotNegative, Positive, Rate
-from steerway.sensors.instrument import Instrument, InstrumentTable
+from steerway.sensors.instrument import Instrument, InstrumentStream, InstrumentTable
 
 
 def gyro(
@@ -60,7 +61,7 @@ class GyroTable(InstrumentTable):
         return gyro(**self.model_dump())
 
     @staticmethod
-    def read(stream, time, motion) -> float | None:
+    def read(stream: InstrumentStream, time: float, motion: GroundMotion) -> float | None:
         return stream.step(time, motion.yaw_rate)
 
 
@@ -79,7 +80,7 @@ class Accelerometer:
 class AccelerometerStream:
     """An accelerometer that is switched on: the mean acceleration since its last reading when one is due, else None."""
 
-    def __init__(self, accelerometer: Accelerometer, seed):
+    def __init__(self, accelerometer: Accelerometer, seed: Seed) -> None:
         own, leak = np.random.default_rng(seed).spawn(2)
         self._own, self._leak = accelerometer.instrument.start(own), accelerometer.leak.start(leak)
         self._last = (math.nan, math.nan)
@@ -112,5 +113,5 @@ class AccelerometerTable(InstrumentTable):
         return Accelerometer(accelerometer(**keys), leak)
 
     @staticmethod
-    def read(stream, time, motion) -> float | None:
+    def read(stream: AccelerometerStream, time: float, motion: GroundMotion) -> float | None:
         return stream.step(time, motion.along)

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
@@ -38,7 +39,7 @@ class Instrument:
     wander: tuple[float, float] = (0.0, 1.0)
     scale: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0.0 < self.rate < math.inf:
             raise InputError(f"instrument.rate is {self.rate}, expected a positive number of readings a second")
         deviations = {"white": self.white, "turn_on_std": self.turn_on_std, "wander": self.wander[0]}
@@ -63,7 +64,7 @@ class Instrument:
 class InstrumentStream:
     """An instrument that is switched on: give it the truth at every step, get a reading when one is due, else None."""
 
-    def __init__(self, instrument: Instrument, seed):
+    def __init__(self, instrument: Instrument, seed: Seed) -> None:
         self._scale = instrument.scale
         self._clock = Clock(instrument.rate)
         self._errors = _Errors(instrument, seed).each()
@@ -75,7 +76,7 @@ class InstrumentStream:
 class _Errors:
     """The error sequence, continued from block to block."""
 
-    def __init__(self, instrument: Instrument, seed):
+    def __init__(self, instrument: Instrument, seed: Seed) -> None:
         self._draws = np.random.default_rng(seed)
         turn_on, wander = self._draws.standard_normal(2)
         std, time_constant = instrument.wander
@@ -93,7 +94,7 @@ class _Errors:
 
 
 @kernel
-def _draw(normals, bias, wander, white, std, decay):
+def _draw(normals: Floats, bias: float, wander: float, white: float, std: float, decay: float) -> tuple[Floats, float]:
     errors = np.empty(len(normals))
     for k in range(len(normals)):
         errors[k] = bias + wander + white * normals[k, 0]
@@ -128,7 +129,7 @@ class Clock:
 
     def __init__(self, rate: float):
         self._rate = rate
-        self._began = None
+        self._began: float | None = None
         self._next = -math.inf
 
     def due(self, time: float) -> bool:

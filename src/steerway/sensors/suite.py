@@ -27,7 +27,7 @@ class Suite:
         self.gnss = gnss
         self.aboard = {name: given[name] for name in INSTRUMENTS if given.get(name) is not None}
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         if name not in INSTRUMENTS:
             raise AttributeError(f"a suite has no attribute {name!r}")
         return self.aboard.get(name)
@@ -40,7 +40,7 @@ class Suite:
 class SuiteStream:
     """Instruments that are switched on; `step` gives what is new."""
 
-    def __init__(self, suite: Suite, seed):
+    def __init__(self, suite: Suite, seed: Seed) -> None:
         first, *seeds = np.random.default_rng(seed).spawn(1 + len(INSTRUMENTS))
         self._gnss = suite.gnss.start(first)
         self._further = [

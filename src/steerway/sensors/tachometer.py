@@ -2,8 +2,9 @@
 
 from typing import ClassVar
 
+from steerway.core.kinematics import GroundMotion
 from steerway.core.settings import NotNegative, Rate
-from steerway.sensors.instrument import Instrument, InstrumentTable
+from steerway.sensors.instrument import Instrument, InstrumentStream, InstrumentTable
 
 
 class TachometerTable(InstrumentTable):
@@ -17,5 +18,5 @@ class TachometerTable(InstrumentTable):
         return Instrument(self.rate, white=self.std)
 
     @staticmethod
-    def read(stream, time, motion) -> float | None:
+    def read(stream: InstrumentStream, time: float, motion: GroundMotion) -> float | None:
         return stream.step(time, motion.shaft)

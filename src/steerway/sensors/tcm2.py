@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.noise import Seed
@@ -30,7 +31,7 @@ class DynamicCompass:
     wrapped: bool = False
     _constants: np.ndarray = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.model.stable:
             raise InputError(f"compass.model {tuple(self.model)} is unstable, expected poles inside the unit circle")
         object.__setattr__(self, "_constants", np.array(self.model, dtype=np.float64))
@@ -43,7 +44,7 @@ class DynamicCompass:
 class DynamicCompassStream:
     """A compass that is switched on: `readings(heading, ticks)` gives its readings (rad) at 40 Hz at one heading."""
 
-    def __init__(self, compass: DynamicCompass, heading: float, seed):
+    def __init__(self, compass: DynamicCompass, heading: float, seed: Seed) -> None:
         self._compass = compass
         self._rng = np.random.default_rng(seed)
         model = compass.model
@@ -62,12 +63,12 @@ class DynamicCompassStream:
         readings = np.radians(readings)
         return np.array([wrap(each) for each in readings]) if self._compass.wrapped else readings
 
-    def _seen(self, heading):
+    def _seen(self, heading: float) -> float:
         return math.degrees(heading + deviation(heading, *self._compass.card))
 
 
 @kernel
-def _ticks(model, state, heading_deg, noise, readings):
+def _ticks(model: Floats, state: Floats, heading_deg: float, noise: Floats, readings: Floats) -> None:
     for k in range(len(readings)):
         first = model[0] * state[0] + model[1] * state[1] + model[2] * heading_deg + noise[k, 0]
         state[1] = model[4] * state[0] + noise[k, 1]

@@ -15,10 +15,12 @@ import numpy as np
 from steerway.build import response_of
 from steerway.control.bandwidth import COMFORTABLE, advice, carried_bandwidth
 from steerway.control.boats import Boat
+from steerway.control.course import AnglePIDGains
+from steerway.control.handover import Autopilot
 from steerway.control.heading_steering import KINDS
-from steerway.control.in_current import LEAST_WAY, YawResponse
+from steerway.control.in_current import LEAST_WAY, InCurrent, YawResponse
 from steerway.core.arrays import Floats
-from steerway.core.estimate import Estimate
+from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.core.kinematics import course_per_heading, heading_for
 from steerway.core.leg import LegState
 from steerway.estimation.steering import Response
@@ -64,8 +66,8 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     if scenario.guidance.angle == "heading" or assembly.holds_places(scenario):
         return True, "The pilot controls heading by compass: the course estimate does not limit the autopilot."
     known = assembly.boat(scenario)
-    commanded = [each.speed for each in (*scenario.route.points, *scenario.orders) if each.speed]
-    speed = min([*commanded, known.cruise])
+    commanded = *(each.speed for each in scenario.route.points), *(each.speed for each in scenario.orders)
+    speed = min([*filter(None, commanded), known.cruise])
     if scenario.estimator.kind == "steering":
         return _advise_steering(scenario, known, speed)
     profile, interval = assembly.profile(scenario), 1.0 / scenario.gnss.rate
@@ -87,7 +89,7 @@ def _as_white_noise(profile, speed, interval):
     return float(f"{std:.2g}")
 
 
-def _advise_steering(scenario, known, speed):
+def _advise_steering(scenario: Scenario, known: Boat, speed: float) -> tuple[bool, str]:
     current = scenario.environment.current.speed
     loops = [steering_loop(known, scenario.gnss, speed, current, each) for each in _directions(scenario)]
     worst = min(loops, key=lambda loop: loop.damping)
@@ -133,24 +135,26 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     drift = np.array([0.0, 1.0, turning, 0.0, 0.0, 0.0])
     across = math.sqrt(float(drift @ posterior @ drift))
     autopilot = boat.autopilot_in_current()
-    steering.tune(autopilot, seen._replace(cog_std=across / seen.sog))
+    steering.tune(autopilot, known := seen._replace(cog_std=across / seen.sog))
+    gains = steering.gains(known)
     nearer = steering.with_shorter_lookahead(LegState(1, 0.0, 0.0, 1.0, *[math.nan] * 4), speed, seen).cross_track
     pull = seen.sog * nearer / boat.lookahead
     worst = 1.0
     for share in (1.0 - response.gain_std, 1.0, 1.0 + response.gain_std):
         for more in (-_IDENTIFIED * response.damping_std, 0.0, _IDENTIFIED * response.damping_std):
-            loop = _closed(steering.response, autopilot, seen, pull, dynamics, turning, share, more)
+            loop = _closed(steering.response, autopilot, gains, seen, pull, dynamics, turning, share, more)
             step = _exponential(loop / gnss.rate)
             correction = np.eye(_STATES)
             correction[3:9, 3:9] -= gain @ measured
             correction[3:9, :3] += gain @ measured[:, [0, 2, 3]]
             worst = min(worst, _damping(correction @ step))
-    return SteeringLoop(_bandwidth(steering.response, autopilot.controller.gains, seen), worst, seen.sog)
+    return SteeringLoop(_bandwidth(steering.response, gains, seen), worst, seen.sog)
 
 
-def _steady(steering, speed, north, east):
+def _steady(steering: InCurrent, speed: float, north: float, east: float) -> Estimate:
     """The estimate of a boat that sails north, as fast as it is asked to and can."""
-    water = Estimate(*[math.nan] * 11, 0.0, speed, north, east, 0.0, 1.0)
+    known = {"heading_std": 0.0, "yaw_bias": 0.0, "speed_gain": 1.0}
+    water = NOTHING_KNOWN._replace(water_speed=speed, current_north=north, current_east=east, **known)
     water_speed = steering.water_speed(0.0, speed, water)
     heading, along = heading_for(0.0, water_speed, north, east)
     return water._replace(water_speed=water_speed, heading=float(heading), sog=max(float(along), 1e-3))
@@ -182,7 +186,9 @@ def _estimated(
     return dynamics, noise, np.array(rows), np.array(variances)
 
 
-def _steady_kalman(dynamics, noise, measured, variances, interval):
+def _steady_kalman(
+    dynamics: Floats, noise: Floats, measured: Floats, variances: Floats, interval: float
+) -> tuple[Floats, Floats]:
     """(prior covariance, gain) of the steady Kalman filter at an interval of fixes, by doubling (Anderson 1978)."""
     a, h = _exponential(interval * dynamics).T, _discrete(dynamics, noise, interval)
     g = measured.T @ (measured / variances[:, None])
@@ -195,28 +201,38 @@ def _steady_kalman(dynamics, noise, measured, variances, interval):
     return h, h @ measured.T @ np.linalg.inv(spread)
 
 
-def _discrete(dynamics, noise, interval):
+def _discrete(dynamics: Floats, noise: Floats, interval: float) -> Floats:
     """∫ exp(A t) Q exp(Aᵀ t) dt over an interval, by Van Loan's block matrix (1978)."""
     n = len(dynamics)
     block = _exponential(interval * np.block([[-dynamics, noise], [np.zeros((n, n)), dynamics.T]]))
     return block[n:, n:].T @ block[:n, n:]
 
 
-def _bandwidth(response, gains, seen):
+def _bandwidth(response: YawResponse, gains: AnglePIDGains, seen: Estimate) -> float:
     """Magnitude of the slower pole of T s² + (d + K K_p T_d) s + K K_p, rad/s."""
     damping = response.linear - response.munk * seen.water_speed**2
     stiffness = response.gain * gains.proportional
     return float(np.min(np.abs(np.roots([response.time, damping + stiffness * gains.derivative_time, stiffness]))))
 
 
-def _closed(response: YawResponse, autopilot, seen, pull, own, turning, share, more):
+def _closed(
+    response: YawResponse,
+    autopilot: Autopilot,
+    gains: AnglePIDGains,
+    seen: Estimate,
+    pull: float,
+    own: Floats,
+    turning: float,
+    share: float,
+    more: float,
+) -> Floats:
     """(12, 12) the motion between fixes of boat, estimate and reference model; `share` and `more` are what the boat's
     gain and damping differ by. pull: of the law of guidance, m/s towards the leg for a m off it."""
     loop = np.zeros((_STATES, _STATES))
     loop[_OFF_LEG, _HEADING], loop[_HEADING, _RATE] = turning, 1.0
     loop[_RATE, _RATE] = own[3, 3] - more / response.time
     loop[3:9, 3:9] = own
-    quick, gains = autopilot.shaper.bandwidth, autopilot.controller.gains
+    quick = autopilot.model.bandwidth
     wanted = np.zeros(_STATES)
     wanted[[_OWN_OFF_LEG, _CURRENT]] = -pull / turning, -1.0 / turning
     loop[_REFERENCE, _REFERENCE_RATE] = loop[_REFERENCE_RATE, _REFERENCE_ACCELERATION] = 1.0
@@ -234,16 +250,16 @@ def _closed(response: YawResponse, autopilot, seen, pull, own, turning, share, m
     return loop
 
 
-def _damping(step):
+def _damping(step: Floats) -> float:
     """Least −Re s/|s| of s = log λ of a step's eigenvalues."""
     roots = np.linalg.eigvals(step)
     poles = np.log(roots[np.abs(roots) > 1e-9].astype(complex))
     return float(np.min(-poles.real / np.maximum(np.abs(poles), 1e-12)))
 
 
-def _exponential(matrix):
+def _exponential(matrix: Floats) -> Floats:
     """exp of a matrix by scaling, Taylor's series and squaring."""
-    halvings = max(0, math.ceil(math.log2(max(np.linalg.norm(matrix, 1), 1e-9))) + 4)
+    halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(matrix, 1)), 1e-9))) + 4)
     small = matrix / 2.0**halvings
     total = term = np.eye(len(matrix))
     for k in range(1, 9):
@@ -252,7 +268,7 @@ def _exponential(matrix):
     return np.linalg.matrix_power(total, 2**halvings)
 
 
-def _directions(scenario):
+def _directions(scenario: Scenario) -> list[float]:
     """The current's direction beside each leg's or ordered course, rad, without repetitions."""
     places = assembly.places(scenario)
     towards = math.radians(scenario.environment.current.direction_deg)
@@ -261,7 +277,7 @@ def _directions(scenario):
     return sorted({round(towards - each, 6) for each in courses})
 
 
-def _course_gain(towards, current, speed):
+def _course_gain(towards: float, current: float, speed: float) -> float:
     """dχ/dψ of a boat whose course loop is designed as if there was no current, on a leg north."""
     north, east = current * math.cos(towards), current * math.sin(towards)
     heading, water_speed = math.atan2(-east, speed - north), math.hypot(speed - north, east)

@@ -48,6 +48,14 @@ class Assembly(NamedTuple):
     start: Start
     environment: Environment
 
+    @property
+    def mission(self) -> Ordered | Voyage:
+        """What the pilot sails."""
+        mission = self.pilot.mission
+        if not isinstance(mission, Ordered | Voyage):
+            raise TypeError(f"a scenario sails a {type(mission).__name__}, expected orders or a voyage")
+        return mission
+
 
 def assemble(scenario: Scenario) -> Assembly:
     """Fresh blocks for one run."""

@@ -92,7 +92,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
     return float(np.sqrt(np.mean(least[rows] ** 2)))
 
 
-def _states(run, pivot):
+def _states(run: Run, pivot: float) -> Floats:
     """(n, 20) true states: the heading is that of the motion of the point that moves along the bow."""
     states = np.zeros((len(run), STATES))
     current = run["current_north"], run["current_east"]
@@ -116,6 +116,6 @@ def _corrected(p: Floats, heading: float, pivot: float, std: float) -> Floats:
     return 0.5 * (after + after.T)
 
 
-def _course_std(state, p, pivot):
+def _course_std(state: Floats, p: Floats, pivot: float) -> float:
     north, east, _, across = velocity_of(state, p, pivot)
     return across / math.hypot(north, east)

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterable
 from contextlib import closing
+from typing import Any
 
 from steerway.core.workers import in_workers
 
@@ -14,7 +15,7 @@ def over_seeds(
     progress: Callable[[float], None] | None = None,
     dask: str | None = None,
     finished: Callable[[int, object], None] | None = None,
-) -> list:
+) -> list[Any]:
     """`run(seed)` for every seed, in the order of the seeds.
 
     `run` is a module-level function or a functools.partial of one. Every seed is one's own generator: the results do

@@ -7,19 +7,20 @@ state and the record.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate, Measurements
-from steerway.core.kinematics import GroundMotion
+from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.core.leg import LegState
 from steerway.core.noise import Seed
 from steerway.core.records import Rows, rows_of
-from steerway.pilot import Orders, Pilot
-from steerway.vessels.environment import Environment, WaveMotion
+from steerway.pilot import Orders
+from steerway.vessels.environment import Environment
 from steerway.vessels.vessel import Vessel
 
 COLUMNS = (
@@ -38,13 +39,25 @@ COLUMNS = (
 class Instruments(Protocol):
     """Instruments that can be started: `sensors.suite.Suite`, `sensors.suite.Truth`."""
 
-    def start(self, seed) -> "Switched": ...
+    def start(self, seed: Seed) -> "Switched": ...
 
 
 class Switched(Protocol):
     """Started instruments."""
 
     def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements: ...
+
+
+class Driven(Protocol):
+    """What the loop drives: a `pilot.Pilot`, a `PositioningPilot`, a `ManoeuvringPilot`."""
+
+    @property
+    def finished(self) -> bool: ...
+
+    def step(self, measurements: Measurements, dt: float) -> Orders: ...
+
+
+P = TypeVar("P", bound=Driven)
 
 
 class Start(NamedTuple):
@@ -92,15 +105,15 @@ class Run:
 
 def sail(
     vessel: Vessel,
-    pilot: Pilot,
+    pilot: P,
     instruments: Instruments,
     duration: float,
     step: float,
     *,
-    start: Start | tuple = Start(),  # noqa: B008
+    start: Start | tuple[float, ...] = Start(),  # noqa: B008
     environment: Environment = Environment(),  # noqa: B008
     seed: Seed = 0,
-    until: Callable[[Pilot], bool] = lambda pilot: pilot.finished,
+    until: Callable[[P], bool] = lambda pilot: pilot.finished,
     progress: Callable[[float], None] | None = None,
 ) -> Run:
     """Simulate `duration` s in steps of `step` s, or until `until(pilot)` is true; the same seed gives the same run.
@@ -139,6 +152,6 @@ def sail(
     return Run(np.arange(len(rows)) * step, np.array(rows), np.array(commands), np.array(states))
 
 
-def _row(motion: GroundMotion, measurements: Measurements, orders: Orders, conditions):
+def _row(motion: GroundMotion, measurements: Measurements, orders: Orders, conditions: Floats) -> tuple[float, ...]:
     _, estimate, leg, desired, reference, *rest = orders
     return (*motion, *measurements, *estimate, *leg, *desired, *reference, *rest, *conditions.tolist())

@@ -8,7 +8,7 @@ a rudder angle; of a boat without a rudder it is a percentage of the largest out
 import math
 import re
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,7 +44,8 @@ def manoeuvre_of(text: str) -> Manoeuvre:
     """Reads a manoeuvre; raises InputError for what none is."""
     found = _FORM.fullmatch(text)
     try:
-        zigzag, helm, change, other, alone = found.groups() if found else (None,) * 5
+        parts: tuple[Any, ...] = found.groups() if found else (None,) * 5
+        zigzag, helm, change, other, alone = parts
         made = Manoeuvre(zigzag, float(helm), float(change)) if zigzag else Manoeuvre(other, float(alone))
     except (TypeError, ValueError):
         raise InputError(f"manoeuvre is {text!r}, {EXPECTED}") from None
@@ -96,18 +97,18 @@ class ManoeuvringPilot:
         mode = Mode.STOPPED if self.finished else Mode.UNDER_WAY
         return Orders(tuple(command), estimate, leg, nothing, nothing, math.nan, self._force, yaw_achieved, mode, False)
 
-    def _zigzag(self, dt):
+    def _zigzag(self, dt: float) -> float:
         change = self._side * (self.turned - self._from)
         if change >= math.radians(self.manoeuvre.change):
             self._side, self._executes = -self._side, self._executes + 1
             self.finished = self._executes > EXECUTES
         return self._side * self._helm
 
-    def _circle(self, dt):
+    def _circle(self, dt: float) -> float:
         self.finished = abs(self.turned - self._from) >= CIRCLES * 2.0 * math.pi
         return self._helm
 
-    def _pull_out(self, dt):
+    def _pull_out(self, dt: float) -> float:
         """A full turn to one side, midships for as long, then the same to the other."""
         turns = self._executes % 2 == 0
         self._lasted += dt
@@ -133,7 +134,7 @@ def measured(run: Run, pilot: ManoeuvringPilot, length: float) -> dict[str, floa
     return numbers
 
 
-def _of_zigzag(run, manoeuvre):
+def _of_zigzag(run: Run, manoeuvre: Manoeuvre) -> dict[str, float]:
     """Overshoots (°), and the way and time to the first execute."""
     turned = np.degrees(np.unwrap(run["true_heading"]))
     turned -= turned[0]
@@ -152,7 +153,7 @@ def _of_zigzag(run, manoeuvre):
     return numbers
 
 
-def _of_circle(run, manoeuvre):
+def _of_circle(run: Run, manoeuvre: Manoeuvre) -> dict[str, float]:
     """Advance, transfer, tactical and steady diameter, the loss of speed."""
     turned = np.degrees(np.unwrap(run["true_heading"]))
     turned = np.abs(turned - turned[0])
@@ -176,7 +177,7 @@ def _of_circle(run, manoeuvre):
     return numbers
 
 
-def _of_pull_out(run, manoeuvre):
+def _of_pull_out(run: Run, manoeuvre: Manoeuvre) -> dict[str, float]:
     """The yaw rates that remain with the helm midships, after a turn to either side: equal for a stable ship."""
     sides = np.sign(run["yaw"])
     ends = [int(row) for row in np.flatnonzero((sides[:-1] == 0.0) & (sides[1:] != 0.0))] + [len(run) - 1]

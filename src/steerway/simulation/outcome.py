@@ -6,7 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.statistics import rms, share_within
+from steerway.guidance.mission_log import Passage
 from steerway.pilot import Mode
 from steerway.simulation.loop import Run
 from steerway.vessels.vessel import Actuator
@@ -41,7 +43,7 @@ def evaluated(run: Run) -> np.ndarray:
     return (run["mode"] == Mode.UNDER_WAY) & (run.time > min(SETTLING, 0.2 * run.time[-1]))
 
 
-def numbers(run: Run, passages=()) -> dict[str, float]:
+def numbers(run: Run, passages: Sequence[Passage] = ()) -> dict[str, float]:
     """The run in flat, named numbers; NaN where no row can be evaluated. The heading's where one is estimated."""
     rows = evaluated(run)
     error = errors(run)
@@ -100,7 +102,7 @@ def place_numbers(run: Run) -> dict[str, float]:
     }
 
 
-def _asked_rate(command, lag, step):
+def _asked_rate(command: Floats, lag: float, step: float) -> float:
     """The largest rate, rad/s."""
     if lag == 0.0:
         return float(np.abs(np.diff(command)).max(initial=0.0)) / step
@@ -111,11 +113,11 @@ def _asked_rate(command, lag, step):
     return largest
 
 
-def _known_rms(values) -> float:
+def _known_rms(values: Floats) -> float:
     return rms(values[np.isfinite(values)])
 
 
-def true_cross_track(run):
+def true_cross_track(run: Run) -> Floats:
     """The true position's distance from the leg under way: the estimated one, less the error across."""
     north = run["estimated_north"] - run["true_north"]
     east = run["estimated_east"] - run["true_east"]

@@ -8,7 +8,9 @@ import base64
 import importlib
 import io
 import json
+from collections.abc import Collection
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +23,7 @@ def packed(value: object) -> str:
     return json.dumps(_node(value))
 
 
-def unpacked(text: str, packages: set[str]) -> object:
+def unpacked(text: str, packages: set[str]) -> Any:
     """The value of a line; its classes are of some `packages`. Raises ValueError for what no value was packed as."""
     try:
         return _value(json.loads(text), packages)
@@ -29,7 +31,7 @@ def unpacked(text: str, packages: set[str]) -> object:
         raise ValueError(f"is no result ({error})") from None
 
 
-def _node(value):
+def _node(value: Any) -> Any:
     kind = type(value)
     if kind in _AS_THEY_ARE:
         return value
@@ -48,7 +50,7 @@ def _node(value):
     return {"object": [kind.__module__, kind.__qualname__, _node(_content(value))]}
 
 
-def _array_text(array):
+def _array_text(array: np.ndarray) -> str:
     if array.dtype.hasobject:
         raise TypeError("an array of objects is more than data")
     file = io.BytesIO()
@@ -56,19 +58,19 @@ def _array_text(array):
     return base64.b64encode(file.getvalue()).decode()
 
 
-def _content(value):
+def _content(value: Any) -> Any:
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         return tuple(value)
-    kind = type(value)
+    kind: Any = type(value)
     is_plain = kind.__reduce_ex__ is object.__reduce_ex__ and kind.__reduce__ is object.__reduce__
     if is_plain and kind.__module__ != "builtins" and hasattr(value, "__dict__"):
         return dict(vars(value))
     raise TypeError(f"{type(value).__qualname__} is more than data")
 
 
-def _value(node, packages):
+def _value(node: Any, packages: Collection[str]) -> Any:
     if isinstance(node, list):
         return [_value(each, packages) for each in node]
     if not isinstance(node, dict):
@@ -91,7 +93,7 @@ def _value(node, packages):
     raise ValueError(f"{kind!r} is no kind of value")
 
 
-def _class_of(module, name, packages):
+def _class_of(module: str, name: str, packages: Collection[str]) -> type[Any]:
     """The class of this name, from its own module. A `__main__` module is refused: importing it runs it."""
     parts = module.split(".")
     if parts[0] not in packages or parts[-1] == "__main__" or not all(each.isidentifier() for each in parts):
@@ -104,12 +106,13 @@ def _class_of(module, name, packages):
     return found
 
 
-def _made(kind, held):
+def _made(kind: type[Any], held: Any) -> Any:
     if issubclass(kind, Enum):
         return kind(held)
     if issubclass(kind, tuple):
-        if len(held) != len(kind._fields):
-            raise ValueError(f"{kind.__qualname__} has {len(kind._fields)} fields")
+        fields: tuple[str, ...] = vars(kind)["_fields"]
+        if len(held) != len(fields):
+            raise ValueError(f"{kind.__qualname__} has {len(fields)} fields")
         return tuple.__new__(kind, held)
     made = object.__new__(kind)
     vars(made).update(held)

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from steerway.control.positioning import PositionPID, by_bandwidth
 from steerway.control.thrusters import Thrusters
-from steerway.core.estimate import Estimate, Estimator, Measurements
+from steerway.core.estimate import NOTHING_KNOWN, Estimate, Estimator, Measurements
 from steerway.core.kinematics import in_body, over_ground
 from steerway.core.settings import Flag, NotNegative, Positive, Table
 from steerway.estimation.positioning.passive import ObserverGains, PassiveObserver
@@ -102,7 +102,7 @@ class PositioningEstimator:
         north, east, heading, (surge, sway, yaw_rate), _ = self.observer.motion
         velocity_north, velocity_east = over_ground(surge, sway, heading)
         sog, cog = math.hypot(velocity_north, velocity_east), math.atan2(velocity_east, velocity_north)
-        return Estimate(north, east, sog, cog, *[math.nan] * 5, heading, yaw_rate)
+        return NOTHING_KNOWN._replace(north=north, east=east, sog=sog, cog=cog, heading=heading, yaw_rate=yaw_rate)
 
 
 class PositioningPilot:

@@ -6,6 +6,7 @@ value and what was expected.
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -29,7 +30,7 @@ def parse_scenario(text: str, place: str = "scenario", folder: Path | None = Non
     return _checked(parse_toml(text, place), place, folder)
 
 
-def _checked(tables, place, folder):
+def _checked(tables: dict[str, Any], place: str, folder: Path | None) -> Scenario:
     try:
         scenario = Scenario(**tables)
     except ValidationError as error:

@@ -38,7 +38,8 @@ def responses(run: Run, orders: Sequence[Order]) -> dict[str, float]:
     The course, or the heading where it is steered by, settles to 5 % of its step and overshoots in percent of it; the
     speed to 2 % of what is ordered.
     """
-    numbers, settled, overshoots = {}, [], []
+    numbers: dict[str, float] = {}
+    settled, overshoots = [], []
     for rows, before, order in _steps(run, orders):
         time = run.time[rows]
         step = wrap(order.course - before.course)

@@ -3,8 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
+from steerway.guidance.ordered import Ordered
 from steerway.simulation import outcome
 from steerway.simulation.assembly import Assembly, assemble, holds_places
 from steerway.simulation.loop import Run, sail
@@ -30,7 +29,7 @@ class Sailed:
 
 def origin(scenario: Scenario) -> tuple[float, float]:
     """Latitude and longitude (rad) of a scenario's north = east = 0."""
-    return tuple(np.radians((scenario.origin.latitude_deg, scenario.origin.longitude_deg)).tolist())
+    return scenario.origin.place
 
 
 def sail_scenario(
@@ -49,13 +48,13 @@ def sail_scenario(
         seed=scenario.seed if seed is None else seed,
         progress=progress,
     )
-    mission = blocks.pilot.mission
+    mission = blocks.mission
     numbers = outcome.numbers(run, mission.passages) | outcome.rudder_numbers(run, blocks.vessel.actuators)
     if isinstance(blocks.pilot, ManoeuvringPilot):
         numbers |= measured(run, blocks.pilot, scenario.vessel.length)
     elif holds_places(scenario):
         numbers |= outcome.place_numbers(run)
-    elif scenario.orders:
+    elif isinstance(mission, Ordered):
         numbers |= responses(run, mission.orders)
     return Sailed(scenario, blocks, run, numbers)
 

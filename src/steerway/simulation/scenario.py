@@ -5,7 +5,7 @@ instruments, guidance laws and reference filters declare their own keys, in thei
 """
 
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
@@ -98,9 +98,9 @@ class EstimatorTable(Table):
     "passive-observer" know a vessel's forces: for dynamic positioning.
     """
 
-    kind: Literal["five-state", "steering", "truth", *POSITIONING_KINDS] = "five-state"
+    kind: Literal["five-state", "steering", "truth", *POSITIONING_KINDS] = "five-state"  # type: ignore[valid-type]
     profile: str | None = None
-    aid: tuple[Literal[*AIDS], ...] = ()
+    aid: tuple[Literal[*AIDS], ...] = ()  # type: ignore[valid-type]
     heading: HeadingEstimatorTable = HeadingEstimatorTable()
     speed: SpeedEstimatorTable = SpeedEstimatorTable()
     positioning: PositioningEstimatorTable = PositioningEstimatorTable()
@@ -154,15 +154,11 @@ class RouteTable(RouteKeys):
         return (*self.waypoints, *(StayWaypointTable(**each) for each in lines))
 
 
-_Instruments = create_model(
-    "_Instruments",
-    __base__=Table,
-    __module__=__name__,
-    **{name: (each | None, None) for name, each in INSTRUMENTS.items()},
-)
+_FITTED: dict[str, Any] = {name: (each | None, None) for name, each in INSTRUMENTS.items()}
+_Instruments: Any = create_model("_Instruments", __base__=Table, __module__=__name__, **_FITTED)
 
 
-class Scenario(_Instruments):
+class Scenario(_Instruments):  # type: ignore[misc]
     """A scenario; `reading` reads one, `assembly` builds vessel, environment, instruments and pilot from it.
 
     Beside the fields below it has a table for every instrument of `sensors.kinds`, None where it is not fitted.

@@ -6,6 +6,8 @@ from steerway.core.errors import InputError
 from steerway.core.settings import kind_of
 from steerway.guidance.route import LONGEST_LEG
 from steerway.guidance.route_table import route_of
+from steerway.sensors.gnss import GnssTable
+from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation import assembly
 from steerway.simulation.positioning import KINDS as POSITIONING_KINDS
@@ -29,7 +31,7 @@ def check(scenario: Scenario) -> None:
     _legs(scenario)
 
 
-def _manoeuvre(scenario):
+def _manoeuvre(scenario: Scenario) -> None:
     """Neither route nor estimator matters to a manoeuvre."""
     _steps(scenario)
     _rates(scenario)
@@ -38,7 +40,7 @@ def _manoeuvre(scenario):
     assembly.assemble(scenario)
 
 
-def _steps(scenario):
+def _steps(scenario: Scenario) -> None:
     steps = scenario.duration / scenario.step
     if steps > MOST_STEPS:
         raise InputError(
@@ -47,9 +49,10 @@ def _steps(scenario):
         )
 
 
-def _rates(scenario):
+def _rates(scenario: Scenario) -> None:
     fastest = 1.0 / scenario.step
-    for name, table in {"gnss": scenario.gnss, **scenario.instruments()}.items():
+    tables: dict[str, GnssTable | InstrumentTable] = {"gnss": scenario.gnss, **scenario.instruments()}
+    for name, table in tables.items():
         given = name == "gnss" or "rate" in table.model_fields_set
         if given and table.rate > fastest * 1.001:
             raise InputError(f"{name}.rate is {table.rate:g} Hz, expected at most the {fastest:g} Hz of the steps")
@@ -58,7 +61,7 @@ def _rates(scenario):
             raise InputError(f"gnss.faults[{index}] of kind {fault.kind} needs one of start and per_hour, expected one")
 
 
-def _places(scenario):
+def _places(scenario: Scenario) -> None:
     table = scenario.route
     if scenario.orders:
         for key in sorted(table.model_fields_set):
@@ -81,7 +84,7 @@ def _places(scenario):
             )
 
 
-def _legs(scenario):
+def _legs(scenario: Scenario) -> None:
     """Where the boat steers by an estimated current and turns early: legs that are shorter than its turns."""
     known = assembly.boat(scenario)
     if scenario.estimator.kind != "steering" or not known.steers:
@@ -95,7 +98,7 @@ def _legs(scenario):
         raise InputError(trouble)
 
 
-def _speeds(scenario):
+def _speeds(scenario: Scenario) -> None:
     if assembly.holds_places(scenario):
         for key in sorted(scenario.speed.model_fields_set):
             raise InputError(f"speed.{key} has no effect where orders hold a place")
@@ -116,9 +119,9 @@ def _speeds(scenario):
     for k, each in enumerate(scenario.orders):
         if each.speed is not None:
             commanded[f"orders[{k}].speed"] = each.speed
-    for k, each in enumerate(waypoints):
-        if each.speed is not None:
-            commanded[f"route.waypoints[{k}].speed"] = each.speed
+    for k, waypoint in enumerate(waypoints):
+        if waypoint.speed is not None:
+            commanded[f"route.waypoints[{k}].speed"] = waypoint.speed
     least = assembly.STEERAGEWAY.take if scenario.guidance.angle == "course" else 0.0
     for place, speed in commanded.items():
         if speed <= least:
@@ -128,7 +131,7 @@ def _speeds(scenario):
             raise InputError(f"{place} is {speed:g} m/s, expected at most the vessel's {known.top_speed:g} m/s")
 
 
-def _steering(scenario):
+def _steering(scenario: Scenario) -> None:
     """What a boat that cannot turn, or is unstable in yaw, needs."""
     kind, known = scenario.vessel.kind, assembly.boat(scenario)
     if not known.steers:
@@ -158,7 +161,7 @@ def _steering(scenario):
         )
 
 
-def _positioning(scenario):
+def _positioning(scenario: Scenario) -> None:
     """Places are held by an estimator that knows the forces, which knows no other orders."""
     kind, holds = scenario.estimator.kind, assembly.holds_places(scenario)
     if holds and kind not in (*POSITIONING_KINDS, "truth"):
@@ -175,7 +178,7 @@ def _positioning(scenario):
             raise InputError(f"orders[{index}].speed has no effect where orders hold a place")
 
 
-def _estimators(scenario):
+def _estimators(scenario: Scenario) -> None:
     heading, speed = scenario.estimator.heading, scenario.estimator.speed
     kind = scenario.vessel.kind
     of_vessel = scenario.estimator.kind in POSITIONING_KINDS
@@ -211,7 +214,7 @@ def _estimators(scenario):
         raise InputError(f"tachometer measures one shaft, which a vessel of kind {kind} has not")
 
 
-def _instruments(scenario):
+def _instruments(scenario: Scenario) -> None:
     if scenario.estimator.kind == "truth":
         return
     instruments = scenario.instruments()
@@ -234,7 +237,7 @@ def _instruments(scenario):
             )
 
 
-def _propulsion(scenario):
+def _propulsion(scenario: Scenario) -> None:
     holds = scenario.route.at_end == "hold" or any(each.stay > 0.0 for each in scenario.route.points)
     by_current = scenario.estimator.kind == "steering" and assembly.boat(scenario).speed is not None
     if holds and not by_current and scenario.vessel.boat().station is None:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from steerway.control.boats import Boat
+from steerway.control.in_current import InCurrent
 from steerway.core.kinematics import water_speed_for
 from steerway.core.leg import leg_direction
 from steerway.guidance.route import Route
@@ -16,7 +17,7 @@ def short_leg(boat: Boat, route: Route, current: tuple[float, float], stays: Seq
     current: north and east, m/s. stays: s at each waypoint, where the boat stops in place of a
     turn. Corners that are curves are checked with the route.
     """
-    steering, model = boat.in_current(), boat.autopilot_in_current().shaper
+    steering, model = boat.in_current(), boat.autopilot_in_current().model
     steering_rate = steering.turn_rate
     ends, leads = [0.0], []
     points = list(zip(route.north.tolist(), route.east.tolist(), strict=True))
@@ -27,8 +28,9 @@ def short_leg(boat: Boat, route: Route, current: tuple[float, float], stays: Seq
             leads.append(0.0)
             ends.append(0.0)
             continue
-        speeds = [_through_water(steering, boat, route, index + k, (direction, following)[k], current) for k in (0, 1)]
-        turn = steering.planned(direction, following, speeds, current, model)
+        before = _through_water(steering, boat, route, index, direction, current)
+        after = _through_water(steering, boat, route, index + 1, following, current)
+        turn = steering.planned(direction, following, (before, after), current, model)
         leads.append(turn.lead)
         ends.append(max(turn.end, 0.0))
     leads.append(0.0)
@@ -41,7 +43,9 @@ def short_leg(boat: Boat, route: Route, current: tuple[float, float], stays: Seq
     return ""
 
 
-def _through_water(steering, boat, route, index, course, current):
+def _through_water(
+    steering: InCurrent, boat: Boat, route: Route, index: int, course: float, current: tuple[float, float]
+) -> float:
     """Speed through the water on the leg to a waypoint, m/s."""
     asked = float(route.speed[index])
     speed = boat.cruise if math.isnan(asked) else asked

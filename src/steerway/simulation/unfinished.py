@@ -5,6 +5,7 @@ import zlib
 from collections.abc import Callable, Hashable
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from steerway.core.errors import InputError
 from steerway.core.files import cannot_write, made_directory
@@ -24,7 +25,7 @@ class Unfinished:
     def __init__(
         self, path: Path, origin: dict[str, str], resume: bool = False, packages: tuple[str, ...] = ()
     ) -> None:
-        self.results: dict[Hashable, object] = {}
+        self.results: dict[Hashable, Any] = {}
         self.noted: Callable[[], None] = lambda: None
         self._path, self._packages = path, {"steerway", "steerway_studies", *packages}
         first = json.dumps(origin | {"version": version("steerway")}).encode() + b"\n"

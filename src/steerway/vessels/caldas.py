@@ -81,7 +81,7 @@ class Caldas(Actuated):
 
 
 @kernel
-def _rates(state, shaft, moment, curve, conditions):
+def _rates(state: Floats, shaft: float, moment: float, curve: Floats, conditions: Floats) -> Floats:
     heading, u, v, r = state[2], state[3], state[4], state[5]
     stream, set_across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
     force, side = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
@@ -100,7 +100,9 @@ def _rates(state, shaft, moment, curve, conditions):
 
 
 @kernel
-def _step(state, command, moment, machine, curve, conditions, step):
+def _step(
+    state: Floats, command: float, moment: float, machine: Floats, curve: Floats, conditions: Floats, step: float
+) -> Floats:
     before = state[6]
     after = follow(before, command, machine[0], machine[1], machine[2], machine[3], step)
     if machine[3] == 0.0 and machine[2] == math.inf:
@@ -117,7 +119,7 @@ def _step(state, command, moment, machine, curve, conditions, step):
 
 
 @kernel
-def _motion(state, curve, conditions):
+def _motion(state: Floats, curve: Floats, conditions: Floats) -> GroundMotion:
     rates = _rates(state, state[6], 0.0, curve, conditions)
     before = _rates(state - SHORTLY * rates, state[6], 0.0, curve, conditions)
     after = _rates(state + SHORTLY * rates, state[6], 0.0, curve, conditions)

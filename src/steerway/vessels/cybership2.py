@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.control.boats import Boat
 from steerway.control.thrusters import Thrusters
@@ -58,7 +59,9 @@ _CRUISE = 0.6
 IDENTIFICATIONS = ("linear", "nonlinear")
 
 
-def derivatives(state, force, identification="linear", conditions=None) -> np.ndarray:
+def derivatives(
+    state: ArrayLike, force: ArrayLike, identification: str = "linear", conditions: ArrayLike | None = None
+) -> np.ndarray:
     """The (6,) time derivative of the (6,) state under an unlimited force (surge N, sway N, yaw N·m).
 
     P2 (1)–(2), with the environment's force given in NED and turned into the body. `conditions` (5,) as in `vessel`.
@@ -94,12 +97,12 @@ class CyberShip2(Actuated):
 
 
 @kernel
-def _linear_damping(u, v, r):
+def _linear_damping(u: float, v: float, r: float) -> tuple[float, float, float]:
     return 2.0 * u, 7.0 * v + 0.1 * r, 0.1 * v + 0.5 * r
 
 
 @kernel
-def _nonlinear_damping(u, v, r):
+def _nonlinear_damping(u: float, v: float, r: float) -> tuple[float, float, float]:
     """Damping and Coriolis forces, D(ν) ν + C(ν) ν."""
     x = u * (0.72253 + 1.32742 * abs(u) + 5.86643 * u * u)
     y = v * (0.88965 + 36.47287 * abs(v) + 0.805 * abs(r)) + r * (7.25 + 0.845 * abs(v) + 3.45 * abs(r))
@@ -109,7 +112,7 @@ def _nonlinear_damping(u, v, r):
 
 
 @kernel
-def _rates(state, force, nonlinear, conditions):
+def _rates(state: Floats, force: Floats, nonlinear: bool, conditions: Floats) -> Floats:
     heading, u, v, r = state[2], state[3], state[4], state[5]
     x, y = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
     x, y, n = x + force[0], y + force[1], conditions[MOMENT] + force[2]
@@ -129,7 +132,16 @@ def _rates(state, force, nonlinear, conditions):
 
 
 @kernel
-def _step(state, surge, sway, yaw, nonlinear, conditions, step, by_runge_kutta):
+def _step(
+    state: Floats,
+    surge: float,
+    sway: float,
+    yaw: float,
+    nonlinear: bool,
+    conditions: Floats,
+    step: float,
+    by_runge_kutta: bool,
+) -> Floats:
     force = np.minimum(np.maximum(np.array([surge, sway, yaw]), -_LIMITS), _LIMITS)
     k1 = _rates(state, force, nonlinear, conditions)
     if not by_runge_kutta:
@@ -141,7 +153,7 @@ def _step(state, surge, sway, yaw, nonlinear, conditions, step, by_runge_kutta):
 
 
 @kernel
-def _motion(state, nonlinear, conditions):
+def _motion(state: Floats, nonlinear: bool, conditions: Floats) -> GroundMotion:
     still = np.zeros(3)
     rates = _rates(state, still, nonlinear, conditions)
     before = _rates(state - SHORTLY * rates, still, nonlinear, conditions)

@@ -6,10 +6,12 @@ towards which they go, of wind from which it blows.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -90,7 +92,7 @@ class Environment:
     force_std: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force_time: float = 50.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("current", "wind", "waves"):
             for key, value in vars(getattr(self, name)).items():
                 if not math.isfinite(value):
@@ -113,7 +115,7 @@ class Environment:
 class Sea:
     """A running environment: `conditions` (5,) and `waves` of the present step; `advance` computes the next."""
 
-    def __init__(self, environment: Environment, seed, step: float):
+    def __init__(self, environment: Environment, seed: Seed, step: float) -> None:
         current, wind, waves = environment.current, environment.wind, environment.waves
         slow = [(current.std, current.time_constant)] * 2 + [(wind.gust_std, wind.gust_time)] * 2
         slow.append((waves.drift_std, waves.drift_time))
@@ -121,7 +123,7 @@ class Sea:
         self._varies = any(std for std, _ in slow) or swings.any()
         self._met = wind.drag_area > 0.0
         self._draws = np.random.default_rng(seed)
-        self._rows = iter(())
+        self._rows: Iterator[Floats] = iter(())
         self._decays = np.array([(markov_decay(constant, step), std) for std, constant in slow])
         self._wander = self._draws.standard_normal(5) * self._decays[:, 1]
         self._oscillator = oscillator(waves.frequency, waves.damping, step)
@@ -151,13 +153,13 @@ class Sea:
         if self._varies or self._met or self._push is not None:
             self._update(motion)
 
-    def _next_row(self):
+    def _next_row(self) -> Floats:
         for row in self._rows:
             return row
         self._rows = iter(self._draws.standard_normal((_BLOCK, _DRAWS)))
         return next(self._rows)
 
-    def _update(self, motion):
+    def _update(self, motion: GroundMotion | None) -> None:
         moving = (0.0, 0.0, 0.0) if motion is None else (motion.north_velocity, motion.east_velocity, motion.heading)
         self.conditions, waves = _conditions_and_waves(
             self._mean, self._wander, self._swings, self._swing_stds, *moving
@@ -170,7 +172,7 @@ class Sea:
 class _Push:
     """The force that varies, (3,), drawn from a stream of its own."""
 
-    def __init__(self, environment: Environment, draws, step: float):
+    def __init__(self, environment: Environment, draws: np.random.Generator, step: float) -> None:
         self._draws, self._std = draws, np.array(environment.force_std)
         self._decay = markov_decay(environment.force_time, step)
         self.force = self._std * draws.standard_normal(3)
@@ -182,7 +184,7 @@ class _Push:
 
 
 @kernel
-def _advance(wander, decays, swings, model, normals):
+def _advance(wander: Floats, decays: Floats, swings: Floats, model: Floats, normals: Floats) -> None:
     for i in range(5):
         wander[i] = markov_step(wander[i], decays[i, 0], decays[i, 1], normals[i])
     for i in range(3):
@@ -191,7 +193,15 @@ def _advance(wander, decays, swings, model, normals):
 
 
 @kernel
-def _conditions_and_waves(mean, wander, swings, stds, north_velocity, east_velocity, heading):
+def _conditions_and_waves(
+    mean: Floats,
+    wander: Floats,
+    swings: Floats,
+    stds: Floats,
+    north_velocity: float,
+    east_velocity: float,
+    heading: float,
+) -> tuple[Floats, tuple[float, float, float, float]]:
     wind_north = mean[5] + wander[2] - north_velocity
     wind_east = mean[6] + wander[3] - east_velocity
     push = mean[10] * math.hypot(wind_north, wind_east)
@@ -207,5 +217,5 @@ def _conditions_and_waves(mean, wander, swings, stds, north_velocity, east_veloc
     return conditions, (away * mean[7], away * mean[8], stds[1] * swings[1, 1], stds[2] * swings[2, 1])
 
 
-def _towards(speed, direction):
+def _towards(speed: float, direction: float) -> tuple[float, float]:
     return speed * math.cos(direction), speed * math.sin(direction)

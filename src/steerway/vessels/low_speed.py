@@ -67,7 +67,7 @@ class LowSpeedVessel(Actuated):
 
 
 @kernel
-def _rates(state, force, inverse, damping, conditions):
+def _rates(state: Floats, force: Floats, inverse: Floats, damping: Floats, conditions: Floats) -> Floats:
     heading, velocity = state[2], state[3:6]
     x, y = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
     push = np.array([x + force[0], y + force[1], conditions[MOMENT] + force[2]])
@@ -84,7 +84,15 @@ def _rates(state, force, inverse, damping, conditions):
 
 
 @kernel
-def _step(state, force, inverse, damping, conditions, step, by_runge_kutta):
+def _step(
+    state: Floats,
+    force: Floats,
+    inverse: Floats,
+    damping: Floats,
+    conditions: Floats,
+    step: float,
+    by_runge_kutta: bool,
+) -> Floats:
     k1 = _rates(state, force, inverse, damping, conditions)
     if not by_runge_kutta:
         return state + step * k1
@@ -95,7 +103,7 @@ def _step(state, force, inverse, damping, conditions, step, by_runge_kutta):
 
 
 @kernel
-def _motion(state, inverse, damping, conditions):
+def _motion(state: Floats, inverse: Floats, damping: Floats, conditions: Floats) -> GroundMotion:
     still = np.zeros(3)
     rates = _rates(state, still, inverse, damping, conditions)
     before = _rates(state - SHORTLY * rates, still, inverse, damping, conditions)

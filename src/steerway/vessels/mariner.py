@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
@@ -53,7 +54,7 @@ _DETERMINANT = _SWAY_MASS * _YAW_INERTIA - _SWAY_BY_YAW * _YAW_BY_SWAY
 _LOW, _HIGH, _FASTEST, _LAG = RUDDER.low, RUDDER.high, RUDDER.rate, RUDDER.lag
 
 
-def derivatives(state, rudder, cruise_speed=CRUISE_SPEED) -> np.ndarray:
+def derivatives(state: ArrayLike, rudder: float, cruise_speed: float = CRUISE_SPEED) -> np.ndarray:
     """The (7,) time derivative of the (7,) state for a commanded rudder (rad, + turns to starboard).
 
     The steering engine follows with 1 s, at 5 °/s and 40° at most. Source: Chislett and Strøm-Tejsen (1965).
@@ -65,7 +66,7 @@ _CALM = np.zeros(5)
 
 
 @kernel
-def _forces(u, v, r, d):
+def _forces(u: float, v: float, r: float, d: float) -> tuple[float, float, float]:
     """X, Y and N times 10⁵ from surge, sway, yaw and rudder, all in lengths and speeds of the ship."""
     x = u * (-184.0 + u * (-110.0 - 215.0 * u)) - 899.0 * v * v + 18.0 * r * r + 798.0 * r * v
     x += d * d * (-95.0 - 190.0 * u) + v * d * (93.0 + 93.0 * u)
@@ -79,14 +80,14 @@ def _forces(u, v, r, d):
 
 
 @kernel
-def _rudder_rate(rudder, delta):
+def _rudder_rate(rudder: float, delta: float) -> float:
     """The rate of the state δ by the steering engine; the command has the opposite sign."""
     wanted = -min(max(rudder, _LOW), _HIGH)
     return min(max((wanted - delta) / _LAG, -_FASTEST), _FASTEST)
 
 
 @kernel
-def _rates(state, rudder, cruise_speed, conditions):
+def _rates(state: Floats, rudder: float, cruise_speed: float, conditions: Floats) -> Floats:
     surge, sway, yaw_rate, heading, delta = state[0], state[1], state[2], state[5], state[6]
     speed = math.hypot(cruise_speed + surge, sway)
     x, y, n = _forces(surge / speed, sway / speed, yaw_rate * LENGTH / speed, delta)
@@ -142,7 +143,9 @@ class Mariner(Actuated):
 
 
 @kernel
-def _step(state, rudder, cruise_speed, conditions, step, by_runge_kutta):
+def _step(
+    state: Floats, rudder: float, cruise_speed: float, conditions: Floats, step: float, by_runge_kutta: bool
+) -> Floats:
     k1 = _rates(state, rudder, cruise_speed, conditions)
     if not by_runge_kutta:
         return state + step * k1
@@ -153,7 +156,7 @@ def _step(state, rudder, cruise_speed, conditions, step, by_runge_kutta):
 
 
 @kernel
-def _motion(state, cruise_speed, conditions):
+def _motion(state: Floats, cruise_speed: float, conditions: Floats) -> GroundMotion:
     rates = _rates(state, 0.0, cruise_speed, conditions)
     before = _rates(state - SHORTLY * rates, 0.0, cruise_speed, conditions)
     after = _rates(state + SHORTLY * rates, 0.0, cruise_speed, conditions)

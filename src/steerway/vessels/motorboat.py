@@ -57,7 +57,7 @@ class Outboard:
 
     max_force: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positive("outboard.max_force", self.max_force)
 
     def step(self, surge_force: float, yaw: float) -> OutboardCommand:
@@ -105,7 +105,7 @@ class Motorboat(Actuated):
 
 
 @kernel
-def _rates(state, steering, throttle, parameters, conditions):
+def _rates(state: Floats, steering: float, throttle: float, parameters: Floats, conditions: Floats) -> Floats:
     top, turn_rate, surge_time, yaw_time = parameters[0], parameters[1], parameters[2], parameters[3]
     heading, u, v, r = state[2], state[3], state[4], state[5]
     pushed = math.sqrt(min(1.0, max(0.0, throttle)))
@@ -123,7 +123,7 @@ def _rates(state, steering, throttle, parameters, conditions):
 
 
 @kernel
-def _motion(state, parameters, conditions):
+def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMotion:
     heading, u, v, r = state[2], state[3], state[4], state[5]
     north, east = over_ground(u, v, heading)
     over_north, over_east = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from steerway.control.allocation import Rudder
@@ -30,7 +31,15 @@ from steerway.vessels.vessel import (
 IDEAL = Actuator("rudder", -math.inf, math.inf)
 
 
-def derivatives(state, rudder, gain, time_constant, speed, bias=0.0, actuator=IDEAL) -> np.ndarray:
+def derivatives(
+    state: ArrayLike,
+    rudder: float,
+    gain: float,
+    time_constant: float,
+    speed: float,
+    bias: float = 0.0,
+    actuator: Actuator = IDEAL,
+) -> np.ndarray:
     """The (5,) time derivative of the (5,) state for a commanded rudder; P1 (1)–(2), (27).
 
     `gain` K in rad/s for a unit of rudder, `time_constant` T in s, `speed` in m/s, `bias` in the rudder's unit.
@@ -92,7 +101,7 @@ class Nomoto(Actuated):
 
 
 @kernel
-def _rates(state, rudder, parameters, conditions):
+def _rates(state: Floats, rudder: float, parameters: Floats, conditions: Floats) -> Floats:
     gain, time_constant, speed, bias = parameters[0], parameters[1], parameters[2], parameters[3]
     low, high, fastest, lag = parameters[4], parameters[5], parameters[6], parameters[7]
     heading, yaw_rate, delta = state[2], state[3], state[4]
@@ -110,7 +119,9 @@ def _rates(state, rudder, parameters, conditions):
 
 
 @kernel
-def _step(state, rudder, parameters, conditions, step, by_runge_kutta):
+def _step(
+    state: Floats, rudder: float, parameters: Floats, conditions: Floats, step: float, by_runge_kutta: bool
+) -> Floats:
     if parameters[7] == 0.0:
         state = state.copy()
         state[4] = min(max(rudder, parameters[4]), parameters[5])
@@ -124,7 +135,7 @@ def _step(state, rudder, parameters, conditions, step, by_runge_kutta):
 
 
 @kernel
-def _motion(state, parameters, conditions):
+def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMotion:
     speed, heading, yaw_rate = parameters[2], state[2], state[3]
     north, east = over_ground(speed, 0.0, heading)
     north_velocity, east_velocity = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST]

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from steerway.control.allocation import OTTER_PROPELLERS
@@ -67,13 +68,13 @@ _STATION = LENGTH / (STRIPS - 1)
 
 
 def derivatives(
-    state,
-    propeller_speeds,
-    payload_mass=0.0,
-    payload_position=(0.0, 0.0, 0.0),
-    current_speed=0.0,
-    current_direction=0.0,
-    edition="today",
+    state: ArrayLike,
+    propeller_speeds: Sequence[float],
+    payload_mass: float = 0.0,
+    payload_position: Sequence[float] = (0.0, 0.0, 0.0),
+    current_speed: float = 0.0,
+    current_direction: float = 0.0,
+    edition: str = "today",
 ) -> np.ndarray:
     """The (12,) time derivative of the (12,) state u v w p q r x y z φ θ ψ.
 
@@ -89,7 +90,7 @@ def derivatives(
 
 
 @kernel
-def thrust(speed):
+def thrust(speed: float) -> float:
     """Thrust (N) of one propeller at `speed` rad/s, saturated."""
     speed = min(max(speed, PROPELLER_MIN), PROPELLER_MAX)
     gain = PROPELLER_GAIN_AHEAD if speed > 0.0 else PROPELLER_GAIN_ASTERN
@@ -97,12 +98,14 @@ def thrust(speed):
 
 
 @kernel
-def _cross(ax, ay, az, bx, by, bz):
+def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @kernel
-def _inertial_forces(hull, u, v, w, p, q, r):
+def _inertial_forces(
+    hull: Floats, u: float, v: float, w: float, p: float, q: float, r: float
+) -> tuple[float, float, float, float, float, float]:
     """−C(ν)ν, rigid body (FH 3.59) and added mass (FH 6.44), from velocities through the water: X Y Z K M N."""
     gx, gy, gz = hull[CENTRE], hull[CENTRE + 1], hull[CENTRE + 2]
     mass = hull[TOTAL_MASS]
@@ -128,7 +131,7 @@ def _inertial_forces(hull, u, v, w, p, q, r):
 
 
 @kernel
-def _cross_flow(v, w, q, r):
+def _cross_flow(v: float, w: float, q: float, r: float) -> tuple[float, float, float, float]:
     """Sums over the stations of |v + x r|(v + x r) and x times it, and of the same for w + x q; FH (6.91)–(6.92)."""
     side, turn, heave, pitch = 0.0, 0.0, 0.0, 0.0
     for i in range(STRIPS):
@@ -144,7 +147,18 @@ def _cross_flow(v, w, q, r):
 
 
 @kernel
-def _rates(state, left, right, hull, current_north, current_east, force_north, force_east, moment, out):
+def _rates(
+    state: Floats,
+    left: float,
+    right: float,
+    hull: Floats,
+    current_north: float,
+    current_east: float,
+    force_north: float,
+    force_east: float,
+    moment: float,
+    out: Floats,
+) -> None:
     """Write the 12 rates of the state into `out`; forces (N) and moment (N·m) act in NED besides the propellers'."""
     u, v, w, p, q, r = state[0], state[1], state[2], state[3], state[4], state[5]
     z, phi, theta, psi = state[8], state[9], state[10], state[11]
@@ -192,7 +206,7 @@ def _rates(state, left, right, hull, current_north, current_east, force_north, f
 
 
 @kernel
-def _to_ned(u, v, w, phi, theta, psi):
+def _to_ned(u: float, v: float, w: float, phi: float, theta: float, psi: float) -> tuple[float, float, float]:
     """Body to NED by roll, pitch and yaw; FH (2.31)."""
     c, s = math.cos(phi), math.sin(phi)
     abeam, below = v * c - w * s, v * s + w * c
@@ -202,7 +216,9 @@ def _to_ned(u, v, w, phi, theta, psi):
 
 
 @kernel
-def _derivatives(state, left, right, hull, current_speed, current_direction):
+def _derivatives(
+    state: Floats, left: float, right: float, hull: Floats, current_speed: float, current_direction: float
+) -> Floats:
     out = np.empty(12)
     north, east = current_speed * math.cos(current_direction), current_speed * math.sin(current_direction)
     _rates(state, left, right, hull, north, east, 0.0, 0.0, 0.0, out)
@@ -250,7 +266,7 @@ class Otter(Actuated):
 
 
 @kernel
-def _sailing_rates(state, left, right, lag, hull, conditions):
+def _sailing_rates(state: Floats, left: float, right: float, lag: float, hull: Floats, conditions: Floats) -> Floats:
     """The 14 rates: those of the hull, and of the propellers towards their commands."""
     out = np.zeros(14)
     north, east, moment = conditions[CURRENT_NORTH], conditions[CURRENT_EAST], conditions[MOMENT]
@@ -263,7 +279,16 @@ def _sailing_rates(state, left, right, lag, hull, conditions):
 
 
 @kernel
-def _step(state, left, right, lag, hull, conditions, step, by_runge_kutta):
+def _step(
+    state: Floats,
+    left: float,
+    right: float,
+    lag: float,
+    hull: Floats,
+    conditions: Floats,
+    step: float,
+    by_runge_kutta: bool,
+) -> Floats:
     left = min(max(left, PROPELLER_MIN), PROPELLER_MAX)
     right = min(max(right, PROPELLER_MIN), PROPELLER_MAX)
     if lag == 0.0:
@@ -279,7 +304,7 @@ def _step(state, left, right, lag, hull, conditions, step, by_runge_kutta):
 
 
 @kernel
-def _motion(state, hull, conditions):
+def _motion(state: Floats, hull: Floats, conditions: Floats) -> GroundMotion:
     rates = _sailing_rates(state, 0.0, 0.0, 0.0, hull, conditions)
     before = _sailing_rates(state - SHORTLY * rates, 0.0, 0.0, 0.0, hull, conditions)
     after = _sailing_rates(state + SHORTLY * rates, 0.0, 0.0, 0.0, hull, conditions)

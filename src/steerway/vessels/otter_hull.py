@@ -15,11 +15,13 @@ Two editions are kept because the papers used an older one:
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 
 GRAVITY = 9.81
@@ -103,7 +105,9 @@ PAYLOAD = 63  # 3: position of the payload
 WEIGHT, TOTAL_MASS, SIDE_DRAG, VERTICAL_DRAG, MUNK, CURRENT_TURNS, TRIM_MOMENT = range(66, 73)
 
 
-def mass_matrix(payload_mass=0.0, payload_position=(0.0, 0.0, 0.0), edition="today") -> np.ndarray:
+def mass_matrix(
+    payload_mass: float = 0.0, payload_position: Sequence[float] = (0.0, 0.0, 0.0), edition: str = "today"
+) -> np.ndarray:
     """The 6 × 6 mass matrix about the origin, rigid body and added mass (kg, kg·m, kg·m²); FH (3.49), (6.47)."""
     centre, inertia, total = _rigid_body(payload_mass, np.asarray(payload_position, dtype=float), _edition(edition))
     shift = np.eye(6)
@@ -114,7 +118,7 @@ def mass_matrix(payload_mass=0.0, payload_position=(0.0, 0.0, 0.0), edition="tod
     return shift.T @ about_centre @ shift + np.diag(_added_mass(inertia))
 
 
-def loaded(payload_mass, payload_position, edition) -> np.ndarray:
+def loaded(payload_mass: float, payload_position: Sequence[float], edition: str) -> np.ndarray:
     """The array of a load that the kernels read, computed once for each load."""
     try:
         return _loaded(payload_mass, payload_position, edition)
@@ -123,7 +127,7 @@ def loaded(payload_mass, payload_position, edition) -> np.ndarray:
 
 
 @lru_cache(maxsize=256)
-def _loaded(payload_mass, payload_position, edition):
+def _loaded(payload_mass: float, payload_position: Sequence[float], edition: str) -> Floats:
     chosen = _edition(edition)
     position = np.array(payload_position, dtype=float)
     if position.shape != (3,) or not np.isfinite(position).all():
@@ -153,13 +157,13 @@ def _loaded(payload_mass, payload_position, edition):
     return hull
 
 
-def _edition(name) -> Edition:
+def _edition(name: str) -> Edition:
     if name not in EDITIONS:
         raise InputError(f"otter.edition is {name!r}, expected one of {', '.join(EDITIONS)}")
     return EDITIONS[name]
 
 
-def _rigid_body(payload_mass, payload_position, edition):
+def _rigid_body(payload_mass: float, payload_position: Floats, edition: Edition) -> tuple[Floats, Floats, float]:
     """Centre of gravity (3,), inertia (3, 3) about it and total mass of hull and payload; FH section 3.3."""
     total = MASS + payload_mass
     centre = (MASS * CENTRE_OF_GRAVITY + payload_mass * payload_position) / total
@@ -170,14 +174,14 @@ def _rigid_body(payload_mass, payload_position, edition):
     return centre, inertia, total
 
 
-def _added_mass(inertia):
+def _added_mass(inertia: Floats) -> Floats:
     """Diagonal added mass: Söding (1982) in surge, fractions of mass and inertia otherwise."""
     surge = 2.7 * WATER_DENSITY * (MASS / WATER_DENSITY) ** (5.0 / 3.0) / LENGTH**2
     rotation = np.array([0.2, 0.8, 1.7]) * np.diag(inertia)
     return np.array([surge, 1.5 * MASS, 1.0 * MASS, *rotation])
 
 
-def _stiffness(displaced, draught, centre_height):
+def _stiffness(displaced: float, draught: float, centre_height: float) -> Floats:
     """Restoring stiffness in heave (N/m), roll and pitch (N·m/rad) about the centre of flotation; FH section 4.2."""
     cw = WATERLINE_COEFFICIENT
     waterline = cw * LENGTH * PONTOON_BEAM  # of one pontoon
@@ -190,7 +194,7 @@ def _stiffness(displaced, draught, centre_height):
     return np.array([heave, *(WATER_DENSITY * GRAVITY * displaced * metacentric_heights)])
 
 
-def _damping(mass, stiffness, edition):
+def _damping(mass: Floats, stiffness: Floats, edition: Edition) -> Floats:
     """Linear damping from top speed, time constants and relative damping of 0.3, 0.2 and 0.4; FH section 6.4."""
     own = np.diag(mass)
     oscillating = 2.0 * np.array([0.3, 0.2, 0.4]) * np.sqrt(stiffness / own[2:5]) * own[2:5]
@@ -199,16 +203,16 @@ def _damping(mass, stiffness, edition):
     return np.array([surge, sway, *oscillating, own[5] / YAW_TIME_CONSTANT])
 
 
-def _drag_coefficient(draught):
+def _drag_coefficient(draught: float) -> float:
     return float(np.interp(PONTOON_BEAM / (2.0 * draught), *_HOERNER.T))
 
 
-def _cross(r):
+def _cross(r: Floats) -> Floats:
     """The matrix of r ×."""
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 
-def _steiner(mass, arm):
+def _steiner(mass: float, arm: Floats) -> Floats:
     """What a mass at an arm adds to the inertia."""
     return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 

@@ -33,7 +33,7 @@ class Propeller:
     advance: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.7, 1.0)
     coefficient: tuple[float, ...] = (0.2, 0.34, 0.32, 0.12, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("diameter", "count", "efficiency", "density"):
             positive(f"propeller.{name}", getattr(self, name))
         if not_negative("propeller.wake_fraction", self.wake_fraction) >= 1.0:
@@ -53,7 +53,7 @@ class Propeller:
 
 
 @kernel
-def thrust_coefficient(advance, curve):
+def thrust_coefficient(advance: float, curve: Floats) -> float:
     """K_t at an advance ratio J."""
     k = (len(curve) - _CURVE) // 2
     if advance <= curve[_CURVE]:

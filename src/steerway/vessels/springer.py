@@ -89,7 +89,7 @@ class Springer(Actuated):
 
 
 @kernel
-def _step(state, difference, parameters, conditions, step):
+def _step(state: Floats, difference: float, parameters: Floats, conditions: Floats, step: float) -> Floats:
     """P4 (2)–(4) and (28)–(29), the position by the heading at the beginning of the step as printed."""
     bias, speed, limit, rate = parameters[6], parameters[7], parameters[8], parameters[9]
     wanted = min(max(difference, -limit), limit)
@@ -107,7 +107,7 @@ def _step(state, difference, parameters, conditions, step):
     return out
 
 
-_GAINS = tuple(g * c / RPM for g, c in zip(PHYSICAL_YAW.inputs, PHYSICAL_YAW.outputs, strict=True))
+_FIRST, _SECOND = (g * c / RPM for g, c in zip(PHYSICAL_YAW.inputs, PHYSICAL_YAW.outputs, strict=True))
 
 BOAT = Boat(
     nomoto_gain=2.07e-3,
@@ -120,7 +120,7 @@ BOAT = Boat(
     cruise=SPEED,
     top_speed=SPEED,
     profile="small-usv",
-    response=HeadingResponse(PHYSICAL_YAW.poles, _GAINS, 1.0),
+    response=HeadingResponse(PHYSICAL_YAW.poles, (_FIRST, _SECOND), 1.0),
     yaw_slew=MAX_CHANGE_RPM * RPM,
 )
 """For the controllers; the autopilot's output is n_d in rad/s. K is that of a steady turn, T stands for the ramp of n_d

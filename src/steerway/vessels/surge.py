@@ -40,13 +40,23 @@ CALDAS_MASS, CALDAS_LINEAR_DRAG, CALDAS_QUADRATIC_DRAG = 19801.1, 820.8, 101.2
 
 
 @kernel
-def surge_rate(speed, shaft, linear_drag, quadratic_drag, curve):
+def surge_rate(speed: float, shaft: float, linear_drag: float, quadratic_drag: float, curve: Floats) -> float:
     """u̇ (m/s²) at a speed through the water (m/s) and a shaft speed (rev/s); P3 (13), all per unit of mass."""
     return thrust(speed, shaft, curve) - (linear_drag + quadratic_drag * abs(speed)) * speed
 
 
 @kernel
-def surge_step(speed, before, after, stream, push, linear_drag, quadratic_drag, curve, step):
+def surge_step(
+    speed: float,
+    before: float,
+    after: float,
+    stream: float,
+    push: float,
+    linear_drag: float,
+    quadratic_drag: float,
+    curve: Floats,
+    step: float,
+) -> float:
     """Speed over ground after `step` s by Runge and Kutta while the shaft goes evenly from `before` to `after`."""
     middle = 0.5 * (before + after)
     k1 = surge_rate(speed - stream, before, linear_drag, quadratic_drag, curve) + push
@@ -108,7 +118,7 @@ def published_surrogate() -> Surge:
 
 
 @kernel
-def _step(state, command, hull, curve, conditions, step):
+def _step(state: Floats, command: float, hull: Floats, curve: Floats, conditions: Floats, step: float) -> Floats:
     heading, speed, before = state[2], state[3], state[4]
     stream, across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
     force, _ = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
@@ -125,7 +135,7 @@ def _step(state, command, hull, curve, conditions, step):
 
 
 @kernel
-def _motion(state, conditions):
+def _motion(state: Floats, conditions: Floats) -> GroundMotion:
     heading, speed = state[2], state[3]
     stream, across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
     north, east = over_ground(speed, across, heading)
@@ -152,7 +162,9 @@ _SPEED_BANDWIDTH = 0.2
 takes 40 to 50 s from rest: its guess of the thrust holds at one advance ratio. With 0.2 it takes 24 to 27 s."""
 
 
-def speed_gains(mass: float, linear_drag: float, quadratic_drag: float, propeller: Propeller, shaft: Actuator):
+def speed_gains(
+    mass: float, linear_drag: float, quadratic_drag: float, propeller: Propeller, shaft: Actuator
+) -> tuple[float, SpeedPIGains]:
     """(thrust in N per (rev/s)², gains of a speed loop) of a boat on one shaft speed."""
     thrust_gain = propeller.gain * thrust_coefficient(_ADVANCE, propeller.curve(1.0))
     gains = SpeedPIGains(

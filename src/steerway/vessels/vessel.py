@@ -99,7 +99,7 @@ def runge_kutta(rates: Callable[[Floats], Floats], state: Floats, step: float) -
     return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
-def euler(rates, state, step):
+def euler(rates: Callable[[Floats], Floats], state: Floats, step: float) -> Floats:
     """One step of Euler's method for ẋ = rates(x)."""
     return state + step * rates(state)
 

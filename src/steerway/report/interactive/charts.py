@@ -1,6 +1,7 @@
 """The charts of the interactive page: a map and four strips over time, whose data the page's script fills in."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from bokeh.models import (
     AdaptiveTicker,
@@ -38,7 +39,9 @@ _CLOSEST = 8.0
 _FORMATS = ("microseconds", "milliseconds", "seconds", "minsec", "minutes", "hourmin", "hours")
 
 
-def track_map(fastest: float, cosine: float, tracks: Sequence[dict], start_and_end: dict | None) -> LayoutDOM:
+def track_map(
+    fastest: float, cosine: float, tracks: Sequence[dict[str, Any]], start_and_end: dict[str, Any] | None
+) -> LayoutDOM:
     """The map: tracks coloured by speed over a graticule, with scale bar; rows and fixes are filled in by the script.
 
     Args:
@@ -147,7 +150,7 @@ def strips(begins: float, ends: float, cut: float, innovations: bool, gate: floa
     return charts
 
 
-def _innovations(span, gate):
+def _innovations(span: Range1d, gate: float | None) -> figure:
     ratio = _strip("ratio", "innovation ratio", span, y_axis_type="log", height=170)
     accepted = ColumnDataSource({"t": [], "ratio": []}, name="accepted")
     ratio.scatter("t", "ratio", source=accepted, size=2, color=ESTIMATE, alpha=0.6)
@@ -158,7 +161,7 @@ def _innovations(span, gate):
     return ratio
 
 
-def _strip(name, label, span, height=200, **options):
+def _strip(name: str, label: str, span: Range1d, height: int = 200, **options: Any) -> figure:
     chart = figure(
         name=name,
         height=height,
@@ -186,7 +189,7 @@ def _strip(name, label, span, height=200, **options):
     return chart
 
 
-def _plain(chart):
+def _plain(chart: figure) -> None:
     chart.toolbar.logo = None
     chart.outline_line_color = "#b6c0ca"
     for axis in chart.axis:

@@ -4,14 +4,19 @@ import base64
 import gzip
 import json
 import math
+from typing import Any, TypeVar
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.earth import SEMI_MAJOR_AXIS, radii
-from steerway.core.records import REJECTED, STATUSES, Fixes, Motion
+from steerway.core.records import REJECTED, STATUSES, Fixes, Motion, Record
 from steerway.core.statistics import FIX_GATE
 from steerway.report.course_axis import on_axis
 
+R = TypeVar("R", bound=Record)
+Column = tuple[np.ndarray, *tuple[Any, ...]]
+"""Values, name of their code, and its numbers."""
 MOST_ROWS = 60_000
 """A longer log is thinned evenly: two hours at 8 Hz are drawn row by row."""
 
@@ -27,12 +32,12 @@ def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, n
     return x, SEMI_MAJOR_AXIS * np.arctanh(np.sin(latitude))
 
 
-def thinned(table, most: int = MOST_ROWS):
+def thinned(table: R, most: int = MOST_ROWS) -> R:
     """Every k-th row of a table, so that at most `most` are left."""
     return table.rows(slice(None, None, max(1, -(-len(table) // most))))
 
 
-def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) -> dict:
+def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) -> dict[str, Any]:
     """The block: names, lengths and codes of the columns, and the base64 of their compressed bytes.
 
     Positions are relative to the first, times are steps, so that single precision is a millimetre and a millisecond.
@@ -42,7 +47,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     origin = (float(x[known[0]]), float(y[known[0]])) if len(known) else (0.0, 0.0)
     begins = float(motion.time[0])
-    columns = {
+    columns: dict[str, Column] = {
         "step": _single(_steps(motion.time, begins)),
         "x": _single(x - origin[0]),
         "y": _single(y - origin[1]),
@@ -100,11 +105,11 @@ _FINENESS = 4e-4
 """Of the logarithm: 0.04 %, so that 16 bits reach from a millionth to 2e5."""
 
 
-def _single(values):
+def _single(values: Floats) -> Column:
     return np.asarray(values, dtype="<f4"), "single"
 
 
-def _linear(values):
+def _linear(values: Floats) -> Column:
     """16-bit steps over the range of the values; NaN is the last."""
     known = np.isfinite(values)
     low, high = (float(values[known].min()), float(values[known].max())) if known.any() else (0.0, 0.0)
@@ -113,24 +118,24 @@ def _linear(values):
     return steps.astype("<u2"), "linear", low, step
 
 
-def _logarithmic(values):
+def _logarithmic(values: Floats) -> Column:
     """16-bit steps of the logarithm of positive values; 0 stands for what is below a millionth, the last for NaN."""
     known = np.isfinite(values)
     steps = np.round(np.log(np.where(known, np.maximum(values, _LEAST), 1.0) / _LEAST) / _FINENESS)
     return np.where(known, np.minimum(steps, _UNKNOWN - 1), _UNKNOWN).astype("<u2"), "logarithmic", _LEAST, _FINENESS
 
 
-def script_json(value) -> str:
+def script_json(value: object) -> str:
     """JSON that may stand inside a script element."""
     return json.dumps(value, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c")
 
 
-def _scale(latitude):
+def _scale(latitude: float) -> tuple[float, float]:
     """Units of the projection for a metre east and north: it is of a sphere, metres are on the ellipsoid."""
     meridian, prime_vertical = radii(latitude)
     return SEMI_MAJOR_AXIS / (prime_vertical * math.cos(latitude)), SEMI_MAJOR_AXIS / (meridian * math.cos(latitude))
 
 
-def _steps(time, begins):
+def _steps(time: Floats, begins: float) -> Floats:
     """Times as steps from one to the next; the errors of rounding do not add up."""
     return np.diff(np.round(time - begins, 3), prepend=0.0)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
+from typing import Any
 
 import numpy as np
 from bokeh.embed import components
@@ -75,7 +76,14 @@ def write_interactive_page(
         file.write(text.encode())
 
 
-def _charts(fixes, shown, truth, events, gate, fastest) -> tuple[dict, dict]:
+def _charts(
+    fixes: Fixes,
+    shown: Motion,
+    truth: Motion | None,
+    events: Sequence[tuple[float, float, str]],
+    gate: bool,
+    fastest: float,
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """The charts by name, and the data that the page's script draws in them."""
     known = np.isfinite(shown.latitude)
     cosine = math.cos(float(np.nanmedian(shown.latitude))) if known.any() else 1.0
@@ -92,7 +100,7 @@ def _charts(fixes, shown, truth, events, gate, fastest) -> tuple[dict, dict]:
     return parts | {chart.name: chart for chart in drawn}, data
 
 
-def _tracks(motion: Motion) -> list[dict]:
+def _tracks(motion: Motion) -> list[dict[str, Any]]:
     """One line a vessel, of its median speed."""
     found = []
     for mmsi, track in motion.tracks():
@@ -105,13 +113,13 @@ def _tracks(motion: Motion) -> list[dict]:
     return found
 
 
-def _box(motion: Motion) -> dict:
+def _box(motion: Motion) -> dict[str, Any]:
     """A diagonal of the whole track, from which the map has its ranges until the script draws the track."""
     x, y = _line(motion)
     return {"xs": [x.min(), x.max()], "ys": [y.min(), y.max()], "speed": math.nan, "name": ""}
 
 
-def _ends(motion: Motion) -> dict:
+def _ends(motion: Motion) -> dict[str, Any]:
     x, y = _line(motion)
     return {"x": x[[0, -1]].tolist(), "y": y[[0, -1]].tolist()}
 

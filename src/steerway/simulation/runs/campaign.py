@@ -1,20 +1,26 @@
 """Many seeds in one table: mean, spread and worst of every number."""
 
 import math
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.files import complete_or_absent, made_directory
 from steerway.simulation.runs.files import write_results
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def gathered(results: list[dict[str, float]]) -> dict[str, np.ndarray]:
+
+def gathered(results: Sequence[dict[str, float]]) -> dict[str, np.ndarray]:
     """Numbers by name, (seeds,) each."""
     return {name: np.array([each[name] for each in results]) for name in results[0]}
 
 
-def spread(results: list[dict[str, float]]) -> list[tuple[str, str, str, str, str]]:
+def spread(results: Sequence[dict[str, float]]) -> list[tuple[str, str, str, str, str]]:
     """(name, median, 5 %, 95 %, number of seeds without) of every number."""
     rows = []
     for name, values in gathered(results).items():
@@ -30,7 +36,9 @@ def spread(results: list[dict[str, float]]) -> list[tuple[str, str, str, str, st
 SPREAD_COLUMNS = ("", "median", "5 %", "95 %", "seeds without")
 
 
-def write_campaign(seeds, results, directory: Path, title: str, remarks=()) -> list[Path]:
+def write_campaign(
+    seeds: Iterable[int], results: Sequence[dict[str, float]], directory: Path, title: str, remarks: Sequence[str] = ()
+) -> list[Path]:
     """campaign.parquet (a row a seed), results.json (medians) and index.html; returns what was written."""
     import polars as pl
 
@@ -53,7 +61,7 @@ def write_campaign(seeds, results, directory: Path, title: str, remarks=()) -> l
     return [table, medians, page]
 
 
-def _median(values) -> float | None:
+def _median(values: Floats) -> float | None:
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else None
 
@@ -66,7 +74,7 @@ _SHOWN = {
 }
 
 
-def _figure(columns):
+def _figure(columns: dict[str, Floats]) -> "Figure":
     from matplotlib.figure import Figure
 
     from steerway.report.figures import OURS

@@ -1,18 +1,27 @@
 """Figures of a run: the track, the estimate against the truth, steering, and the actuators."""
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from steerway.core.arrays import Floats
 from steerway.pilot import Mode
 from steerway.report.figures import BAD, OURS, QUIET, THEIRS
 from steerway.simulation import outcome
 from steerway.simulation.loop import Run
+from steerway.vessels.vessel import Actuator
+
+if TYPE_CHECKING:
+    from matplotlib.patches import Circle
 
 _MOST_POINTS = 6000
 TRUE = "#222222"
 
 
-def track_figure(run: Run, waypoints) -> Figure:
+def track_figure(run: Run, waypoints: tuple[Floats, Floats]) -> Figure:
     """True and estimated track with the route; waypoints (n, 2) north and east in m, with acceptance radii (n,)."""
     places, radii = waypoints
     run = _thinned(run)
@@ -42,7 +51,7 @@ def track_figure(run: Run, waypoints) -> Figure:
     return figure
 
 
-def _circle(east, north, radius):
+def _circle(east: float, north: float, radius: float) -> "Circle":
     from matplotlib.patches import Circle
 
     return Circle((east, north), radius, fill=False, edgecolor=QUIET, linewidth=0.8)
@@ -176,7 +185,7 @@ def places_figure(run: Run) -> Figure:
     return _finished(figure, axes)
 
 
-def _unwound(angle):
+def _unwound(angle: Floats) -> Floats:
     """Degrees without jumps, (n,)."""
     known = np.isfinite(angle)
     unwound = np.full(len(angle), np.nan)
@@ -184,7 +193,7 @@ def _unwound(angle):
     return unwound
 
 
-def actuators_figure(run: Run, actuators) -> Figure:
+def actuators_figure(run: Run, actuators: Sequence[Actuator]) -> Figure:
     """The commands of the actuators."""
     run = _thinned(run)
     figure = Figure(figsize=(11.0, 2.0 + 2.0 * len(actuators)), layout="constrained")
@@ -201,7 +210,7 @@ def actuators_figure(run: Run, actuators) -> Figure:
     return _finished(figure, axes)
 
 
-def _unit(name):
+def _unit(name: str) -> str:
     """Of an actuator, by the last word of its name."""
     units = {"rudder": "°", "force": "N", "moment": "N·m"}
     if name.startswith("thruster"):
@@ -209,7 +218,7 @@ def _unit(name):
     return f"\n({'rev/s' if name == 'shaft speed' else units.get(name.split()[-1], 'rad/s')})"
 
 
-def _finished(figure, axes):
+def _finished(figure: Figure, axes: Sequence[Axes] | np.ndarray) -> Figure:
     for each in axes:
         each.grid(alpha=0.25)
         each.margins(x=0.01)
@@ -222,14 +231,14 @@ def _thinned(run: Run) -> Run:
     return run.rows(slice(None, None, max(1, -(-len(run) // _MOST_POINTS))))
 
 
-def _known_speed(run):
+def _known_speed(run: Run) -> Floats:
     return np.where(np.isin(run["mode"], (Mode.UNDER_WAY,)), run["asked_speed"], np.nan)
 
 
-def _compass(radians):
+def _compass(radians: Floats) -> Floats:
     return _lifted(np.mod(np.degrees(radians), 360.0))
 
 
-def _lifted(degrees):
+def _lifted(degrees: Floats) -> Floats:
     """The line interrupted where it jumps by more than half a turn."""
     return np.where(np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0, np.nan, degrees)

@@ -2,11 +2,13 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.earth import displaced_all
 from steerway.core.files import complete_or_absent, made_directory
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
@@ -15,6 +17,7 @@ from steerway.simulation.assembly import begins
 from steerway.simulation.loop import COLUMNS, Run
 from steerway.simulation.run import Sailed
 from steerway.simulation.runs.page import write_run_page
+from steerway.vessels.vessel import Actuator
 
 _TRUE_DEGREES = ("heading", "cog", "angle", "direction", "bearing")  # of a compass: 0 to 360
 _DEGREES = ("roll", "pitch", "cog_std", "heading_std")
@@ -39,7 +42,12 @@ _PLAIN = (
     "estimated_yaw_damping",
     "estimated_yaw_time",
 )
-_SPECIAL = {
+if TYPE_CHECKING:
+    import polars as pl
+
+Outward = tuple[str, Callable[[Floats], Floats] | None]
+"""Name of a column with its unit, and the conversion to it."""
+_SPECIAL: dict[str, Outward] = {
     "desired_acceleration": ("desired_acceleration_dps2", np.degrees),
     "reference_acceleration": ("reference_acceleration_dps2", np.degrees),
     "force": ("force_n", None),
@@ -59,12 +67,12 @@ _SPECIAL = {
 }
 
 
-def _compass(radians):
+def _compass(radians: Floats) -> Floats:
     turned = np.mod(np.degrees(radians), 360.0)
     return np.where(turned >= 360.0, 0.0, turned)
 
 
-def _outward(name):
+def _outward(name: str) -> Outward:
     """(column name with its unit, conversion) of one of a run's columns."""
     if name in _SPECIAL:
         return _SPECIAL[name]
@@ -85,7 +93,9 @@ def _outward(name):
 _NAMES = {name: _outward(name) for name in COLUMNS}
 
 
-def frame(run: Run, actuators=(), origin=(0.0, 0.0), begins=0.0):
+def frame(
+    run: Run, actuators: Sequence[Actuator] = (), origin: tuple[float, float] = (0.0, 0.0), begins: float = 0.0
+) -> "pl.DataFrame":
     """A polars DataFrame of the run: time_s, elapsed_s, the columns with their units, derived ones, those of actuators.
 
     `origin` is the (latitude, longitude) of north = east = 0 in rad, `begins` the Unix time of the first row. Rudders
@@ -107,20 +117,26 @@ def frame(run: Run, actuators=(), origin=(0.0, 0.0), begins=0.0):
     return pl.DataFrame([pl.Series(name, values, nan_to_null=True) for name, values in columns.items()])
 
 
-def _actuator(name):
+def _actuator(name: str) -> tuple[str, Callable[[Floats], Floats]]:
     words = "command_" + name.replace(" ", "_")
     if name == "rudder":
         return f"{words}_deg", np.degrees
     return (f"{words}_radps" if name.endswith("propeller speed") else words), np.asarray
 
 
-def write_table(run: Run, path: Path, actuators=(), origin=(0.0, 0.0), begins=0.0) -> None:
+def write_table(
+    run: Run,
+    path: Path,
+    actuators: Sequence[Actuator] = (),
+    origin: tuple[float, float] = (0.0, 0.0),
+    begins: float = 0.0,
+) -> None:
     """The run as Parquet."""
     with complete_or_absent(path) as file:
         frame(run, actuators, origin, begins).write_parquet(file)
 
 
-def write_log(run: Run, path: Path, begins: float, origin, quality: int = 1) -> int:
+def write_log(run: Run, path: Path, begins: float, origin: tuple[float, float], quality: int = 1) -> int:
     """What the instruments read, as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
 
     RMC and GGA for every fix, with the receiver's SOG and COG where it reports them, and HDT with the latest compass
@@ -153,7 +169,7 @@ def write_results(numbers: Mapping[str, float | None], path: Path) -> None:
         file.write(json.dumps(known, indent=2).encode() + b"\n")
 
 
-def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
+def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks: Sequence[str] = ()) -> list[Path]:
     """run.parquet, results.json, index.html and, on request, run.nmea in `directory`; returns what was written.
 
     Raises InputError for a directory that cannot be written.

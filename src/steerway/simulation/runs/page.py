@@ -1,13 +1,21 @@
 """The page of a run."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from steerway.report.page import write_page
+from steerway.report.tables import Table
 from steerway.simulation.assembly import holds_places
-from steerway.simulation.manoeuvres import limits, measured
+from steerway.simulation.manoeuvres import ManoeuvringPilot, limits, measured
+from steerway.simulation.run import Sailed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 _TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
 _ERRORS = (
@@ -24,30 +32,31 @@ _MANOEUVRE = "The track from where the helm is first put over, and the heading w
 _ACTUATORS = "Commands of the actuators, with their limits."
 
 
-def write_run_page(sailed, path: Path, remarks=()) -> None:
+def write_run_page(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> None:
     """The page of a `run.Sailed`: track, errors, steering with crab angle, actuators, numbers."""
     scenario = sailed.scenario
     passages = [
         (each.waypoint, "reached" if each.reached else "missed", each.why, f"{each.time:.1f}", f"{each.distance:.1f}")
-        for each in sailed.assembly.pilot.mission.passages
+        for each in sailed.assembly.mission.passages
     ]
-    tables = [
+    tables: list[Table] = [
         ("Estimated against true", COMPARED, comparison(sailed.numbers)),
         ("Summary", ("", ""), summary(sailed.numbers)),
     ]
-    if scenario.manoeuvre is not None:
-        tables = [(scenario.manoeuvre, ("", "measured", "IMO limit, for ships of 100 m and more"), manoeuvred(sailed))]
+    if isinstance(sailed.assembly.pilot, ManoeuvringPilot):
+        columns = "", "measured", "IMO limit, for ships of 100 m and more"
+        tables = [(scenario.manoeuvre or "", columns, manoeuvred(sailed, sailed.assembly.pilot))]
     elif passages:
         tables.append(("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages))
     write_page(path, scenario.name, tables, lambda: _figures(sailed), remarks, scenario.description)
 
 
-def _figures(sailed):
+def _figures(sailed: Sailed) -> list[tuple["Figure", str]]:
     from steerway.simulation.runs import figures
 
-    run = sailed.run
-    if sailed.scenario.manoeuvre is not None:
-        steered = [(figures.manoeuvre_figure(run, sailed.assembly.pilot.mission.orders[0].course), _MANOEUVRE)]
+    run, pilot = sailed.run, sailed.assembly.pilot
+    if isinstance(pilot, ManoeuvringPilot):
+        steered = [(figures.manoeuvre_figure(run, pilot.mission.orders[0].course), _MANOEUVRE)]
     elif holds_places(sailed.scenario):
         steered = [(figures.places_figure(run), _PLACES)]
     elif sailed.scenario.orders:
@@ -64,9 +73,9 @@ def _figures(sailed):
     ]
 
 
-def manoeuvred(sailed) -> list[tuple[str, str, str]]:
+def manoeuvred(sailed: Sailed, pilot: ManoeuvringPilot) -> list[tuple[str, str, str]]:
     """(what, measured, limit) of a manoeuvre."""
-    vessel, pilot = sailed.scenario.vessel, sailed.assembly.pilot
+    vessel = sailed.scenario.vessel
     allowed = limits(pilot.manoeuvre, vessel.length, pilot.mission.cruise)
     units = {"deg": "°", "dps": "°/s", "m": "m", "s": "s", "lengths": "lengths", "pct": "%"}
     rows = []
@@ -77,10 +86,10 @@ def manoeuvred(sailed) -> list[tuple[str, str, str]]:
     return rows
 
 
-def route_of(sailed) -> tuple[np.ndarray, np.ndarray]:
+def route_of(sailed: Sailed) -> tuple[np.ndarray, np.ndarray]:
     """Waypoints (n, 2), north and east, and their radii (n,)."""
-    routes = [mission.route for mission in sailed.assembly.pilot.mission.missions]
-    rows = {}
+    routes = [mission.route for mission in sailed.assembly.mission.missions]
+    rows: dict[tuple[float, float], float] = {}
     for route in routes:
         for north, east, radius in zip(route.north, route.east, route.acceptance, strict=True):
             rows.setdefault((float(north), float(east)), float(radius))
@@ -120,7 +129,7 @@ def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
     ]
 
 
-_ANSWERS = {
+_ANSWERS: dict[str, tuple[str, str, int]] = {
     "settling_s": ("settling after an order, longest", "s", 1),
     "position_mae_m": ("estimated position, mean |error| over north and east", "m", 4),
     "overshoot_pct": ("overshoot, largest", "%", 1),
@@ -129,12 +138,13 @@ _ANSWERS = {
 }
 
 
-def _answers(numbers):
+def _answers(numbers: dict[str, float]) -> list[tuple[str, str]]:
     """What only some runs have."""
-    return [(words, _with_unit(numbers[key], *unit)) for key, (words, *unit) in _ANSWERS.items() if key in numbers]
+    answers = ((numbers[key], *each) for key, each in _ANSWERS.items() if key in numbers)
+    return [(words, _with_unit(value, unit, decimals)) for value, words, unit, decimals in answers]
 
 
-def _under_way(numbers):
+def _under_way(numbers: dict[str, float]) -> list[tuple[str, str]]:
     """Of a run that does not hold places: of its legs, if it has any, and how it is steered."""
     if "position_mae_m" in numbers:
         return []
@@ -155,5 +165,5 @@ def _under_way(numbers):
     ]
 
 
-def _with_unit(value, unit, decimals) -> str:
+def _with_unit(value: float, unit: str, decimals: int) -> str:
     return "unknown" if not math.isfinite(value) else f"{value:.{decimals}f} {unit}"

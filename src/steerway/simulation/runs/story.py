@@ -1,5 +1,6 @@
 """The page of a run that is looked into: the true motion, the estimate with its ±2σ, and the receiver's fixes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,11 @@ import numpy as np
 from steerway.core.earth import displaced_all
 from steerway.core.records import NO_COURSE, OK, Fixes, Motion
 from steerway.simulation.assembly import begins
+from steerway.simulation.run import Sailed
 from steerway.simulation.runs.page import COMPARED, comparison, summary, within
 
 
-def write_story(sailed, path: Path, remarks=()) -> None:
+def write_story(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> None:
     """The interactive page of a `run.Sailed`: truth and estimate at every fix."""
     from steerway.report.interactive import write_interactive_page
 
