@@ -51,10 +51,10 @@ from steerway.archive.tracks import (
 )
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import REJECTED
 from steerway.core.statistics import FIX_GATE, UNBROKEN_REJECTION
 from steerway.estimation.filter.vectors import Vec2
-from steerway.estimation.log.rows import LONGEST_GAP
 
 GOES_ON, SET_DOWN, ANEW = range(3)
 """How a filter goes on from the row before: as it does; at another position, in the same motion; not at all."""

@@ -8,8 +8,8 @@ import numpy as np
 from steerway.archive.filters import Filters, State, predict, state_at, weigh
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.earth import displacement
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.statistics import FIX_GATE
-from steerway.estimation.log.rows import LONGEST_GAP
 
 if TYPE_CHECKING:
     from steerway.archive.association import Reports

@@ -246,7 +246,7 @@ class InCurrent:
         turns = self.over_ground and self.turning is not None and self._turned_for < self.turning.time + _SETTLES
         return leg._replace(cross_track=off / slower * (_TIGHTER if turns else 1.0))
 
-    def _beside(self, leg):
+    def _beside(self, leg: LegState) -> LegState:
         """The leg as it leads to where the turn at its end begins."""
         into, turn, _ = self._next
         if turn is None or into != leg.target + 1 or self._path is not None:
@@ -278,7 +278,8 @@ class InCurrent:
         if left < _NEAR * estimate.sog and abs(leg.cross_track - beside) < estimate.water_speed / self.turn_rate:
             beside = leg.cross_track
             side = -math.copysign(1.0, math.sin(following - leg.direction))
-            lead = wheel_over(leg.direction, following, *turn.path[-1], side * beside, side * turn.beside)
+            displaced = float(turn.path[-1, 0]), float(turn.path[-1, 1])
+            lead = wheel_over(leg.direction, following, *displaced, side * beside, side * turn.beside)
             turn, left = turn._replace(lead=float(lead)), leg.remaining - float(lead)
         c, s, aside = math.cos(leg.direction), math.sin(leg.direction), beside - leg.cross_track
         begins = estimate.north + left * c - aside * s, estimate.east + left * s + aside * c

@@ -95,13 +95,11 @@ def plan_turn(
     return min(turns, key=lambda turn: turn.cost * turn.time)
 
 
-def _placed(
-    direction: float, following: float, angle: float, path: Floats, time: float, leaves_legs: bool
-) -> Turn:
+def _placed(direction: float, following: float, angle: float, path: Floats, time: float, leaves_legs: bool) -> Turn:
     """With the offset of the least cost, by golden section, or none."""
 
     def beside(offset: float) -> Turn:
-        lead = float(wheel_over(direction, following, *path[-1], offset, offset))
+        lead = float(wheel_over(direction, following, path[-1, 0], path[-1, 1], offset, offset))
         if in_line(direction, following):  # as far before the waypoint as the turn takes
             lead = float(np.max(path @ (math.cos(direction), math.sin(direction))))
         excursion, outside, closest, end = passing(path, lead, direction, following, offset)

@@ -12,13 +12,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from steerway.core.arrays import Floats
+from steerway.core.gaps import LONGEST_GAP
 from steerway.estimation.filter.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.fit.selection import infer
 from steerway.estimation.log.digits import quantum_of
 from steerway.estimation.log.record import Measurements, extrapolated, measurements
-from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter, Set, set_of
 from steerway.estimation.stream_row import ELAPSED, LATITUDE, LONGITUDE
 from steerway.estimation.vessel.aids import AIDS

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from steerway.core.errors import InputError
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import Fixes, Record
 from steerway.estimation.filter.forecast import forecasts as forecasts_by_numbers
 from steerway.estimation.filter.voyages import forecasts
 from steerway.estimation.log.place import rotated
-from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.log.run import Track
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
 from steerway.estimation.vessel.profile import Profile

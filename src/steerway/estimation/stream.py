@@ -15,6 +15,7 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.checks import elapsed
 from steerway.core.errors import InputError
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
@@ -31,7 +32,6 @@ from steerway.estimation.log.course import (
 )
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.log.record import FEW_STEPS, HELD, LONG
-from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.log.run import motion_of
 from steerway.estimation.log_estimate import estimate
 from steerway.estimation.moments import motion_moments

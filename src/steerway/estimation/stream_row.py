@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.gaps import LONGEST_GAP
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import FUSED, bank_in, model_in
 from steerway.estimation.filter.row import Row, state_row, take_row
@@ -13,7 +14,6 @@ from steerway.estimation.log.course import COG, EAST, NORTH, SOG, SOG_STD
 from steerway.estimation.log.outage import SHORTEST, SLIDES, doubt, is_faster, is_outage
 from steerway.estimation.log.plane import place_near, step_between
 from steerway.estimation.log.record import LONG, TURNED
-from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.log.run import UNKNOWN_SPEED
 
 (

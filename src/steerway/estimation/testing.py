@@ -6,6 +6,7 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.core.estimate import NO_MEASUREMENTS
+    from steerway.core.gaps import LONGEST_GAP
     from steerway.core.kalman import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
     from steerway.estimation.filter import five_state
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log.plane import laid_out
     from steerway.estimation.log.record import extrapolated, of_other_receiver, without_copies
-    from steerway.estimation.log.rows import LONGEST_GAP
     from steerway.estimation.log.run import Track, infer_log, motion_of
     from steerway.estimation.log.stamps import regular_times
     from steerway.estimation.log_estimate import LogEstimator

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.checks import not_negative, positive
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import REJECTED
 from steerway.core.slow_error import USUAL_STD, slow_std
 from steerway.estimation.fit.auto_aids import AUTO, velocity_parts
 from steerway.estimation.learning import LearningFilter
-from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.estimation.stream import FiveStateFilter
 from steerway.estimation.vessel.aids import AIDS
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of

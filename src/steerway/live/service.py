@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.leg import Leg
-from steerway.estimation.log.rows import LONGEST_GAP
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.controls import Controls
 from steerway.live.links.link import Input, Sink

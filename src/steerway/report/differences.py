@@ -1,10 +1,12 @@
 """What tracks are off a reference, and statistics of that."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
 from steerway.core.statistics import rms, share_within
@@ -34,7 +36,7 @@ def differences(reference: NamedTrack, track: NamedTrack) -> dict[str, np.ndarra
     inside = (track.time >= time[0]) & (track.time <= time[-1])
     inside &= time[after] - time[after - 1] <= _LONGEST_STEP * np.median(np.diff(time))
 
-    def at(values, angle=False):
+    def at(values: Floats, angle: bool = False) -> Floats:
         values = values[order]
         low, high = values[after - 1], values[after]
         share = (track.time - time[after - 1]) / (time[after] - time[after - 1])
@@ -70,7 +72,7 @@ def statistics(values: np.ndarray) -> dict[str, float]:
     }
 
 
-def statistics_table(tracks: Sequence[NamedTrack]) -> list[dict]:
+def statistics_table(tracks: Sequence[NamedTrack]) -> list[dict[str, Any]]:
     """Statistics of every track's differences from the first: track, quantity, unit, n, rms, median, p95, max.
 
     within_2sigma_pct: share of the differences within ± 2σ of the track (of the position: of its coordinates), NaN

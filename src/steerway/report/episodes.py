@@ -118,7 +118,7 @@ def _disagreements(fixes: Fixes, motion: Motion, mmsi: int | None) -> list[Episo
     return _runs(DISAGREES, time, np.hypot(*apart) > allowed, mmsi, _LEAST)
 
 
-def _contradictions(fixes, motion, mmsi) -> list[Episode]:
+def _contradictions(fixes: Fixes, motion: Motion, mmsi: int | None) -> list[Episode]:
     """Where the receiver's own SOG says otherwise; after outages, where σ holds a slide of it, with the usual σ."""
     at = np.searchsorted(motion.time, fixes.time - 1e-4).clip(0, len(motion) - 1)
     apart, deviation = np.abs(motion.sog[at] - fixes.sog), motion.sog_std[at].copy()

@@ -33,9 +33,9 @@ def summarise(
     smoothed: bool = False,
     down_weighted: int = 0,
     late: Lateness = UNKNOWN_LATENESS,
-    structures: Sequence[dict] = (),
+    structures: Sequence[dict[str, Any]] = (),
     aids: Sequence[str] = (),
-) -> dict:
+) -> dict[str, Any]:
     """The numbers of a run, flat but for `structures`, names with their units.
 
     smoothed: whether every row of the estimate uses the whole log. down_weighted: number of fixes with less weight for

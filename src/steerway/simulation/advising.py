@@ -23,6 +23,7 @@ from steerway.core.arrays import Floats
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.core.kinematics import course_per_heading, heading_for
 from steerway.core.leg import LegState
+from steerway.estimation import InferredProfile, Profile
 from steerway.estimation.steering import Response
 from steerway.estimation.steering.filter import MODEL_SHARE, MODEL_TIME
 from steerway.estimation.steering.motion import ERROR_TIME, bias_density, rate_density
@@ -78,7 +79,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     return advice(known.bandwidth, *numbers, course_gain=max(gains, default=1.0), current=current)
 
 
-def _as_white_noise(profile, speed, interval):
+def _as_white_noise(profile: Profile | InferredProfile, speed: float, interval: float) -> float:
     """1σ (m) of white noise as dense as the errors of fixes, slow ones too, at the bandwidth that they leave ω_e."""
     std = profile.position_std
     slow = [[getattr(profile, f"{name}_{which}", 0.0) for which in ("std", "time")] for name in ("error", "drift")]

@@ -11,9 +11,9 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import lean_kernel
+from steerway.core.gaps import LONGEST_GAP
 from steerway.estimation.filter.fuse import COURSE_STD
 from steerway.estimation.log.course import COG, COG_STD, RATE, RATE_STD, SOG, SOG_STD
-from steerway.estimation.log.rows import LONGEST_GAP
 
 SHORTEST = 10.0
 """s without a fix behind which a receiver may slide in. Chosen: after a shorter loss it need not search anew."""

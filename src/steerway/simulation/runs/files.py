@@ -41,6 +41,7 @@ _PLAIN = (
     "estimated_yaw_gain",
     "estimated_yaw_damping",
     "estimated_yaw_time",
+    "estimated_slip_time",
 )
 if TYPE_CHECKING:
     import polars as pl

@@ -7,6 +7,7 @@ import numpy as np
 
 from steerway.core.earth import displaced_all
 from steerway.core.records import NO_COURSE, OK, Fixes, Motion
+from steerway.report.tables import Table
 from steerway.simulation.assembly import begins
 from steerway.simulation.run import Sailed
 from steerway.simulation.runs.page import COMPARED, comparison, summary, within
@@ -49,7 +50,7 @@ def write_story(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> None
         f"COG {numbers['cog_rms_deg']:.1f}° RMS; the true course lies within the ±2σ band "
         f"{within(numbers['cog_within_2sigma_pct'])} (95 % expected)."
     )
-    tables = [
+    tables: list[Table] = [
         ("Estimated against true", COMPARED, comparison(numbers)),
         ("Summary", ("", ""), summary(numbers)),
     ]
