@@ -62,7 +62,7 @@ def errors(name, seed=2):
     sog, cog = MANOEUVRES[name]
     fixes = sailed(sog, cog, RATE).fixes(STD, seed)
     profile = InferredProfile.of(infer_log(fixes).structures)
-    motions = [steerway.estimate(fixes, profile, smooth=smooth) for smooth in (False, True)]
+    motions = [steerway.estimate(fixes, profile, causal=causal) for causal in (True, False)]
     known = np.isfinite([motion.cog for motion in motions]).all(axis=0) & (sog > _UNDER_WAY)
     known[:_SETTLED] = False
     return [
