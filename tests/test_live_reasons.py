@@ -6,9 +6,10 @@ import socket
 import pytest
 
 from steerway.core import InputError
-from steerway.live.testing import Order, State, addresses
-from tests import hastened
+from steerway.live.testing import Order, Settings, State, build_service
 from tests.desk import Desk, dock_all, square
+from tests.ports import free_port
+from tests.square import OTTER
 
 
 @pytest.fixture(autouse=True)
@@ -60,9 +61,26 @@ def test_after_a_lost_link_is_back_the_reason_says_that_it_can_be_started():
     assert desk.order.state is State.RUNNING
 
 
-def test_a_port_in_use_ends_with_a_sentence():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+@pytest.mark.parametrize(
+    ("key", "address", "package"),
+    [
+        ("from", "udp://{}", None),
+        ("from", "mavlink:udpin:{}", "pymavlink"),
+        ("missions", "udpin:{}", "pymavlink"),
+        ("to", "tcp-server://{}", None),
+        ("to", "foxglove://{}", "foxglove"),
+        ("helm", "{}", "nicegui"),
+    ],
+)
+def test_a_port_in_use_ends_with_a_sentence(key, address, package):
+    if package:
+        pytest.importorskip(package)
+    kind = socket.SOCK_DGRAM if "udp" in address else socket.SOCK_STREAM
+    with socket.socket(socket.AF_INET, kind) as taken:
         taken.bind(("127.0.0.1", 0))
-        link = addresses.opened(addresses.sources([f"udp://127.0.0.1:{taken.getsockname()[1]}"])[0][0], 1)
+        if kind is socket.SOCK_STREAM:
+            taken.listen()
+        place = address.format(f"127.0.0.1:{taken.getsockname()[1]}")
+        others = {"from": f"udp://127.0.0.1:{free_port(socket.SOCK_DGRAM)}", "mission": str(OTTER.mission)}
         with pytest.raises(InputError, match="the port is in use by another program, expected a free one"):
-            hastened.run(link.run(lambda rows, arrived=None: None))
+            build_service.launch(Settings(**others | {key: place}))

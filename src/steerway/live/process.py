@@ -45,7 +45,10 @@ def until_stopped(work) -> None:
     try:
         asyncio.run(run())
     except* InputError as group:
-        refused = str(group.exceptions[0])
+        first: BaseException = group
+        while isinstance(first, BaseExceptionGroup):  # links have tasks of their own
+            first = first.exceptions[0]
+        refused = str(first)
     except* BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if refused:

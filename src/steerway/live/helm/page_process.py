@@ -48,12 +48,15 @@ class HelmPage:
         self._plane = ChartPlane.of(route)
         self._notice = ""
         self._seq = 0
+        self._has_begun = False
 
     async def run(self) -> None:
-        """Keep the page up until cancelled."""
+        """Keep the page up until cancelled. Raises InputError where its port is in use from the start."""
         while True:
             try:
                 await kept_open(f"helm {self.address.url}", self._serve)
+            except InputError:
+                raise
             except Exception:  # no fault of the page may stop the service
                 LOG.exception("helm page: restarted")
                 await asyncio.sleep(RETRY)
@@ -102,8 +105,9 @@ class HelmPage:
         async for line in process.stdout:
             message = _message(line)
             if "failed" in message:
-                raise OSError(0, str(message["failed"]))
+                raise OSError(0 if self._has_begun else message.get("errno", 0), str(message["failed"]))
             if message.get("ready"):
+                self._has_begun = True
                 LOG.info("helm page: %s", self.address.url)
             elif message.get("do"):
                 self._do(message["do"], message.get("value"), message.get("who", ""))

@@ -33,7 +33,7 @@ def main() -> None:
     try:
         listener = _listener(address)
     except OSError as error:
-        send({"failed": os.strerror(error.errno) if error.errno else str(error)})
+        send({"failed": os.strerror(error.errno) if error.errno else str(error), "errno": error.errno or 0})
         return
     asyncio.run(_serve(address, listener, Board(settings, send), send))
 

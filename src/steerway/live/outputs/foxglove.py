@@ -7,6 +7,7 @@ clients: it offers no capability.
 import asyncio
 import json
 import math
+import socket
 
 from steerway.core.extras import require
 from steerway.core.leg import Leg
@@ -67,6 +68,7 @@ class FoxgloveServer(Output):
         import foxglove
 
         host, port = self.uri.host or "127.0.0.1", self.uri.port
+        socket.create_server((host, port)).close()  # its own error would not say that the port is in use
         try:
             server = foxglove.start_server(
                 name="steerway", host=host, port=port, capabilities=[], context=self._context
