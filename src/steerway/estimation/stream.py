@@ -20,6 +20,7 @@ from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, 
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.accuracy import variance_scale
+from steerway.estimation.log.copies import FEW_STEPS, HELD
 from steerway.estimation.log.course import (
     COG,
     EAST,
@@ -31,7 +32,7 @@ from steerway.estimation.log.course import (
     least_course_speed,
 )
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
-from steerway.estimation.log.record import FEW_STEPS, HELD, LONG
+from steerway.estimation.log.record import LONG
 from steerway.estimation.log.run import motion_of
 from steerway.estimation.log_estimate import estimate
 from steerway.estimation.moments import motion_moments

@@ -10,10 +10,11 @@ from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import FUSED, bank_in, model_in
 from steerway.estimation.filter.row import Row, state_row, take_row
 from steerway.estimation.log.accuracy import variance_scale
+from steerway.estimation.log.copies import TURNED
 from steerway.estimation.log.course import COG, EAST, NORTH, SOG, SOG_STD
 from steerway.estimation.log.outage import SHORTEST, SLIDES, doubt, is_faster, is_outage
 from steerway.estimation.log.plane import place_near, step_between
-from steerway.estimation.log.record import LONG, TURNED
+from steerway.estimation.log.record import LONG
 from steerway.estimation.log.run import UNKNOWN_SPEED
 
 (

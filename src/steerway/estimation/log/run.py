@@ -11,6 +11,7 @@ from steerway.core.slow_error import position_std, slow_std
 from steerway.estimation.filter.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows
 from steerway.estimation.fit.selection import Inference, Structure, infer
+from steerway.estimation.log.copies import without_copies
 from steerway.estimation.log.course import (
     COG,
     POSITION_STD,
@@ -32,7 +33,6 @@ from steerway.estimation.log.record import (
     of_other_receiver,
     predictions,
     usual_interval,
-    without_copies,
 )
 from steerway.estimation.log.rows import (
     LONGEST_GAP,

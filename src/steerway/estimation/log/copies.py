@@ -1,0 +1,67 @@
+"""Copies of fixes: what a receiver holds, or a logger writes again."""
+
+import numpy as np
+
+
+def without_copies(time, north, east, digits=(0.0, 0.0)):
+    """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
+
+    Positions that are written in coarse steps repeat themselves as well, of a vessel that hardly moves; such a repeat
+    is followed by a step or two, a copy by all the way since. A vessel that went at `REST_SPEED` or less since the
+    first of the repeats was at rest, however far the next step. Of a vessel that is so fast that rounding alone cannot
+    repeat a fix, every repeat is a copy (digits: last ones north and east, m, 0 where fixes are not rounded).
+    """
+    north, east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
+    known = np.flatnonzero(np.isfinite(north) & np.isfinite(east))
+    if len(known) < 3:
+        return north, east
+    steps = np.abs(np.diff(np.column_stack([north[known], east[known]]), axis=0))
+    same = (steps == 0.0).all(axis=1)
+    if not same.any():
+        return north, east
+    resolved = np.where(steps > TURNED * steps.max(axis=1, keepdims=True), steps, np.nan)
+    resolution = [np.nanquantile(column, 0.05) if np.isfinite(column).any() else 0.0 for column in resolved.T]
+    coarse = np.maximum(np.nan_to_num(resolution), 1e-9)
+    far = (steps > FEW_STEPS * coarse).any(axis=1)
+    follows = np.flatnonzero(~same)  # the next move after each run of repeats
+    after = np.searchsorted(follows, np.arange(len(same)))
+    at = time[known]
+    since = at[np.append(0, follows + 1)]
+    way = REST_SPEED * (at[follows + 1] - since[:-1])
+    gone = far[follows] & (np.hypot(*steps[follows].T) > way)
+    moved = np.append(gone, at[-1] - since[-1] <= HELD)[after]
+    copies = known[1:][same & (moved | _under_way(north[known], east[known], digits))]
+    north[copies] = east[copies] = np.nan
+    return north, east
+
+
+def _under_way(north, east, digits):
+    """(n − 1,) bool: steps between which a rounded fix cannot repeat itself, by the ways before and after.
+
+    In so many steps a way of so many digits and one more is more than a digit a step, however it is rounded.
+    """
+    found = np.zeros(len(north) - 1, bool)
+    for column, digit in zip((north, east), digits, strict=True):
+        for steps in _STEPS_BESIDE if digit else ():
+            way = column[steps:] - column[:-steps]
+            before, after = way[: -steps - 1], way[steps + 1 :]
+            least = (steps + 1.5) * digit
+            found[steps : len(north) - 1 - steps] |= (np.minimum(np.abs(before), np.abs(after)) > least) & (
+                before * after > 0.0
+            )
+    return found
+
+
+_STEPS_BESIDE = 2, 3, 4
+"""Steps beside a repeat over which a vessel has to be under way. Chosen: in longer ones it may stop and go."""
+REST, REST_SPEED = 10.0, 0.3
+"""s and m/s: a vessel that was so long before and will be so long after no farther off than this speed takes her is at
+rest. Chosen: the speed is `course.STEERAGEWAY`."""
+HELD = 1.0
+"""s for which a fix may be a copy of the one before as long as no other follows: loggers stutter for less, and a boat
+that is longer at one place has stopped. Chosen."""
+TURNED = 1e-4
+"""Part of a step along a meridian or a parallel that is no step along the other. As meridians converge, a fix that goes
+north alone goes a little east. Chosen: so do 0.7 km at 60° of latitude."""
+FEW_STEPS = 2.5
+"""Steps of the resolution that a vessel which hardly moves goes at once: one or two, and rounding."""
