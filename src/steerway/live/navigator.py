@@ -292,4 +292,4 @@ def filter_of(profile: Profile | InferredProfile | str | None, aid: tuple[str, .
 
 def _row(time, values, slow, nis, status):
     *motion, relative = values
-    return Row(time, *motion, math.hypot(relative, slow), nis, status, relative)
+    return Row(time, *motion, math.hypot(relative, slow), relative, nis, status)

@@ -42,9 +42,9 @@ class Row(NamedTuple):
     cog_std: float
     course_rate_std: float
     position_std: float
+    position_relative_std: float
     nis: float
     status: int
-    position_relative_std: float = math.nan
 
     @property
     def valid(self) -> bool:
@@ -54,7 +54,7 @@ class Row(NamedTuple):
 
 def lost(time: float) -> Row:
     """The row of an unknown state."""
-    return Row(time, *[math.nan] * 10, LOST)
+    return Row(time, *[math.nan] * 11, LOST)
 
 
 def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | None = None) -> Iterator[InputRow]:
