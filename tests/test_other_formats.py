@@ -1,13 +1,15 @@
 """Logs of other kinds, one straight track read back from each: IGC, RTKLIB, ArduPilot, TCX, KML, GeoJSON; damage."""
 
+import json
 import math
+import struct
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import steerway
-from steerway.formats.testing import read
+from steerway.formats.testing import read, survey
 from tests.scenes import turning
 
 START = 1532858400.0  # 2018-07-29 10:00:00
@@ -151,3 +153,134 @@ def test_damage_costs_what_follows_it_at_most(name):
             assert "\n" not in str(error)
             continue
         assert np.isfinite(fixes.latitude).all() and (np.diff(fixes.time) >= 0.0).all()
+
+
+WEEK, OF_WEEK = divmod(START + 18.0 - 315964800.0, 604800.0)
+CIRCLE = 2**31 / 180.0
+DATE = "%Y-%m-%d %H:%M:%S"
+
+
+def of_week(k):
+    """ms of the GPS week."""
+    return f"{1e3 * (OF_WEEK + k):.0f}"
+
+
+def lines(row, head=""):
+    """A line a fix of what `row` makes of second, latitude and longitude."""
+    return head + "".join(f"{row(k, a, o)}\n" for k, (a, o) in enumerate(zip(LATITUDE, LONGITUDE, strict=True)))
+
+
+def old_dataflash():
+    head = "FMT, 130, 45, GPS, BIHBcLLeeEefI, Status,TimeMS,Week,NSats,HDop,Lat,Lng,RelAlt,Alt,Spd,GCrs,VZ,T\n"
+    return lines(
+        lambda k, a, o: f"GPS, 3, {1e3 * (OF_WEEK + k):.0f}, {WEEK:.0f}, 9, 1.1, {a}, {o}, 0, 1, 4, 45, 0, 1", head
+    )
+
+
+def dumped_dataflash():
+    def row(k, a, o):
+        return (
+            f"{clock(k, DATE)}.00: GPS {{TimeUS : {k}, I : 0, Status : 3, GMS : {of_week(k)}, "
+            f"GWk : {WEEK:.0f}, HDop : 1.1, Lat : {a:.7f}, Lng : {o:.7f}, Spd : 4.0, GCrs : 45.0, U : 1}}"
+        )
+
+    return lines(row)
+
+
+def fit_messages():
+    head = "Type,Local Number,Message,Field 1,Value 1,Units 1,Field 2,Value 2,Units 2\n"
+
+    def row(k, a, o):
+        place = f'position_lat,"{round(a * CIRCLE)}",semicircles,position_long,"{round(o * CIRCLE)}",semicircles'
+        return f'Data,0,record,timestamp,"{START + k - 631065600:.0f}",s,{place},speed,"4.0",m/s'
+
+    return lines(row, head)
+
+
+def fit_columns():
+    head = "record.timestamp[s],record.position_lat[semicircles],record.position_long[semicircles]\n"
+    return lines(lambda k, a, o: f"{START + k - 631065600:.0f},{round(a * CIRCLE)},{round(o * CIRCLE)}", head)
+
+
+def rtklib_with_commas():
+    head = "%  GPST,latitude(deg),longitude(deg),height(m),Q,ns,sdn(m),sde(m)\n"
+    return lines(lambda k, a, o: f"{clock(k + 18)}.000,{a:.9f},{o:.9f},40.0,5,10,2.0,2.0", head)
+
+
+def geojson_line():
+    line = [[o, a] for a, o in zip(LATITUDE, LONGITUDE, strict=True)]
+    times = [clock(k, "%Y-%m-%dT%H:%M:%SZ") for k in range(COUNT)]
+    properties = {"coordinateProperties": {"times": times}}
+    feature = {"type": "Feature", "geometry": {"type": "LineString", "coordinates": line}, "properties": properties}
+    return json.dumps({"type": "FeatureCollection", "features": [feature]})
+
+
+def deltas(before="{0:.0f};I;"):
+    def row(k, a, o):
+        value = {"path": "navigation.position", "value": {"latitude": a, "longitude": o}}
+        update = {"$source": "gps", "timestamp": clock(k, "%Y-%m-%dT%H:%M:%S.000Z"), "values": [value]}
+        return before.format(1e3 * (START + k)) + json.dumps({"updates": [update]})
+
+    return lines(row)
+
+
+def frame_bytes(a, o):
+    return struct.pack("<ii", round(1e7 * a), round(1e7 * o))
+
+
+def candump_with_dates():
+    return lines(
+        lambda k, a, o: (
+            f" ({clock(k, '%Y-%m-%d %H:%M:%S')}.000000)  can0  09F80103   [8]  {frame_bytes(a, o).hex(' ').upper()}"
+        )
+    )
+
+
+def analyzed():
+    when = "%Y-%m-%d-%H:%M:%S"
+    return lines(
+        lambda k, a, o: (
+            f"{clock(k, when)}.000 2   3 255 129025 Position, Rapid Update:  Latitude = {a:.7f}; Longitude = {o:.7f}"
+        )
+    )
+
+
+def seasmart():
+    return lines(lambda k, a, o: f"$PCDIN,01F801,{k * 1000:08X},03,{frame_bytes(a, o).hex().upper()}*00")
+
+
+def local_columns():
+    head = "Latitude,Longitude,lcl_d,lcl_t\n"
+    return lines(lambda k, a, o: f"{a},{o},{clock(k, '%Y/%m/%d')},{clock(k, '%I:%M:%S %p')}", head)
+
+
+def boot_and_unix():
+    return lines(lambda k, a, o: f"{1000 * k},{1e3 * (START + k):.0f},{a},{o}", "time_boot_ms,time_unix_ms,lat,lon\n")
+
+
+def ros_pose():
+    head = "%time,field.pose.position.latitude,field.pose.position.longitude\n"
+    return lines(lambda k, a, o: f"{(START + k) * 1e9:.0f},{a},{o}", head)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        *(old_dataflash, dumped_dataflash, fit_messages, fit_columns, rtklib_with_commas, geojson_line, deltas),
+        *(candump_with_dates, analyzed, seasmart, local_columns, boot_and_unix, ros_pose),
+    ],
+)
+def test_relatives_of_these_kinds(made):
+    fixes = read(made().encode())
+    assert len(fixes) == COUNT
+    assert_allclose(np.degrees(fixes.latitude), LATITUDE, atol=2e-7)
+    assert_allclose(np.degrees(fixes.longitude), LONGITUDE, atol=2e-7)
+    since = 0.0 if made is seasmart else START  # whose clock is the gateway's own
+    assert_allclose(fixes.time, since + np.arange(COUNT), atol=1e-3)
+
+
+def test_deltas_of_other_vessels_and_damaged_ones_are_counted():
+    other = '{"context": "vessels.urn:mrn:imo:mmsi:230099999", "updates": []}\n'
+    found = survey((deltas("") + other + '{"updates": [{"values": 3}]}\n').encode())[0].recording
+    assert found.skipped == {"delta of another vessel": 1, "line not understood": 1}
+    assert (found.format, list(found.sources)) == ("Signal K", ["gps"])

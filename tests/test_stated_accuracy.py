@@ -141,7 +141,7 @@ def sailing(quality, hdop="0.9"):
 @pytest.mark.parametrize(("quality", "slow"), [(1, ALONE), (2, DIFFERENTIAL), (4, FIXED), (5, FLOAT)])
 def test_the_kind_of_fix_sets_what_of_the_position_cannot_be_seen(quality, slow):
     (fixes,) = nmea0183.read(sailing(quality)).sources.values()
-    motion = estimate(fixes, "small-usv")
+    motion = estimate(fixes, "small-usv", causal=True)
     relative = motion.position_relative_std
     np.testing.assert_allclose(motion.position_std, np.hypot(relative, slow), rtol=1e-12)
     assert (relative[5:] < 0.3).all()

@@ -13,8 +13,8 @@ EXPECTED = "time_s, lat_deg and lon_deg or common spellings of them (time, times
 _SPELLINGS = {
     "time": "header_stamp time timestamp time_stamp datetime date_time basedatetime base_date_time utc time_utc "
     "utc_time t ts epoch unix unix_time unixtime unixtimestamp timestamp_utc datetime_utc date_time_utc utc_datetime "
-    "msgtime received_at utc_t lcl_time",
-    "date": "date date_utc utc_date utc_d lcl_date",
+    "msgtime received_at utc_t lcl_time lcl_t time_unix time_boot",
+    "date": "date date_utc utc_date utc_d lcl_date lcl_d",
     "utc_offset": "utc_offset utcofst",
     "fix": "valid fix_valid gps_valid position_valid gps_fix fix_status fix_type fixtype gps_fix_type fix_quality "
     "gps_quality status_status",
@@ -142,7 +142,7 @@ def _meaning(name):
 
 def _plain_field(name):
     """A name without the prefix of `rostopic echo -p`."""
-    return plain_name(name).removeprefix("field_")
+    return plain_name(name).removeprefix("field_").removeprefix("pose_position_")
 
 
 def plain_name(name: str) -> str:

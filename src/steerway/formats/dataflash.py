@@ -20,6 +20,10 @@ from steerway.formats.recording import Recording
 _FORMAT = re.compile(rb"^FMT,\s*\d+,\s*\d+,\s*(GPS\d?),\s*\w+,\s*([\w,]+)", re.M)
 _LINE = re.compile(rb"^(GPS\d?),([^\r\n]*)", re.M)
 _NEEDED = ("Status", "GMS", "GWk", "Lat", "Lng", "Spd", "GCrs")
+_OLDER = {"TimeMS": "GMS", "Week": "GWk"}
+"""Names of columns before 2014."""
+_DUMPED = re.compile(rb"^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+: (GPS\d?) \{([^}]*)\}", re.M)
+"""A message as mavlogdump prints it."""
 _LEAST_STATUS = 2  # a fix in two dimensions
 _QUALITY = {
     4: dilution.DIFFERENTIAL,
@@ -38,7 +42,7 @@ _DECLARED = _HEAD + bytes([_FMT, _FMT, _FMT_LAYOUT.size + 3]) + b"FMT\0"
 
 def recognises(head: bytes) -> bool:
     """Whether the first bytes declare the messages of a receiver, or are those of a binary log."""
-    return _FORMAT.search(head) is not None or _DECLARED in head[:4096]
+    return any(each.search(head) for each in (_FORMAT, _DUMPED)) or _DECLARED in head[:4096]
 
 
 def read(data: bytes) -> Recording:
@@ -55,6 +59,20 @@ def read(data: bytes) -> Recording:
     return Recording("ArduPilot log", {n: f for n, f in sources.items() if len(f)}, counts, dict(skipped))
 
 
+def _number(text):
+    try:
+        return float(text)
+    except ValueError:
+        return np.nan
+
+
+def _names(text):
+    """The columns that a message declares, by their names of today. Raises InputError where a needed one is missing."""
+    names = [_OLDER.get(each, each) for each in text.strip().split(",")]
+    _expect_columns(names)
+    return names
+
+
 def _expect_columns(names):
     if missing := [each for each in _NEEDED if each not in names]:
         raise InputError(f"GPS messages have no {missing[0]}, found {', '.join(names)}")
@@ -62,9 +80,12 @@ def _expect_columns(names):
 
 def _text(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
     """(kind, fields) of the messages of receivers in a log as text."""
-    columns = {kind: names.decode().strip().split(",") for kind, names in _FORMAT.findall(data)}
-    for names in columns.values():
-        _expect_columns(names)
+    columns = {kind: _names(names.decode()) for kind, names in _FORMAT.findall(data)}
+    for kind, text in _DUMPED.findall(data):
+        pairs = (each.split(":") for each in text.decode("ascii", "replace").split(","))
+        row = {name.strip(): _number(value) for name, value in pairs}
+        _expect_columns(row)
+        yield kind.decode(), row
     for kind, text in _LINE.findall(data):
         values = text.decode("ascii", "replace").split(",")
         try:
@@ -89,8 +110,7 @@ def _binary(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
             name, codes, names = (each.rstrip(b"\0").decode("ascii", "replace") for each in texts)
             sizes[number] = max(length, 3)
             if re.fullmatch(r"GPS\d?", name) and set(codes) <= _CODES.keys():
-                layouts[number] = name, codes, names.split(","), struct.Struct("<" + "".join(map(_CODES.get, codes)))
-                _expect_columns(layouts[number][2])
+                layouts[number] = name, codes, _names(names), struct.Struct("<" + "".join(map(_CODES.get, codes)))
         elif kind in layouts and layouts[kind][3].size + 3 <= size:
             name, codes, names, layout = layouts[kind]
             values = zip(names, codes, layout.unpack_from(data, at + 3), strict=False)

@@ -1,5 +1,10 @@
-"""FIT of sports watches and bicycle computers: the record messages, read by fitdecode, an optional package."""
+"""FIT of sports watches and bicycle computers: its record messages, read by fitdecode, an optional package.
 
+What FitCSVTool of the FIT SDK makes of a file is read too: a line a message, or a table with a column a field.
+"""
+
+import csv
+import io
 from collections import Counter
 
 import numpy as np
@@ -11,20 +16,41 @@ from steerway.formats.columns import SEMICIRCLE
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
+_TABLES = b"Type,Local Number,Message", b"record.timestamp[s]"
+_EPOCH = 631065600.0  # Unix s of 1989-12-31, from which FIT counts
 _FIELDS = ("position_lat", "position_long", "enhanced_speed", "speed", "gps_accuracy")
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are the header of a FIT file."""
-    return head[8:12] == b".FIT" and head[0] in (12, 14)
+    """Whether the first bytes are the header of a FIT file, or of a table of FitCSVTool."""
+    return (head[8:12] == b".FIT" and head[0] in (12, 14)) or _is_table(head)
+
+
+def _is_table(head):
+    return head.startswith(_TABLES)
 
 
 def read(data: bytes) -> Recording:
     """The source "FIT". Raises InputError where fitdecode is not installed, and for a file that it cannot read."""
+    counts, skipped = Counter(), Counter()
+    rows = _tabled(data, counts) if _is_table(data) else _decoded(data, counts, skipped)
+    table = np.array(rows, float).reshape(-1, 1 + len(_FIELDS)).T
+    time, latitude, longitude, enhanced, plain, radius = table
+    degrees = np.degrees(SEMICIRCLE)
+    place = places(degrees * latitude, degrees * longitude)
+    sog = np.where(np.isfinite(enhanced), enhanced, plain)
+    fixes = Fixes(time, *place, position_std=radius / np.sqrt(2.0), sog=sog, source="FIT")
+    if lost := int((~fixes.has_position).sum()):
+        skipped["no position"] += lost
+    fixes = fixes.rows(fixes.has_position).in_order()
+    return Recording("FIT", {"FIT": fixes} if len(fixes) else {}, dict(counts), dict(skipped))
+
+
+def _decoded(data, counts, skipped):
     require("a FIT file", "logs")
     import fitdecode
 
-    rows, counts, skipped = [], Counter(), Counter()
+    rows = []
     try:
         reader = fitdecode.FitReader(data, check_crc=fitdecode.CrcCheck.DISABLED)
         for frame in reader:
@@ -36,16 +62,34 @@ def read(data: bytes) -> Recording:
         if not rows:
             raise InputError(f"the FIT file is damaged ({' '.join(str(error).split())})") from None
         skipped["damaged from here on"] += 1
-    table = np.array(rows, float).reshape(-1, 1 + len(_FIELDS)).T
-    time, latitude, longitude, enhanced, plain, radius = table
-    degrees = np.degrees(SEMICIRCLE)
-    place = places(degrees * latitude, degrees * longitude)
-    sog = np.where(np.isfinite(enhanced), enhanced, plain)
-    fixes = Fixes(time, *place, position_std=radius / np.sqrt(2.0), sog=sog, source="FIT")
-    if lost := int((~fixes.has_position).sum()):
-        skipped["no position"] += lost
-    fixes = fixes.rows(fixes.has_position).in_order()
-    return Recording("FIT", {"FIT": fixes} if len(fixes) else {}, dict(counts), dict(skipped))
+    return rows
+
+
+def _tabled(data, counts):
+    """Rows of the record messages of a table of FitCSVTool."""
+    lines = csv.reader(io.StringIO(data.decode("utf-8", "replace")))
+    head, rows = next(lines), []
+    for line in lines:
+        if head[0] == "Type":
+            values = (
+                dict(zip(line[3::3], line[4::3], strict=False)) if line[:1] + line[2:3] == ["Data", "record"] else {}
+            )
+        else:
+            values = {
+                name.removeprefix("record.").split("[")[0]: value for name, value in zip(head, line, strict=False)
+            }
+        numbers = [_number(values.get(name)) for name in ("timestamp", *_FIELDS)]
+        if np.isfinite(numbers[0]):
+            counts["record"] += 1
+            rows.append((numbers[0] + _EPOCH, *numbers[1:]))
+    return rows
+
+
+def _number(text):
+    try:
+        return float(text)
+    except (TypeError, ValueError):
+        return np.nan
 
 
 def _row(frame):

@@ -1,7 +1,7 @@
 """GeoJSON (RFC 7946): out, a line for each track and a point for each row with its columns as properties; in, points.
 
 Properties of points that are read have the names of a table's columns; a line with a time for each of its points
-(`coordTimes`) is read too.
+(`coordTimes`, or `times` of `coordinateProperties`) is read too.
 """
 
 import io
@@ -43,7 +43,9 @@ def _rows(feature):
     places = geometry.get("coordinates", ())
     if geometry.get("type") == "Point":
         return [plain | {"lon_deg": float(places[0]), "lat_deg": float(places[1])}]
-    times = properties.get("coordTimes") or properties.get("times") or ()
+    inner = properties.get("coordinateProperties")
+    named = [each for each in (inner, properties) if isinstance(each, dict)]
+    times = next((each[name] for each in named for name in ("coordTimes", "times") if each.get(name)), ())
     if geometry.get("type") != "LineString" or len(times) != len(places):
         return []
     return [

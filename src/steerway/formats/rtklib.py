@@ -12,7 +12,7 @@ from steerway.formats.gps_time import utc_of_gps, utc_of_week
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
-_HEAD = re.compile(rb"^%\s+(GPST|UTC|JST)\s*[,;]?\s+(latitude\S*.*)$", re.M)
+_HEAD = re.compile(rb"^%\s+(GPST|UTC|JST)[\s,;]+(latitude\S*.*)$", re.M)
 _JST = 9.0 * 3600.0
 QUALITIES = {1: "fixed", 2: "float", 3: "SBAS", 4: "DGPS", 5: "single", 6: "PPP"}
 

@@ -17,7 +17,8 @@ _CANBOAT = re.compile(
 )
 _JSON = re.compile(rb'^[ \t]*(\{.*"pgn"\s*:.*\})\s*$', re.M)
 _CANDUMP = re.compile(
-    rb"^[ \t]*\((?P<unix>\d{1,12}\.\d{1,9})\)\s+\S+\s+(?P<id>[0-9A-F]{8})(?:#|\s+\[\d\]\s+)(?P<data>[0-9A-F ]{2,24})",
+    rb"^[ \t]*\((?P<unix>\d{1,12}\.\d{1,9}|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{1,9})\)\s+"
+    rb"\S+\s+(?P<id>[0-9A-F]{8})(?:#|\s+\[\d\]\s+)(?P<data>[0-9A-F ]{2,24})",
     re.M,
 )
 _CLOCK = rb"(?P<hour>[0-2]\d):?(?P<minute>[0-5]\d):?(?P<second>[0-6]\d\.\d{3})"
@@ -26,7 +27,18 @@ _ACTISENSE = re.compile(
     rb"^A" + _CLOCK + rb" (?P<source>[0-9A-F]{2})[0-9A-F]{2}[0-7] (?P<hex>[0-9A-F]{5}) (?P<data>(?:[0-9A-F]{2})+)\s*$",
     re.M,
 )
-FORMS = (_CANBOAT, _JSON, _CANDUMP, _RAW, _ACTISENSE)
+_ANALYZED = re.compile(
+    rb"^(?P<stamp>\d{4}-\d\d-\d\d[T -]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z? +\d +(?P<source>\d{1,3}) +\d{1,3} "
+    rb"+(?P<pgn>\d{5,6}) "
+    rb"[^:\r\n]*: +(?P<fields>[^=\r\n]+=[^\r\n]*)$",
+    re.M,
+)
+"""As canboat's analyzer prints messages for people."""
+_SEASMART = re.compile(
+    rb"^\$PCDIN,(?P<hex>[0-9A-F]{6}),(?P<tick>[0-9A-F]{8}),(?P<source>[0-9A-F]{2}),(?P<data>(?:[0-9A-F]{2})+)\*", re.M
+)
+"""Of SeaSmart.Net gateways, which stand among sentences of NMEA 0183: time in ms of their own."""
+FORMS = (_CANBOAT, _JSON, _CANDUMP, _RAW, _ACTISENSE, _SEASMART, _ANALYZED)
 _DAY = 86400.0
 
 
@@ -54,7 +66,9 @@ def messages(data: bytes, skipped: Counter[str]) -> list[Heard]:
     if written > len(lines):
         skipped["not a line of NMEA 2000"] += written - len(lines)
     if form is _JSON:
-        return _of_json([match.group(1) for match in lines], skipped)
+        return _of_fields(_parsed([match.group(1) for match in lines], skipped))
+    if form is _ANALYZED:
+        return _of_fields([_analyzed(match) for match in lines])
     found, joiner = [], Joiner()
     for time, pgn, source, payload in _payloads(form, lines, skipped):
         if pgn not in MESSAGES:
@@ -86,7 +100,7 @@ def _payloads(form, lines, skipped) -> Iterator[tuple[float, int, int, bytes]]:
                 skipped["length does not match the bytes"] += 1
                 continue
             yield time, int(match["pgn"]), int(match["source"]), payload
-        elif form is _ACTISENSE:
+        elif form in (_ACTISENSE, _SEASMART):
             yield time, int(match["hex"], 16), int(match["source"], 16), payload
         else:
             frame = frame_of(int(match["id"], 16), payload)
@@ -96,7 +110,10 @@ def _payloads(form, lines, skipped) -> Iterator[tuple[float, int, int, bytes]]:
 def _clocks(form, lines) -> list[float]:
     """Unix times; of a form without dates, seconds since the midnight before the log began."""
     if form is _CANDUMP:
-        return [float(each["unix"]) for each in lines]
+        stamps = [each["unix"].decode() for each in lines]
+        return list(unix_times(stamps)) if " " in stamps[0] else [float(each) for each in stamps]
+    if form is _SEASMART:
+        return [1e-3 * int(each["tick"], 16) for each in lines]
     times, day, last = [], 0.0, 0.0
     for each in lines:
         clock = 3600.0 * int(each["hour"]) + 60.0 * int(each["minute"]) + float(each["second"])
@@ -107,7 +124,22 @@ def _clocks(form, lines) -> list[float]:
     return times
 
 
-def _of_json(lines, skipped) -> list[Heard]:
+def _analyzed(match):
+    """((PGN, source, time), fields) of a line of the analyzer; numbers without their units."""
+    pairs = (each.split("=", 1) for each in match["fields"].decode("utf-8", "replace").split(";") if "=" in each)
+    fields = {name.strip(): _value(text.strip()) for name, text in pairs}
+    return (int(match["pgn"]), int(match["source"]), match["stamp"].decode()), fields
+
+
+def _value(text):
+    try:
+        return float(text.split()[0])
+    except (ValueError, IndexError):
+        return text
+
+
+def _parsed(lines, skipped):
+    """((PGN, source, time), fields) of every line of JSON."""
     found = []
     for line in lines:
         try:
@@ -116,8 +148,14 @@ def _of_json(lines, skipped) -> list[Heard]:
         except (ValueError, KeyError, TypeError, RecursionError):
             skipped["not a line of NMEA 2000"] += 1
             continue
-        if kind[0] in MESSAGES and isinstance(fields, dict) and isinstance(kind[1], int):
+        if isinstance(fields, dict) and isinstance(kind[0], int) and isinstance(kind[1], int):
             found.append((kind, fields))
+    return found
+
+
+def _of_fields(found) -> list[Heard]:
+    """Messages of ((PGN, source, time), fields by name)."""
+    found = [each for each in found if each[0][0] in MESSAGES]
     angles = [fields[name] for _, fields in found for name in ANGLES if isinstance(fields.get(name), int | float)]
     in_radians = max(angles, default=0.0) <= math.tau  # a whole log of courses below 6.3° is less likely
     times = unix_times([stamp for (_, _, stamp), _ in found])

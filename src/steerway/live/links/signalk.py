@@ -3,27 +3,18 @@
 import asyncio
 import contextlib
 import json
-import math
 from contextlib import asynccontextmanager
 
 from steerway.core.extras import require
-from steerway.formats.dilution import deviation
-from steerway.live.links.decoding import JsonDecoder, angle, moment
+from steerway.formats.signalk import DILUTION, PATHS, source_of, values_of
+from steerway.live.links.decoding import JsonDecoder, moment
 from steerway.live.links.link import WAITING, Input, Sink, kept_open
 from steerway.live.rows import InputRow
 from steerway.live.uri import Uri, secret_in
 
-_PATHS = {
-    "navigation.speedOverGround": "sog",
-    "navigation.courseOverGroundTrue": "cog",
-    "navigation.headingTrue": "heading",
-    "navigation.speedThroughWater": "water_speed",
-    "navigation.rateOfTurn": "yaw_rate",
-}
-_DILUTION = "navigation.gnss.horizontalDilution"
 TOKENS = ("token", "token-file")
 """Options of an address for the server's token."""
-SUBSCRIBED = ("navigation.position", _DILUTION, *_PATHS)
+SUBSCRIBED = ("navigation.position", DILUTION, *PATHS)
 """The Signal K paths that are read."""
 
 
@@ -122,25 +113,10 @@ class SignalKDecoder(JsonDecoder):
     def _rows(self, message):
         rows = []
         for update in message.get("updates", ()):
-            source = str(update.get("$source") or update.get("source", {}).get("label", "signalk"))
+            source = source_of(update)
             if self._own_label in source.split("."):
                 continue
             time = moment(update["timestamp"])
-            values = {}
-            for pair in update.get("values", ()):
-                values |= _signalk_value(pair["path"], pair["value"])
-            if values:
+            if values := values_of(update):
                 rows.append(InputRow(source, time, **values))
         return rows
-
-
-def _signalk_value(path, value):
-    if value is None:
-        return {}
-    if path == "navigation.position":
-        return {"latitude": math.radians(value["latitude"]), "longitude": angle(value["longitude"])}
-    if path == _DILUTION:
-        return {"position_std": deviation(float(value))}
-    if path in ("navigation.courseOverGroundTrue", "navigation.headingTrue"):
-        return {_PATHS[path]: math.remainder(value, 2.0 * math.pi)}
-    return {_PATHS[path]: float(value)} if path in _PATHS else {}

@@ -1,0 +1,88 @@
+"""Deltas of Signal K, as its server logs them: JSON a line, behind a time and a letter or not.
+
+Paths and units: Signal K specification 1.7. The same meaning of values serves the stream of a server.
+"""
+
+import json
+import math
+import re
+from collections import Counter, defaultdict
+
+import numpy as np
+
+from steerway.core.records import Fixes
+from steerway.core.timestamps import unix_times
+from steerway.formats.dilution import deviation
+from steerway.formats.places import on_earth
+from steerway.formats.recording import Recording
+
+PATHS = {
+    "navigation.speedOverGround": "sog",
+    "navigation.courseOverGroundTrue": "cog",
+    "navigation.headingTrue": "heading",
+    "navigation.speedThroughWater": "water_speed",
+    "navigation.rateOfTurn": "yaw_rate",
+}
+DILUTION = "navigation.gnss.horizontalDilution"
+_LINE = re.compile(rb'^(?:\d+;[^;\r\n]*;)?(\{.*"updates"\s*:.*\})\s*$', re.M)
+_ANGLES = ("navigation.courseOverGroundTrue", "navigation.headingTrue")
+
+
+def source_of(update: dict) -> str:
+    """The source of an update of a delta."""
+    return str(update.get("$source") or update.get("source", {}).get("label", "signalk"))
+
+
+def values_of(update: dict) -> dict[str, float]:
+    """SI values, by the names of `Fixes`, of an update of a delta; null is no value."""
+    values = {}
+    for pair in update.get("values", ()):
+        path, value = pair["path"], pair["value"]
+        if value is None:
+            continue
+        if path == "navigation.position":
+            place = math.radians(value["latitude"]), math.radians(math.remainder(value["longitude"], 360.0))
+            values |= dict(zip(("latitude", "longitude"), place, strict=True))
+        elif path == DILUTION:
+            values["position_std"] = deviation(float(value))
+        elif path in _ANGLES:
+            values[PATHS[path]] = math.remainder(value, 2.0 * math.pi)
+        elif path in PATHS:
+            values[PATHS[path]] = float(value)
+    return values
+
+
+def recognises(head: bytes) -> bool:
+    """Whether there is a delta in the first bytes of a log."""
+    return _LINE.search(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """The sources of the own vessel by name; a row a time."""
+    rows: dict = defaultdict(lambda: defaultdict(dict))
+    counts, skipped = Counter(), Counter()
+    for text in _LINE.findall(data):
+        try:
+            delta = json.loads(text)
+            if not str(delta.get("context", "vessels.self")).startswith("vessels.self"):
+                skipped["delta of another vessel"] += 1
+                continue
+            for update in delta["updates"]:
+                rows[source_of(update)][str(update["timestamp"])] |= values_of(update)
+                counts["delta"] += 1
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            skipped["line not understood"] += 1
+    sources = {name: _fixes(name, own) for name, own in rows.items()}
+    return Recording("Signal K", {n: f for n, f in sources.items() if len(f)}, dict(counts), dict(skipped))
+
+
+def _fixes(name, rows) -> Fixes:
+    time, own = unix_times(list(rows)), list(rows.values())
+    columns = {
+        each: np.array([row.get(each, np.nan) for row in own], float)
+        for each in ("latitude", "longitude", "position_std", *PATHS.values())
+    }
+    places = [on_earth(*each) for each in zip(columns.pop("latitude"), columns.pop("longitude"), strict=True)]
+    latitude, longitude = np.array(places, float).reshape(-1, 2).T
+    known = np.isfinite(time) & (np.isfinite(latitude) | np.isfinite(list(columns.values())).any(axis=0))
+    return Fixes(time, latitude, longitude, **columns, source=name).rows(known).in_order()
