@@ -81,6 +81,10 @@ def live(
     latency: Annotated[
         float | None, typer.Option("--latency", metavar="S", help="Least latency of the receiver's fixes, s.")
     ] = None,
+    lag: Annotated[
+        float | None,
+        typer.Option("--lag", metavar="S", help="Give each fix S seconds late, smoothed by the fixes since: for maps."),
+    ] = None,
     no_accuracy: Annotated[
         bool, typer.Option("--no-accuracy", help="Ignore the accuracy that the receiver reports.")
     ] = False,
@@ -160,6 +164,7 @@ def live(
         "engage": engage,
         "from_here": from_here,
         "latency": latency,
+        "lag": lag,
         "accuracy": False if no_accuracy else None,
         "helm": helm,
         "helm_token_file": helm_token_file,

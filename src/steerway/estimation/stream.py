@@ -13,12 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.arrays import Floats
-from steerway.core.checks import elapsed
+from steerway.core.checks import elapsed, not_negative
 from steerway.core.errors import InputError
 from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
+from steerway.estimation.fixed_lag import FixedLag
 from steerway.estimation.log.accuracy import variance_scale
 from steerway.estimation.log.copies import FEW_STEPS, HELD
 from steerway.estimation.log.course import (
@@ -111,8 +112,9 @@ class FiveStateFilter:
             the profile have a part for it.
         learns: whether the weights follow the likelihood of the fixes, for structures of which none is known to hold;
             they always do without a profile.
+        lag: s for which `lagged` waits for later fixes, 0 for none.
 
-    Raises InputError for an unknown profile or aid.
+    Raises InputError for an unknown profile or aid, and for a lag that is negative.
     """
 
     def __init__(
@@ -120,8 +122,10 @@ class FiveStateFilter:
         profile: Profile | InferredProfile | str | None = None,
         aid: tuple[str, ...] = (),
         learns: bool = False,
+        lag: float = 0.0,
     ):
         expect_aids(aid)
+        self._waiting = FixedLag(lag) if not_negative("lag", lag) > 0.0 else None
         self.aid, self._infers = tuple(aid), profile is None
         self.profile = prior_profile(self.aid) if profile is None else profile_of(profile)
         self._geodetic = True
@@ -144,6 +148,7 @@ class FiveStateFilter:
             banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
             outs = self._outs[len(self._banks) : len(self._banks) + len(models)]
             plain = all(five_state.is_plain(model, NO_AIDS) for model in models) and not self.aid and not running.learns
+            plain = plain and self._waiting is None
             self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs, plain))
             self._banks += [bank_in(bank, sizes.modes, sizes.states) for bank in banks]
         only = self._groups[0]
@@ -180,6 +185,8 @@ class FiveStateFilter:
     def reset(self) -> None:
         """Return to the state before the first fix."""
         self._arrange(self._set, None)
+        if self._waiting is not None:
+            self._waiting.drop_after(-math.inf)
 
     def snapshot(self) -> tuple[Set, Floats]:
         """The whole state, for `restore`, of this filter or another."""
@@ -193,6 +200,8 @@ class FiveStateFilter:
         for each in self._groups:
             read(each.banks, each.models, each.outs)
         self._is_current = False
+        if self._waiting is not None:
+            self._waiting.drop_after(self._state.item(ELAPSED))
 
     def change_receiver(self) -> None:
         """Fixes come from another receiver from now on: the usual accuracy of the last one does not apply to it."""
@@ -333,6 +342,26 @@ class FiveStateFilter:
         self._state[ELAPSED] += dt  # another array where the older structures have just gone
         if self._set.learns and math.isfinite(first):
             self._learn()
+        if self._waiting is not None and (math.isfinite(first) or len(aids)):
+            table = aids if len(aids) or not self.aid else np.full((1, len(AIDS)), math.nan)
+            self._waiting.add(self._state, self._set.structures, self._banks, (first, second, excess, table))
+
+    def wait(self, lag: float) -> None:
+        """Begin anew, with another `lag` (s)."""
+        self._waiting = FixedLag(lag) if not_negative("lag", lag) > 0.0 else None
+        self.reset()
+
+    def lagged(self, rest: bool = False) -> list[tuple[float, list[float]]]:
+        """(age in s, `output`) of the fixes that have become `lag` s old since it was last asked, oldest first.
+
+        Each is smoothed by all later ones. rest: those too that are not so old yet, as at the end of a log. None
+        without a lag, and of fixes before the speed was known.
+        """
+        if self._waiting is None:
+            return []
+        now = self._state.item(ELAPSED)
+        ready = self._waiting.due(math.inf if rest else now, self._least_speed)
+        return [(now - each.time, self._outward(each.header, each.estimate)) for each in ready]
 
     def _learn(self):
         logs = np.log(self._weights) + self._outs[:, LOG_DENSITY]
@@ -430,11 +459,14 @@ class FiveStateFilter:
 
         The last is relative to the receiver's slow error, which positions cannot show: see `core.slow_error`.
         """
-        state, estimate = self._state, self._read()
+        return self._outward(self._state, self._read())
+
+    def _outward(self, state, estimate) -> list[float]:
+        """An estimate (9,) in the plane, of which `state` is the place and whether the speed is known."""
         place = estimate.item(NORTH), estimate.item(EAST)
         if self._geodetic:
             place = place_of(state, estimate)
-        if not self.started:
+        if state[KNOWN] != 1.0:
             return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
         return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
 

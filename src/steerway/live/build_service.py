@@ -23,7 +23,7 @@ from steerway.live.mavlink.missions import MissionLink
 from steerway.live.navigator import Navigator
 from steerway.live.process import until_stopped
 from steerway.live.service import RATE, Service
-from steerway.live.settings import Settings
+from steerway.live.settings import LONGEST_LAG, Settings
 
 SLOWEST_STEERING = 5.0
 """Hz, the least rate with an autopilot."""
@@ -41,6 +41,10 @@ def launch(settings: Settings) -> None:
     if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     signing = settings.mavlink_signing
+    if settings.lag and (settings.mission is not None or settings.rate is not None):
+        raise InputError("--lag gives rows of the past, a row a fix, expected neither --mission nor --rate with it")
+    if not 0.0 <= settings.lag <= LONGEST_LAG:
+        raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
     page = None if settings.helm is None else _page(settings)
     control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
@@ -48,7 +52,8 @@ def launch(settings: Settings) -> None:
     aids = tuple(name.replace("-", "_") for name in settings.aid)
     longest = settings.max_dead_reckoning
     tuning = _tuning(settings, aids, replayed)
-    navigator = Navigator(tuning, aids, settings.source, longest, rate=rate, accuracy=settings.accuracy)
+    asked = {"rate": rate, "accuracy": settings.accuracy, "lag": settings.lag}
+    navigator = Navigator(tuning, aids, settings.source, longest, **asked)
     to = [addresses.sink(addresses.signed(each, signing)) for each in settings.outputs]
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = supervisor = None
@@ -133,6 +138,7 @@ def _recorder(settings, tuning, aids, inputs):
         "max_dead_reckoning": settings.max_dead_reckoning,
         "rate": settings.rate,
         "accuracy": settings.accuracy,
+        "lag": settings.lag,
         "latency": settings.latency,
     }
     recorder = Recorder(settings.record, needed)

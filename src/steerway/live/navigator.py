@@ -12,7 +12,7 @@ import numpy as np
 
 from steerway.core.checks import not_negative, positive
 from steerway.core.gaps import LONGEST_GAP
-from steerway.core.records import REJECTED
+from steerway.core.records import NO_COURSE, OK, REJECTED
 from steerway.core.slow_error import USUAL_STD, slow_std
 from steerway.estimation.fit.auto_aids import AUTO, velocity_parts
 from steerway.estimation.learning import LearningFilter
@@ -59,6 +59,7 @@ class Navigator:
         the filter steps from fix to fix.
     recall:   s by which a fix may be late and still be used at its own time.
     accuracy: whether the reported accuracy of fixes is used.
+    lag:      s that the rows of fixes wait for later ones, by which they are smoothed; 0 for none.
 
     When the receiver's clock steps, the motion goes on as if it had not, unless the position contradicts that.
 
@@ -75,8 +76,12 @@ class Navigator:
         recall: float = 5.0,
         rate: float | None = None,
         accuracy: bool = True,
+        lag: float = 0.0,
     ):
         self.filter = profile if isinstance(profile, LearningFilter) else filter_of(profile, aid)
+        self.lag = not_negative("lag", lag)
+        if lag:
+            self.filter.wait(lag)
         self.choice = SourceChoice(sources)
         self.max_dead_reckoning = positive("max_dead_reckoning", max_dead_reckoning)
         self.recall = not_negative("recall", recall)
@@ -156,7 +161,8 @@ class Navigator:
     def finish(self) -> list[Row]:
         """The end of a log: the row that waited for confirmation is used."""
         held, self._stray = self._stray, None
-        return [] if held is None or held.time < self._time else self._use(held, self._aids(held, held.time))
+        rows = [] if held is None or held.time < self._time else self._use(held, self._aids(held, held.time))
+        return rows + self._smoothed(rest=True)
 
     def _aids(self, row, now):
         """The aids in the order of AIDS that this row may give."""
@@ -228,7 +234,7 @@ class Navigator:
         self._used.clear()
         self._behind = []
         estimates = self._use(rows[0], self._aids(rows[0], rows[0].time))
-        if estimates and estimates[0].status == REJECTED:
+        if self._row.time == rows[0].time and self._row.status == REJECTED:
             self.filter.reset()
             self._used.clear()
             estimates = self._use(rows[0], self._aids(rows[0], rows[0].time))
@@ -247,7 +253,14 @@ class Navigator:
         self.last_input = row
         self.fix_time = row.time
         self._row = estimate
-        return [estimate]
+        return self._smoothed() if self.lag else [estimate]
+
+    def _smoothed(self, rest=False):
+        """The rows that have waited long enough, or all."""
+        return [
+            _row(self._time - age, values, self._slow, math.nan, NO_COURSE if math.isnan(values[3]) else OK)
+            for age, values in self.filter.lagged(rest)
+        ]
 
     def _step(self, time, latitude, longitude, position_std, aids):
         self._used.append(_Used(time, latitude, longitude, position_std, aids, self.filter.snapshot()))

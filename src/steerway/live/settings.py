@@ -27,6 +27,8 @@ def _page(value):
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Aid = Literal["auto", *(name.replace("_", "-") for name in AIDS)]
+LONGEST_LAG = 60.0
+"""s that rows of fixes can wait. Chosen: the rows of a minute are smoothed anew at every fix."""
 FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
 """Keys that name a file."""
 
@@ -66,6 +68,7 @@ class Settings(Table):
     from_here: Flag = False
     max_dead_reckoning: Positive = 10.0
     latency: NotNegative = 0.0
+    lag: Annotated[float, Field(strict=True, ge=0.0, le=LONGEST_LAG)] = 0.0
     accuracy: Flag = True
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
