@@ -6,10 +6,11 @@ Fields: the FMT messages of the log itself; their meaning: ArduPilot, "Onboard m
 import re
 import struct
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.formats import dilution
@@ -43,7 +44,7 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The sources "GPS", "GPS2", … or "GPS 0", "GPS 1", … of a log. Raises InputError for one without the columns."""
-    skipped, rows = Counter(), defaultdict(list)
+    skipped, rows = Counter[str](), defaultdict(list)
     for kind, row in _binary(data, skipped) if _DECLARED in data[:4096] else _text(data, skipped):
         if row["Status"] < _LEAST_STATUS:
             skipped["no fix"] += 1
@@ -55,12 +56,12 @@ def read(data: bytes) -> Recording:
     return Recording("ArduPilot log", {n: f for n, f in sources.items() if len(f)}, counts, dict(skipped))
 
 
-def _expect_columns(names):
+def _expect_columns(names: Sequence[str]) -> None:
     if missing := [each for each in _NEEDED if each not in names]:
         raise InputError(f"GPS messages have no {missing[0]}, found {', '.join(names)}")
 
 
-def _text(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
+def _text(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
     """(kind, fields) of the messages of receivers in a log as text."""
     columns = {kind: names.decode().strip().split(",") for kind, names in _FORMAT.findall(data)}
     for names in columns.values():
@@ -73,7 +74,7 @@ def _text(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
             skipped["line not understood"] += 1
 
 
-def _binary(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
+def _binary(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
     """(kind, fields) of the messages of receivers in a binary log; what is damaged is counted and passed over."""
     sizes, layouts = {_FMT: _FMT_LAYOUT.size + 3}, {}
     at = data.find(_DECLARED)
@@ -89,7 +90,12 @@ def _binary(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
             name, codes, names = (each.rstrip(b"\0").decode("ascii", "replace") for each in texts)
             sizes[number] = max(length, 3)
             if re.fullmatch(r"GPS\d?", name) and set(codes) <= _CODES.keys():
-                layouts[number] = name, codes, names.split(","), struct.Struct("<" + "".join(map(_CODES.get, codes)))
+                layouts[number] = (
+                    name,
+                    codes,
+                    names.split(","),
+                    struct.Struct("<" + "".join(_CODES[code] for code in codes)),
+                )
                 _expect_columns(layouts[number][2])
         elif kind in layouts and layouts[kind][3].size + 3 <= size:
             name, codes, names, layout = layouts[kind]
@@ -98,11 +104,11 @@ def _binary(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
         at += size
 
 
-def _is_number(value):
+def _is_number(value: object) -> bool:
     return not isinstance(value, bytes)
 
 
-def _fixes(name, table, skipped) -> Fixes:
+def _fixes(name: str, table: Floats, skipped: Counter[str]) -> Fixes:
     status, milliseconds, week, latitude, longitude, sog, course, hdop = table.T
     quality = [_QUALITY.get(int(each), dilution.ALONE) for each in status]
     std = np.array([dilution.deviation(*each) for each in zip(hdop, quality, strict=True)])

@@ -1,6 +1,7 @@
 """FIT of sports watches and bicycle computers: the record messages, read by fitdecode, an optional package."""
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ def read(data: bytes) -> Recording:
     require("a FIT file", "logs")
     import fitdecode
 
-    rows, counts, skipped = [], Counter(), Counter()
+    rows, counts, skipped = [], Counter[str](), Counter[str]()
     try:
         reader = fitdecode.FitReader(data, check_crc=fitdecode.CrcCheck.DISABLED)
         for frame in reader:
@@ -48,7 +49,7 @@ def read(data: bytes) -> Recording:
     return Recording("FIT", {"FIT": fixes} if len(fixes) else {}, dict(counts), dict(skipped))
 
 
-def _row(frame):
+def _row(frame: Any) -> tuple[float, ...]:
     """Unix time and the fields, NaN for what it does not have."""
     values = (frame.get_value(name, fallback=None) for name in _FIELDS)
     return frame.get_value("timestamp").timestamp(), *(np.nan if each is None else each for each in values)
