@@ -114,6 +114,12 @@ def test_an_observer_is_called_between_the_stages():
     assert refusing.step(UNDER_WAY, 0.02).command == ()
 
 
+def test_what_an_observer_wants_held_is_stopped_at_where_nothing_keeps_station():
+    here = pilot(observer=Watcher(Mode.HOLDING))
+    here.station = None
+    assert here.step(UNDER_WAY, 0.02).command == (0.0, 0.0)
+
+
 def test_a_boat_that_someone_else_steers_is_led_without_a_command():
     here = pilot(observer=Watcher(Mode.IDLE))
     told = []

@@ -5,6 +5,7 @@ import pytest
 
 from steerway.estimation import load_profile
 from steerway.estimation.testing import prior_profile
+from tests.ais_sentences import sentences, tagged
 from tests.command_line import run
 from tests.scenes import turning
 
@@ -83,3 +84,14 @@ def test_an_archive_refuses_it_in_one_sentence(inferred, log, tmp_path):
     code, _, said = run("archive", "run", log, "-o", tmp_path / "archive", "--profile", inferred)
     assert code == 2 and said.count("\n") == 1
     assert "profile prior has structures, which archives do not estimate by" in said
+
+
+def test_the_profile_of_a_log_of_many_vessels_is_the_built_in_one(tmp_path):
+    log, made = tmp_path / "ais.nmea", tmp_path / "ours.toml"
+    reports = (
+        tagged(1_780_300_000 + 10 * k, *sentences(mmsi=257591700 + k % 2, lat=63.5 + 1e-4 * k)) for k in range(9)
+    )
+    log.write_bytes(b"".join(reports))
+    code, out, err = run("profile", "make", log, "--quick", "-o", made)
+    assert code == 0, err
+    assert out.startswith("built in  vessels as AIS reports them") and load_profile(made).name == "ours"

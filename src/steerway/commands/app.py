@@ -1,7 +1,7 @@
 """The commands of the program, by topic."""
 
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 import typer.core
@@ -52,15 +52,15 @@ def options(
 
 def command_tree() -> typer.core.TyperGroup:
     """The commands, with a help that shows no types: flags take no value, and other metavars name what is expected."""
-    root = typer.main.get_command(app)
+    root: Any = typer.main.get_command(app)  # of a class that typer does not export
     _hide_types(root, typer.Context(root, info_name="steerway", **root.context_settings))
     return root
 
 
-def _hide_types(command, context) -> None:
+def _hide_types(command: Any, context: typer.Context) -> None:
     for each in command.get_params(context):
         if isinstance(each, typer.core.TyperArgument):
-            each.display_type_rich = lambda ctx: None
+            each.display_type_rich = lambda ctx: None  # type: ignore[method-assign]
         elif each.is_flag:
             each.metavar = ""
     for name, inner in getattr(command, "commands", {}).items():

@@ -2,13 +2,19 @@
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from steerway.commands.options import AIDS_OF_ARCHIVES, ArchiveAids, From, aid_names, moment
 from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError, printable
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from steerway.archive.running import Report
+
 
 app = typer.Typer(
     help="Archives of many vessels and days: AIS of a nation, logs of a fleet.",
@@ -100,7 +106,7 @@ def run(
         raise typer.Exit(INCOMPLETE)
 
 
-def _print_report(report) -> None:
+def _print_report(report: "Report") -> None:
     print_pairs(
         [
             ("inputs shuffled", f"{report.inputs:,}"),
@@ -210,7 +216,7 @@ def encounters(
         _print_encounters(found)
 
 
-def _print_encounters(found):
+def _print_encounters(found: "pl.DataFrame") -> None:
     from steerway.core.timestamps import iso
 
     rows = [
@@ -236,7 +242,7 @@ def _bytes(text: str) -> float:
     return float(match[1]) * {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}[match[2].upper()]
 
 
-def _box(text):
+def _box(text: str | None) -> tuple[float, float, float, float] | None:
     if text is None:
         return None
     try:

@@ -1,6 +1,7 @@
 """The demo: an Otter sails a survey in a current, steered by the estimate from a small receiver's fixes."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -67,7 +68,9 @@ def demo(
         print(f"wrote {path}")
 
 
-def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str, str]], list[Path]]:
+def simulate_demo(
+    directory: Path, progress: Callable[[float], None] | None = None
+) -> tuple[list[tuple[str, str]], list[Path]]:
     """Simulate the demo's mission; write run.parquet, run.nmea, index.html, details.html and results.json.
 
     Returns (rows, files): (what, value) rows of the estimate compared with the truth and of what the boat did, and the
@@ -86,7 +89,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     sailed = run.sail_scenario(scenario, progress=progress)
     remarks = [advise(scenario)[1]]
     written = write(sailed, directory, nmea=True, remarks=remarks)
-    page = Path(directory) / "index.html"
+    page = directory / "index.html"
     if is_installed("report"):  # else the page of tables is the only one
         page.replace(page.with_name("details.html"))
         write_story(sailed, page, [*remarks, "details.html has the actuators, the waypoints and the errors over time."])

@@ -139,7 +139,7 @@ def surge(
         ("quadratic drag b", f"{model.quadratic_drag:.4g} ± {2.0 * std[1]:.2g} 1/m"),
         ("thrust at rest", f"{found.thrust_at_rest:.4g} ± {200.0 * std[2] / model.thrust:.1f} % m/s² for one {unit}"),
     ]
-    if found.pitch is not None:
+    if found.pitch is not None and found.pitch_std is not None:
         falls = f"at {found.pitch:.3g} ± {2.0 * found.pitch_std:.2g} m/s for one {unit}"
         rows.append(("no thrust", falls if found.pitch < np.inf else "at no speed of this log"))
     else:

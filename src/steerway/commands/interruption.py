@@ -62,11 +62,11 @@ def handled() -> Iterator[None]:
         os.close(wake)
 
 
-def _wake(*_):
+def _wake(*_: object) -> None:
     _received.set()  # the signal's number is in the pipe
 
 
-def _watch(woken):
+def _watch(woken: int) -> None:
     while numbers := os.read(woken, 64):
         for number in numbers:
             if number in SIGNALS and signal.getsignal(number) is _wake:

@@ -1,7 +1,7 @@
 """The commands `live` and `warm`: their options; `settings` checks them and `launch` runs them."""
 
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
@@ -10,7 +10,7 @@ from typer.core import TyperCommand
 class LiveCommand(TyperCommand):
     """A command whose option `--helm` may stand without an address."""
 
-    def parse_args(self, ctx, args):
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Insert the default address after `--helm` where none follows."""
         from steerway.live.helm.address import DEFAULT
 

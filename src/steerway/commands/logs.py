@@ -1,9 +1,10 @@
 """The commands for logs: estimate, info, tune, compare, predict."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -27,6 +28,12 @@ from steerway.commands.options import (
 )
 from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError, printable
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from steerway.core.records import Fixes, Motion
+    from steerway.formats.reading import Log
 
 
 def estimate(
@@ -81,6 +88,7 @@ def estimate(
     from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log.rows import expect_rate, variance_scales
     from steerway.estimation.log_estimate import LogEstimator
+    from steerway.estimation.vessel.inferred import InferredProfile
     from steerway.report.summary import summarise
 
     _expect_outputs(logs, out, report, episodes)
@@ -88,12 +96,13 @@ def estimate(
     expect_rate(rate)
     fixes = on_time(read_logs(logs, source, start, stop, max_size), latency)
     if no_accuracy:
-        fixes = replace(fixes, position_std=None)
+        fixes = replace(fixes, position_std=np.full(len(fixes), np.nan))
     estimator = LogEstimator(fixes, profile, aids)
     motion = estimator.motion(fixes, rate, smoothed)
     late = lateness(fixes)
     down_weighted = int((variance_scales(fixes) > 1.0).sum())
-    structures = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
+    used = estimator.profile
+    structures = structures_of(used, estimator.inference) if isinstance(used, InferredProfile) else []
     summary = summarise(fixes, motion, estimator.profile.name, smoothed, down_weighted, late, structures, aids)
     _write_outputs(logs, out, report, episodes, fixes, motion, summary)
     if as_json:
@@ -109,7 +118,7 @@ def estimate(
         print("-o track.csv (or .parquet .geojson .gpx) writes the estimate, --report page.html a report")
 
 
-def _expect_outputs(logs, out, report, episodes) -> None:
+def _expect_outputs(logs: Sequence[str], out: Path | None, report: Path | None, episodes: Path | None) -> None:
     """Raises InputError for an output that could not be written, before anything is computed."""
     if out is not None:
         from steerway.formats.writing import writer
@@ -128,7 +137,15 @@ def _expect_outputs(logs, out, report, episodes) -> None:
         expect_output(episodes, logs)
 
 
-def _write_outputs(logs, out, report, episodes, fixes, motion, summary) -> None:
+def _write_outputs(
+    logs: Sequence[str],
+    out: Path | None,
+    report: Path | None,
+    episodes: Path | None,
+    fixes: "Fixes",
+    motion: "Motion",
+    summary: dict[str, Any],
+) -> None:
     if out is not None:
         from steerway.formats.writing import write
 
@@ -188,20 +205,22 @@ def info(
         )
 
 
-def _models(logs, max_size) -> dict:
+def _models(logs: Sequence[str], max_size: float | None) -> dict[str, Any]:
     """Number of fixes, of those that repeat the one before, were extrapolated or are another's; stamps; the models."""
     import numpy as np
 
     from steerway.estimation.fit.description import structures_of
     from steerway.estimation.log.run import Track
     from steerway.estimation.log_estimate import LogEstimator
+    from steerway.estimation.vessel.inferred import InferredProfile
 
     fixes = read_logs(logs, None, None, None, max_size)
     placed = fixes.rows(fixes.has_position)
     same = (np.diff(placed.latitude) == 0.0) & (np.diff(placed.longitude) == 0.0)
     estimator = LogEstimator(fixes)
     tracks = [Track(each, ()) for _, each in placed.tracks()]
-    found = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
+    used = estimator.profile
+    found = structures_of(used, estimator.inference) if isinstance(used, InferredProfile) else []
     return {
         "fixes": len(placed),
         "repeated": int(same.sum()),
@@ -285,6 +304,7 @@ def compare(
     from steerway.estimation.log.compare import SWING
     from steerway.estimation.log.compare import compare as agreement
     from steerway.estimation.log_estimate import LogEstimator
+    from steerway.estimation.vessel.inferred import InferredProfile
     from steerway.report.summary import which_estimate
 
     smoothed = asks_smoothed(logs, causal, smooth)
@@ -296,7 +316,8 @@ def compare(
     if truth is not None:
         _compare_with_truth(truth, fixes, motion, as_json)
         return
-    of_hull = estimator.is_inferred and is_of_hull(structures_of(estimator.profile))
+    used = estimator.profile
+    of_hull = isinstance(used, InferredProfile) and is_of_hull(structures_of(used))
     found = agreement(fixes, motion, least_speed, SWING if of_hull else 0.0)
     if as_json:
         print_json(found.as_dict() | {"smoothed": smoothed, "of_hull": of_hull})
@@ -306,7 +327,7 @@ def compare(
     print_notes(fixes.notes)
 
 
-def _compare_with_truth(path, fixes, motion, as_json) -> None:
+def _compare_with_truth(path: str, fixes: "Fixes", motion: "Motion", as_json: bool) -> None:
     """Errors of the estimate of one vessel, as a table."""
     from steerway.commands.plot import DIFFERENCES, difference_rows
     from steerway.formats.results import NamedTrack, read_tracks
@@ -368,7 +389,7 @@ def predict(
         _print_predictions(frame)
 
 
-def _print_predictions(frame):
+def _print_predictions(frame: "pl.DataFrame") -> None:
     from steerway.core.timestamps import iso
 
     vessel = ("mmsi",) if "mmsi" in frame.columns else ()
@@ -387,14 +408,14 @@ def _print_predictions(frame):
     print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % half axes", "along"), rows)
 
 
-def _print_summary(summary):
+def _print_summary(summary: dict[str, Any]) -> None:
     from steerway.report.summary import sentences
 
     print_pairs(sentences(summary))
     print_notes(summary["notes"])
 
 
-def _log_as_dict(log):
+def _log_as_dict(log: "Log") -> dict[str, Any]:
     from dataclasses import asdict
 
     recording = log.recording
@@ -408,7 +429,7 @@ def _log_as_dict(log):
     }
 
 
-def _print_log(log):
+def _print_log(log: "Log") -> None:
     from steerway.core.timestamps import iso
 
     recording = log.recording
@@ -428,5 +449,5 @@ def _print_log(log):
     print_notes(recording.notes, "  ")
 
 
-def _or_dash(value, form):
+def _or_dash(value: float, form: str) -> str:
     return form.format(value) if math.isfinite(value) else "–"

@@ -2,13 +2,18 @@
 
 import math
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from steerway.commands.terminal import flag, progress_line
 from steerway.core.errors import InputError, printable
+
+if TYPE_CHECKING:
+    from steerway.core.records import Fixes
+
 
 Logs = Annotated[
     list[str],
@@ -51,7 +56,7 @@ AIDS_OF_LOGS = ("auto", "sog", "cog", "heading", "water-speed", "yaw-rate")
 AIDS_OF_ARCHIVES = ("sog", "cog", "heading")
 
 
-def _aid(names: tuple[str, ...]):
+def _aid(names: tuple[str, ...]) -> Any:
     return typer.Option("--aid", metavar="LIST", help=f"Further measurements to use, of: {', '.join(names)}.")
 
 
@@ -73,7 +78,9 @@ def expect_toml(path: Path) -> None:
         raise InputError(f"profile {path} ends in {path.suffix or 'nothing'!r}, expected .toml")
 
 
-def read_logs(logs, source, start, stop, max_size=None):
+def read_logs(
+    logs: Sequence[str], source: str | None, start: str | None, stop: str | None, max_size: float | None = None
+) -> "Fixes":
     """The record of logs, with a progress bar."""
     from steerway.formats.reading import read
 
@@ -126,7 +133,7 @@ def asks_smoothed(logs: list[str], causal: bool, smooth: bool) -> bool:
     return smooth or not (causal or "-" in logs)
 
 
-def expect_output(out, logs) -> None:
+def expect_output(out: Path, logs: Iterable[str | Path]) -> None:
     """Raises InputError when an output is one of the inputs, a directory, or in one that does not exist."""
     from steerway.formats.writing import same_file
 

@@ -1,14 +1,18 @@
 """The command that compares several results: plot."""
 
 import math
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from steerway.commands.options import AsJson, expect_output
 from steerway.commands.terminal import print_json, print_table
 from steerway.core.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DIFFERENCES = ("track", "", "unit", "rows", "RMS", "median", "95 %", "max", "within ± 2σ")
 ENDINGS = (".png", ".svg", ".pdf")
@@ -71,7 +75,7 @@ def plot(
         )
 
 
-def difference_rows(table):
+def difference_rows(table: Iterable[dict[str, Any]]) -> Iterator[tuple[Any, ...]]:
     """Rows of `statistics_table` under the columns DIFFERENCES."""
     for row in table:
         numbers = (f"{row[key]:.3g}" for key in ("rms", "median", "p95", "max"))
@@ -80,7 +84,7 @@ def difference_rows(table):
         yield (row["track"], row["quantity"], row["unit"], row["n"], *numbers, share)
 
 
-def _save(figure, path) -> None:
+def _save(figure: "Figure", path: Path) -> None:
     from steerway.core.files import complete_or_absent
 
     with complete_or_absent(path) as file:

@@ -1,12 +1,16 @@
 """The commands for profiles: list, show, make."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from steerway.commands.options import AsJson, From, Logs, Source, Until, expect_output, expect_toml, read_logs
 from steerway.commands.terminal import flag, print_json, print_pairs, progress_line
+
+if TYPE_CHECKING:
+    from steerway.estimation.vessel.profile import Profile
+
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -30,7 +34,7 @@ def list_profiles(as_json: AsJson = False) -> None:
         print_pairs([(each.name, _description(each)) for each in BUILT_IN.values()])
 
 
-def _description(profile) -> str:
+def _description(profile: "Profile") -> str:
     if not profile.turn_time:
         return profile.description
     return f"{profile.description}; turns for {profile.turn_time:g} s, {profile.straight_time:g} s apart"
@@ -80,10 +84,13 @@ def make_profile(
     from steerway.estimation import choose_profile
     from steerway.estimation import tune as fit
     from steerway.estimation.fit.description import structures_of
+    from steerway.estimation.vessel.inferred import InferredProfile
+    from steerway.estimation.vessel.profile import Profile
 
     expect_output(out, logs)
     expect_toml(out)
     fixes = read_logs(logs, source, start, stop)
+    profile: Profile | InferredProfile
     if tuned:
         with progress_line("fitting") as step:
             found = fit(fixes, name=out.stem, progress=step)
@@ -91,6 +98,9 @@ def make_profile(
         print_pairs(found.sentences())
     else:
         profile = choose_profile(fixes).model_copy(update={"name": out.stem})
-        print_pairs([(f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(profile)])
+        if isinstance(profile, InferredProfile):
+            print_pairs([(f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(profile)])
+        else:
+            print_pairs([("built in", profile.description)])
     profile.save(out)
     print(f"wrote {out}")

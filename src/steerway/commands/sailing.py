@@ -5,7 +5,7 @@ import hashlib
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,10 @@ from steerway.commands import interruption
 from steerway.commands.terminal import flag, print_table, progress_line
 from steerway.core.errors import InputError
 from steerway.core.locks import only_writer
+
+if TYPE_CHECKING:
+    from steerway.simulation.scenario import Scenario
+
 
 _FASTEST = 1000.0  # m/s
 
@@ -125,13 +129,13 @@ def simulate(
         print(f"wrote {path}")
 
 
-def _refuse_with_live(**options) -> None:
+def _refuse_with_live(**options: object) -> None:
     for name, value in options.items():
         if value:
             raise InputError(f"--{name} cannot be combined with --live")
 
 
-def _campaign(scenario, n, dask, out, resume, sentence):
+def _campaign(scenario: "Scenario", n: int, dask: str | None, out: Path, resume: bool, sentence: str) -> None:
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.run import numbers_of_seed
     from steerway.simulation.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
@@ -223,7 +227,7 @@ def advise(
     print(_warned(*advice(bandwidth, *circumstances, nomoto_time), strict, quiet=True))
 
 
-def _damped(carried, nomoto_time) -> str:
+def _damped(carried: float, nomoto_time: float) -> str:
     """The largest autopilot bandwidth whose loop is well damped with such an estimate."""
     import numpy as np
 

@@ -2,11 +2,14 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from steerway.core.errors import InputError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 KINDS = ("scenario", "profile", "settings", "mission")
 _BY_ENDING = {"deg": "°", "dps": "°/s", "mps": "m/s", "m": "m", "s": "s", "hour": "°/h"}
@@ -87,7 +90,7 @@ _OF_TABLE = {
 """Units of keys that mean something else in one table."""
 
 
-def schema_of(kind: str) -> dict:
+def schema_of(kind: str) -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a kind of file, of `KINDS`. Numbers have a `unit`."""
     if kind not in KINDS:
         raise InputError(f"schema {kind!r} is unknown, expected one of {', '.join(KINDS)}")
@@ -100,16 +103,22 @@ def schema_of(kind: str) -> dict:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"Steerway {kind}"} | found
 
 
-def _model(kind):
+def _model(kind: str) -> "type[BaseModel]":
     if kind == "scenario":
-        from steerway.simulation.scenario import Scenario as model
-    elif kind == "profile":
-        from steerway.estimation.vessel.profile import Profile as model
-    elif kind == "settings":
-        from steerway.live.settings import Settings as model
-    else:
-        from steerway.live.autopilot.mission import MissionFile as model
-    return model
+        from steerway.simulation.scenario import Scenario
+
+        return Scenario
+    if kind == "profile":
+        from steerway.estimation.vessel.profile import Profile
+
+        return Profile
+    if kind == "settings":
+        from steerway.live.settings import Settings
+
+        return Settings
+    from steerway.live.autopilot.mission import MissionFile
+
+    return MissionFile
 
 
 def unit_of(table: str, key: str) -> str:
@@ -119,7 +128,7 @@ def unit_of(table: str, key: str) -> str:
     return _BY_ENDING.get(key.rsplit("_", 1)[-1], "") if "_" in key and key not in _BY_KEY else _BY_KEY.get(key, "")
 
 
-def _is_number(schema: dict) -> bool:
+def _is_number(schema: dict[str, Any]) -> bool:
     text = json.dumps({key: value for key, value in schema.items() if key != "default"})
     return '"number"' in text or '"integer"' in text
 

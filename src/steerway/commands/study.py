@@ -66,7 +66,7 @@ def study(
 
 def installed() -> dict[str, str]:
     """Study name → module, of every installed package. Raises InputError where there is none."""
-    modules = {}
+    modules: dict[str, str] = {}
     for entry in entry_points(group=GROUP):
         modules |= entry.load()
     if not modules:

@@ -4,32 +4,40 @@ import json
 import math
 import sys
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any, Protocol
 
 import typer
 
 from steerway.core.errors import printable
 
 
-def flag(*names: str, help: str):
+class Progressed(Protocol):
+    """Told the part done, and what is being done."""
+
+    def __call__(self, part: float, note: str = "") -> None: ...
+
+
+def flag(*names: str, help: str) -> Any:
     """An option without a value; the help shows no type beside it."""
     return typer.Option(*names, metavar="", help=help)
 
 
-def print_pairs(pairs) -> None:
+def print_pairs(pairs: Sequence[tuple[str, object]]) -> None:
     """(what, value) pairs, values in one column."""
     width = max((len(name) for name, _ in pairs), default=0)
     for name, value in pairs:
         print(printable(f"{name:<{width}}  {value}"))
 
 
-def print_notes(notes, indent: str = "") -> None:
+def print_notes(notes: Iterable[str], indent: str = "") -> None:
     """One line a note."""
     for note in notes:
         print(f"{indent}· {printable(note)}")
 
 
-def print_table(title: str, columns, rows) -> None:
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """A plain table; 160 columns wide where the output is not a terminal."""
     from rich.console import Console
     from rich.table import Table
@@ -45,12 +53,12 @@ def print_table(title: str, columns, rows) -> None:
     Console(width=None if sys.stdout.isatty() else 160).print(table)
 
 
-def print_json(value) -> None:
+def print_json(value: object) -> None:
     """JSON; NaN, which JSON does not have, is written as null."""
     print(json.dumps(_finite(value), ensure_ascii=False, indent=2))
 
 
-def _finite(value):
+def _finite(value: object) -> object:
     if isinstance(value, dict):
         return {key: _finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
@@ -59,7 +67,7 @@ def _finite(value):
 
 
 @contextmanager
-def progress_line(what: str):
+def progress_line(what: str) -> Iterator[Progressed]:
     """A progress bar on stderr, advanced by the function it yields; a line a minute where stderr is no terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -75,7 +83,7 @@ def progress_line(what: str):
         task = bar.add_task(what, total=1.0)
         line = _Lines(what)
 
-        def step(part, note=""):
+        def step(part: float, note: str = "") -> None:
             bar.update(task, completed=part, description=note or what)
             if not console.is_terminal:
                 line.step(part, note)
@@ -89,11 +97,11 @@ class _Lines:
     What the first seconds report is what an interrupted run had done: no part of the pace.
     """
 
-    def __init__(self, what):
+    def __init__(self, what: str) -> None:
         self._what, self._began, self._before = what, time.monotonic(), 0.0
         self._next = self._began + 60.0
 
-    def step(self, part, note):
+    def step(self, part: float, note: str) -> None:
         now = time.monotonic()
         if now < self._began + _RESUMED:
             self._before = part

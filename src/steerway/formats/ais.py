@@ -12,11 +12,15 @@ import math
 import operator
 import re
 from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
+from pyais.constants import TurnRate
 from pyais.exceptions import AISBaseException
-from pyais.messages import AISSentence, NMEASentenceFactory, TurnRate
+from pyais.messages import AISSentence, NMEASentenceFactory
 
+from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT
 from steerway.core.records import Fixes
 from steerway.core.timestamps import dated, unix_times
@@ -43,7 +47,7 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The source "AIS" with the reports of every vessel, sorted by vessel and time; what is left out is counted."""
-    counts, skipped, notes = Counter(), Counter(), []
+    counts, skipped, notes = Counter[str](), Counter[str](), []
     reports, stamps, clocks = [], [], []
     for place, stamp, message in _messages(data, counts, skipped):
         if message.msg_type in _CLOCK_TYPES:
@@ -80,9 +84,14 @@ def class_b(data: bytes) -> set[int]:
     return found
 
 
-def _messages(data, counts, skipped):
+Parts = dict[tuple[Any, ...], tuple[str | None, list[AISSentence]]]
+"""The parts of messages that are not whole yet, with the time of the first."""
+
+
+def _messages(data: bytes, counts: Counter[str], skipped: Counter[str]) -> Iterator[tuple[int, str | None, Any]]:
     """(place in the log, stamp, decoded message) of every message of use; the others are counted."""
-    parts, last, stamp = {}, 0, None
+    parts: Parts = {}
+    last, stamp = 0, None
     for match in _SENTENCE.finditer(data):
         before, text = match.groups()
         body = _BODY.match(text)
@@ -92,15 +101,13 @@ def _messages(data, counts, skipped):
             skipped["not a whole AIS sentence"] += 1
             continue
         try:
-            sentence = NMEASentenceFactory.produce(body.group())
-            if not sentence.is_valid:
+            part: Any = NMEASentenceFactory.produce(body.group())
+            if not part.is_valid:
                 skipped["checksum"] += 1
                 continue
-            made = stamp
-            if sentence.frag_cnt > 1:
-                made, sentence = _joined(parts, stamp, sentence, skipped)
-                if sentence is None:
-                    continue
+            made, sentence = (stamp, part) if part.frag_cnt <= 1 else _joined(parts, stamp, part, skipped)
+            if sentence is None:
+                continue
             counts[f"type {sentence.ais_id}"] += 1
             if sentence.ais_id in _POSITION_TYPES or sentence.ais_id in _CLOCK_TYPES:
                 yield match.start(), made, sentence.decode()
@@ -110,7 +117,9 @@ def _messages(data, counts, skipped):
         skipped["part of a message missing"] += len(parts)
 
 
-def _joined(parts, stamp, sentence, skipped):
+def _joined(
+    parts: Parts, stamp: str | None, sentence: AISSentence, skipped: Counter[str]
+) -> tuple[str | None, AISSentence | None]:
     """The time of its first part and the message that this part completes, or None."""
     key = (sentence.seq_id, sentence.channel, sentence.talker_id, sentence.frag_cnt)
     if sentence.frag_num == 1:
@@ -133,7 +142,7 @@ def _joined(parts, stamp, sentence, skipped):
     return first or stamp, AISSentence.assemble_from_iterable(pieces)
 
 
-def _stamp(before, after):
+def _stamp(before: bytes, after: bytes) -> str | None:
     """The characters that give a sentence's time: tag block, prefix or suffix; None where there are none."""
     if not before and not after:
         return None
@@ -143,14 +152,14 @@ def _stamp(before, after):
     return None
 
 
-def _times(stamps):
+def _times(stamps: Sequence[str | None]) -> Floats:
     """Unix time (n,) of the stamps, which are dates or numbers of s or ms; NaN for None."""
     numbers = np.array([float(stamp) if stamp and stamp.replace(".", "").isdigit() else math.nan for stamp in stamps])
     dates = unix_times([stamp if np.isnan(number) else None for stamp, number in zip(stamps, numbers, strict=True)])
     return dated(np.where(np.isnan(numbers), dates, np.where(numbers > 1e11, numbers / 1000.0, numbers)))
 
 
-def _row(message):
+def _row(message: Any) -> tuple[float, ...] | None:
     """UTC second, mmsi, latitude, longitude (deg), SOG (kn), COG, heading (deg), ROT (deg/min); None if truncated."""
     turn = getattr(message, "turn", math.nan)
     row = (
@@ -166,7 +175,7 @@ def _row(message):
     return None if None in row else row
 
 
-def _utc(message):
+def _utc(message: Any) -> float:
     """Unix time of a base station's report; NaN where it has none."""
     try:
         clock = (message.year, message.month, message.day, message.hour, message.minute, message.second)
@@ -175,14 +184,14 @@ def _utc(message):
         return math.nan
 
 
-def _made(received, second):
+def _made(received: Floats, second: Floats) -> Floats:
     """When the reports were made: the UTC second they name, where it lies a plausible delay before reception."""
     delay = (received - second + 30.0) % 60.0 - 30.0
     plausible = (second < 60) & (delay >= _EARLY) & (delay <= _LATE)
     return np.where(plausible, np.round(received - delay), received)
 
 
-def _receiver_clocks(data):
+def _receiver_clocks(data: bytes) -> Iterator[tuple[int, float]]:
     """(place in the log, Unix time) of the RMC sentences with a valid fix."""
     for match in _RMC.finditer(data):
         body, clock, date, checksum = match.groups()
@@ -193,7 +202,7 @@ def _receiver_clocks(data):
                 yield match.start(), datetime.datetime.fromisoformat(text).timestamp()
 
 
-def _by_clocks(place, second, clocks):
+def _by_clocks(place: Floats, second: Floats, clocks: Floats) -> Floats:
     """The instant with a report's UTC second nearest to the clock before it in the log, or to the first."""
     at, time = clocks[np.isfinite(clocks[:, 1])].T
     if len(at) == 0:
@@ -203,7 +212,7 @@ def _by_clocks(place, second, clocks):
     return np.where(second < 60, anchor + shift, anchor)
 
 
-def _fixes(time, columns, skipped):
+def _fixes(time: Floats, columns: Sequence[Floats], skipped: Counter[str]) -> Fixes:
     """The reports as a table; those without time or position are counted, and those received twice."""
     mmsi, latitude, longitude, sog, cog, heading, turn = columns
     latitude, longitude = places(latitude, longitude)
@@ -223,7 +232,7 @@ def _fixes(time, columns, skipped):
             skipped[reason] += int((~wanted).sum())
     table = table.rows(table.has_position & np.isfinite(time)).in_order()
     keys = (table.mmsi, table.time, table.latitude, table.longitude)
-    fresh = np.any([np.diff(key, prepend=np.nan) != 0.0 for key in keys], axis=0)
+    fresh = np.any([np.diff(key, prepend=np.nan) != 0.0 for key in keys if key is not None], axis=0)
     if not fresh.all():
         skipped["received twice"] += int((~fresh).sum())
     return table.rows(fresh)

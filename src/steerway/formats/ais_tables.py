@@ -8,16 +8,17 @@ mean "unknown" (91°, 181°, 102.3 kn, 360°, 511°) are null.
 import shutil
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
 from steerway.formats import packed
-from steerway.formats.columns import plain_name, understood
+from steerway.formats.columns import Column, plain_name, understood
 from steerway.formats.units import unit_by_size
 
 SCHEMA = pl.Schema(
@@ -84,7 +85,7 @@ def reports(path: Path, beside: Path) -> Iterator[pl.LazyFrame | None]:
             unpacked.unlink(missing_ok=True)
 
 
-def _unzipped(path, beside) -> Path:
+def _unzipped(path: Path, beside: Path) -> Path:
     """The largest member of a ZIP file, which may come with a text that describes it."""
     target = beside / f".{path.name}.unpacked.part"
     try:
@@ -114,7 +115,12 @@ def _scanned(path: Path) -> pl.LazyFrame | None:
         if not _is_ais(names):
             return None
         quote = '"' if b'"' in text else None
-        options = {"separator": separator, "infer_schema": False, "truncate_ragged_lines": True, "quote_char": quote}
+        options: dict[str, Any] = {
+            "separator": separator,
+            "infer_schema": False,
+            "truncate_ragged_lines": True,
+            "quote_char": quote,
+        }
         frame = pl.scan_csv(path, glob=False, encoding="utf8-lossy", **options)
         found = frame.collect_schema().names()
         if len(found) != len(names):
@@ -123,7 +129,7 @@ def _scanned(path: Path) -> pl.LazyFrame | None:
     return _canonical(frame, names) if _is_ais(names) else None
 
 
-def _first_text(path, head) -> bytes:
+def _first_text(path: Path, head: bytes) -> bytes:
     """The first bytes, unpacked."""
     if head.startswith(b"\x1f\x8b"):
         try:
@@ -136,22 +142,22 @@ def _first_text(path, head) -> bytes:
     return head
 
 
-def _is_ais(names) -> bool:
+def _is_ais(names: Sequence[str]) -> bool:
     known = understood(names)
     placed = {"latitude", "longitude"} <= known.keys() or "geometry" in map(plain_name, names)
     return placed and {"mmsi", "time"} <= known.keys()
 
 
-def _canonical(frame: pl.LazyFrame, names) -> pl.LazyFrame:
+def _canonical(frame: pl.LazyFrame, names: Sequence[str]) -> pl.LazyFrame:
     known, plain = understood(names), {plain_name(name): name for name in names}
     schema = frame.collect_schema()
 
-    def number(meaning, dtype=pl.Float64):
+    def number(meaning: str, dtype: type[pl.DataType] = pl.Float64) -> pl.Expr:
         if meaning not in known:
             return pl.lit(None, dtype=dtype)
         return pl.col(known[meaning].name).cast(dtype, strict=False)
 
-    def first_of(spellings, dtype):
+    def first_of(spellings: Iterable[str], dtype: type[pl.DataType]) -> pl.Expr:
         found = next((plain[each] for each in spellings if each in plain), None)
         return pl.lit(None, dtype=dtype) if found is None else pl.col(found).cast(dtype, strict=False)
 
@@ -191,7 +197,7 @@ def _canonical(frame: pl.LazyFrame, names) -> pl.LazyFrame:
     )
 
 
-def _time(frame, column, schema):
+def _time(frame: pl.LazyFrame, column: Column, schema: pl.Schema) -> pl.Expr:
     dtype, named = schema[column.name], pl.col(column.name)
     if dtype.is_temporal():
         return named.cast(pl.Datetime("us")).to_physical() / 1e6
@@ -200,19 +206,19 @@ def _time(frame, column, schema):
         counts = {
             each: sample.str.to_datetime(each, strict=False, time_unit="us").is_not_null().sum() for each in _TIMES
         }
-        best = max(counts, key=counts.get)
+        best = max(counts, key=lambda each: counts[each])
         if counts[best]:
             if best == _TIMES[0]:
                 return _day_first(named)
             return (
                 named.str.to_datetime(best, strict=False, time_unit="us").dt.replace_time_zone(None).to_physical() / 1e6
             )
-    numbers = sample.cast(pl.Float64, strict=False).drop_nulls()
-    size = abs(float(numbers.median() or 0.0))
+    median: Any = sample.cast(pl.Float64, strict=False).median()
+    size = abs(float(median or 0.0))
     return named.cast(pl.Float64, strict=False) / round(1.0 / unit_by_size(size))
 
 
-def _day_first(named):
+def _day_first(named: pl.Expr) -> pl.Expr:
     return named.str.to_datetime(_TIMES[0], strict=False, time_unit="us").to_physical() / 1e6
 
 
@@ -222,14 +228,14 @@ def _described(texts: pl.Series) -> pl.Series:
     return texts.replace_strict(different, [_type(text) for text in different], return_dtype=pl.UInt8)
 
 
-def _type(text):
+def _type(text: str | None) -> int:
     plain = (text or "").strip().lower()
     if plain in ("a", "b", "class a", "class b"):
         return MOBILES.index(f"class {plain[-1].upper()}")
     return next((index for part, index in _OTHER_STATIONS if part in plain), 0)
 
 
-def _station():
+def _station() -> pl.Expr:
     """Index of the reason why a station is no ship, by its type or its number (ITU-R M.585); 0 for a ship."""
     mmsi, described = pl.col("mmsi"), pl.col("described")
     return (
@@ -245,9 +251,9 @@ def _station():
     )
 
 
-def _reason():
+def _reason() -> pl.Expr:
     station = _station()
-    lacking = [
+    lacking: list[tuple[pl.Expr, pl.Expr | int]] = [
         (pl.col("time_s").is_null() | pl.col("time_s").is_nan(), 1),
         (pl.col("mmsi").is_null() | ~pl.col("mmsi").is_between(1, 9_999_999_999), 2),
         (station > 0, station),

@@ -5,6 +5,9 @@ import io
 import os
 import sys
 import tempfile
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import polars as pl
 
@@ -35,7 +38,7 @@ def parquet(data: bytes) -> pl.DataFrame:
 
 
 @contextlib.contextmanager
-def _quiet():
+def _quiet() -> Iterator[None]:
     """Drop what polars writes to standard error when it fails: a backtrace of some 27 lines before its exception."""
     sys.stderr.flush()
     try:
@@ -54,7 +57,7 @@ def _quiet():
         sys.stderr.write(written.read().decode(errors="replace"))
 
 
-def header_of(text):
+def header_of(text: bytes) -> tuple[int, str, list[str], int] | None:
     """(line number, delimiter, names, where the next line begins) of the header; None without a header.
 
     Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority. Of other
@@ -83,12 +86,14 @@ def header_of(text):
     return None
 
 
-def _is_sentence(names):
+def _is_sentence(names: Sequence[str]) -> bool:
     """Whether a line is one of NMEA, where T (true) stands between commas and is no name of a time."""
     return "$" in names[0] or "!" in names[0] or "t" in map(str.lower, names)
 
 
-def csv(data, skipped, vessel_column=None):
+def csv(
+    data: bytes, skipped: Counter[str], vessel_column: str | None = None
+) -> tuple[pl.DataFrame, list[str], int, str]:
     """(frame of text, column names, line number of its first row, delimiter)."""
     header = header_of(data)
     if header is None:
@@ -106,9 +111,9 @@ def csv(data, skipped, vessel_column=None):
         body = _without_stray_quotes(body, skipped)
     schema = {f"{index}": pl.String for index in range(len(names))}
     body = delimiter.encode() * (len(names) - 1) + b"\n" + body  # polars counts columns in the first row
-    wanted = {column.index for column in spelled(names)}
-    wanted = sorted(wanted | {index for index, name in enumerate(names) if name == vessel_column})
-    options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
+    known = {column.index for column in spelled(names)}
+    wanted = sorted(known | {index for index, name in enumerate(names) if name == vessel_column})
+    options: dict[str, Any] = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
     options |= {"truncate_ragged_lines": True, "encoding": "utf8-lossy"}
     try:
         frame = pl.read_csv(body, quote_char='"' if quoted else None, **options)
@@ -117,7 +122,7 @@ def csv(data, skipped, vessel_column=None):
     return frame, names, number, delimiter
 
 
-def _without_stray_quotes(body, skipped):
+def _without_stray_quotes(body: bytes, skipped: Counter[str]) -> bytes:
     """The lines with balanced quotes; a cell never spans lines here, so that a stray quote costs one line only."""
     lines = body.split(b"\n")
     stray = [row for row, line in enumerate(lines) if line.count(b'"') % 2]

@@ -1,6 +1,7 @@
 """The meaning of the columns of a table: common spellings of their names, and units in names."""
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from steerway.core.earth import KNOT
@@ -33,7 +34,7 @@ _SPELLINGS = {
     "yaw_rate": "yaw_rate yawrate rate_of_turn rateofturn rot",
     "mmsi": "mmsi",
 }
-_UNITS = {
+_UNITS: dict[str, Mapping[str, float | None]] = {
     "time": {"s": 1.0, "sec": 1.0, "seconds": 1.0, "unix": None, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
     | {"msec": 1e-3, "usec": 1e-6, "nsec": 1e-9},
     "angle": {"semicircles": SEMICIRCLE}
@@ -75,13 +76,18 @@ class Column:
     basis: str = ""  # "assumed" where the name states no unit, or how it was inferred
 
     @property
+    def to_si(self) -> float:
+        """The factor of a column that is no time."""
+        return 1.0 if self.factor is None else self.factor
+
+    @property
     def assumed(self) -> bool:
         """Whether the unit is only assumed."""
         return self.basis == "assumed"
 
-    def __str__(self):
+    def __str__(self) -> str:
         kind = _KINDS.get(self.meaning, "none")
-        if kind == "time" and self.basis:
+        if kind == "time" and self.basis and self.factor is not None:
             return f"{self.name} as time in {_TIME_UNITS[self.factor]} ({self.basis})"
         if self.factor is None or kind in ("none", "time"):
             return f"{self.name} as {self.meaning}"
@@ -91,7 +97,7 @@ class Column:
         )
 
 
-def understood(names) -> dict[str, Column]:
+def understood(names: Iterable[str]) -> dict[str, Column]:
     """The known columns of a table by meaning; of several alike the most common spelling is used."""
     best = {each.meaning: each for each in reversed(spelled(names))}
     if "mmsi" in best:
@@ -102,12 +108,12 @@ def understood(names) -> dict[str, Column]:
     return dict(sorted(best.items(), key=lambda each: each[1].index))
 
 
-def spelled(names) -> list[Column]:
+def spelled(names: Iterable[str]) -> list[Column]:
     """Every column of a table whose name is known, of one meaning the most common spelling first."""
     found = [(_meaning(name), index, name) for index, name in enumerate(names)]
     is_ais = any(meaning == "mmsi" for (meaning, *_), *_ in found)
-    known = sorted((each for each in found if each[0][0]), key=lambda each: (each[0][1], each[1]))
-    return [_column(index, name, meaning, unit, is_ais) for (meaning, _, unit), index, name in known]
+    known = sorted(found, key=lambda each: (each[0][1], each[1]))
+    return [_column(index, name, meaning, unit, is_ais) for (meaning, _, unit), index, name in known if meaning]
 
 
 def unit_in(meaning: str, text: str) -> float | None:
@@ -120,13 +126,13 @@ def no_fix(name: str) -> frozenset[str]:
     return _NO_FIX_OF.get(_plain_field(name), _NO_FIX)
 
 
-def _column(index, name, meaning, unit, is_ais):
+def _column(index: int, name: str, meaning: str, unit: float | None, is_ais: bool) -> Column:
     if unit is not None or _KINDS.get(meaning, "time") == "time":
         return Column(index, name, meaning, unit)
     return Column(index, name, meaning, _default(meaning, name, is_ais), "" if is_ais else "assumed")
 
 
-def _meaning(name):
+def _meaning(name: str) -> tuple[str | None, int, float | None]:
     """(meaning, rank of the spelling, factor the name states or None) of a column name; (None, 0, None) if unknown."""
     plain = _plain_field(name)
     for meaning, spellings in _SPELLINGS.items():
@@ -140,7 +146,7 @@ def _meaning(name):
     return None, 0, None
 
 
-def _plain_field(name):
+def _plain_field(name: str) -> str:
     """A name without the prefix of `rostopic echo -p`."""
     return plain_name(name).removeprefix("field_").removeprefix("pose_position_")
 
@@ -150,10 +156,10 @@ def plain_name(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", name.lower().replace("°", " deg ")).strip("_")
 
 
-def _default(meaning, name, is_ais):
+def _default(meaning: str, name: str, is_ais: bool) -> float | None:
     """The factor of a name that states none: nautical units for nautical terms, SI for others."""
     if meaning in ("sog", "water_speed"):
         return 1.0 if not is_ais and re.search("speed|vel", name.lower()) else KNOT
     if meaning == "yaw_rate":
         return DEGREE if "yaw" in name.lower() else DEGREE / 60
-    return {"angle": DEGREE, "length": 1.0}.get(_KINDS.get(meaning))
+    return {"angle": DEGREE, "length": 1.0}.get(_KINDS.get(meaning, ""))

@@ -6,10 +6,11 @@ Fields: the FMT messages of the log itself; their meaning: ArduPilot, "Onboard m
 import re
 import struct
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.formats import dilution
@@ -47,7 +48,7 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The sources "GPS", "GPS2", … or "GPS 0", "GPS 1", … of a log. Raises InputError for one without the columns."""
-    skipped, rows = Counter(), defaultdict(list)
+    skipped, rows = Counter[str](), defaultdict(list)
     for kind, row in _binary(data, skipped) if _DECLARED in data[:4096] else _text(data, skipped):
         if row["Status"] < _LEAST_STATUS:
             skipped["no fix"] += 1
@@ -78,7 +79,7 @@ def _expect_columns(names):
         raise InputError(f"GPS messages have no {missing[0]}, found {', '.join(names)}")
 
 
-def _text(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
+def _text(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
     """(kind, fields) of the messages of receivers in a log as text."""
     columns = {kind: _names(names.decode()) for kind, names in _FORMAT.findall(data)}
     for kind, text in _DUMPED.findall(data):
@@ -94,7 +95,7 @@ def _text(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
             skipped["line not understood"] += 1
 
 
-def _binary(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
+def _binary(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
     """(kind, fields) of the messages of receivers in a binary log; what is damaged is counted and passed over."""
     sizes, layouts = {_FMT: _FMT_LAYOUT.size + 3}, {}
     at = data.find(_DECLARED)
@@ -118,11 +119,11 @@ def _binary(data, skipped) -> Iterator[tuple[str, dict[str, float]]]:
         at += size
 
 
-def _is_number(value):
+def _is_number(value: object) -> bool:
     return not isinstance(value, bytes)
 
 
-def _fixes(name, table, skipped) -> Fixes:
+def _fixes(name: str, table: Floats, skipped: Counter[str]) -> Fixes:
     status, milliseconds, week, latitude, longitude, sog, course, hdop = table.T
     quality = [_QUALITY.get(int(each), dilution.ALONE) for each in status]
     std = np.array([dilution.deviation(*each) for each in zip(hdop, quality, strict=True)])

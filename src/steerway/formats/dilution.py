@@ -12,7 +12,7 @@ LARGEST = 50.0
 
 
 @part_of_kernels
-def deviation(dilution, quality=ALONE):
+def deviation(dilution: float, quality: float = ALONE) -> float:
     """1σ of north and of east (m) by HDOP and the quality of the fix; NaN where they are unknown.
 
     That of the kind of fix, times an HDOP above 1: satellites in better places do not make the atmosphere better.

@@ -7,11 +7,14 @@ Properties of points that are read have the names of a table's columns; a line w
 import io
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import polars as pl
 
 from steerway.core.errors import InputError
+from steerway.core.records import Record
 from steerway.formats import table
 from steerway.formats.recording import Recording
 
@@ -36,7 +39,7 @@ def read(data: bytes) -> Recording:
     return replace(table.read(file.getvalue()), format="GeoJSON")
 
 
-def _rows(feature):
+def _rows(feature: dict[str, Any]) -> list[dict[str, Any]]:
     """A feature's points with their properties; none of a line whose points have no times."""
     geometry, properties = feature["geometry"] or {}, feature.get("properties") or {}
     plain = {name: value for name, value in properties.items() if isinstance(value, int | float | str)}
@@ -54,7 +57,7 @@ def _rows(feature):
     ]
 
 
-def text(record) -> str:
+def text(record: Record) -> str:
     """A FeatureCollection of the rows of `Fixes` or `Motion` that have a place.
 
     Coordinates are longitude and latitude in degrees; a track that crosses the antimeridian is a line in parts, as the
@@ -66,20 +69,20 @@ def text(record) -> str:
     return collection(collected)
 
 
-def features(mmsi, rows) -> list[dict]:
+def features(mmsi: int | None, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Of a track's rows (dicts with lon_deg, lat_deg and time_s): its line, and the points."""
     return [_line(mmsi, rows), *(_point(row) for row in rows)] if rows else []
 
 
-def collection(collected) -> str:
+def collection(collected: Sequence[dict[str, Any]]) -> str:
     """The text of a FeatureCollection."""
     whole = {"type": "FeatureCollection", "features": collected}
     return json.dumps(whole, allow_nan=False, separators=(",", ":")) + "\n"
 
 
-def _line(mmsi, rows):
+def _line(mmsi: int | None, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The track as a LineString, or a MultiLineString where it crosses the antimeridian."""
-    parts = [[]]
+    parts: list[list[list[float]]] = [[]]
     for row in rows:
         place = [row["lon_deg"], row["lat_deg"]]
         if parts[-1] and abs(place[0] - parts[-1][-1][0]) > 180.0:
@@ -99,7 +102,7 @@ def _line(mmsi, rows):
     return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
 
 
-def _point(row):
+def _point(row: dict[str, Any]) -> dict[str, Any]:
     place = [row["lon_deg"], row["lat_deg"]]
     properties = {name: value for name, value in row.items() if name not in ("lat_deg", "lon_deg")}
     return {"type": "Feature", "geometry": {"type": "Point", "coordinates": place}, "properties": properties}

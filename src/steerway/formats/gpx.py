@@ -9,11 +9,16 @@ import math
 import re
 import xml.parsers.expat
 from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import NoReturn
+from xml.parsers.expat import XMLParserType
 
 import numpy as np
+import polars as pl
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
-from steerway.core.records import Fixes
+from steerway.core.records import Fixes, Record
 from steerway.core.timestamps import iso, unix_times
 from steerway.formats import dilution
 from steerway.formats.places import places
@@ -29,6 +34,9 @@ _MOST_PARSED = 8  # bytes parsed, over those of the file: each damaged place is 
 _PARSED_ANYWAY = 1 << 20
 _MMSI = re.compile(r"(?:MMSI\s*)?([0-9]{9})$")
 
+Point = tuple[*tuple[str | None, ...], str]
+"""lat, lon, time, speed, course, HDOP, track name, as text."""
+
 
 def recognises(head: bytes) -> bool:
     """Whether the first bytes hold the root element of a GPX file."""
@@ -40,19 +48,18 @@ def read(data: bytes) -> Recording:
 
     Speed (m/s) and course are taken where points have them, also as extensions. Points without time are counted.
     """
-    skipped = Counter()
+    skipped = Counter[str]()
     points = _points(data, skipped)
     counts = {"track points": len(points)}
     if not points:
         return Recording("GPX", {}, counts, dict(skipped))
-    latitude, longitude, time, sog, cog, hdop, track = zip(*points, strict=True)
-    latitude, longitude = places(_numbers(latitude), _numbers(longitude))
-    time = unix_times(time)
-    names = [_MMSI.match(name) for name in track]
-    mmsi = np.array([int(name.group(1)) for name in names]) if all(names) else None
-    cog = np.radians(_numbers(cog))
-    std = np.array([dilution.deviation(each) for each in _numbers(hdop)])
-    fixes = Fixes(time, latitude, longitude, position_std=std, sog=_numbers(sog), cog=cog, mmsi=mmsi, source="GPX")
+    latitudes, longitudes, stamps, speeds, courses, dilutions, track = zip(*points, strict=True)
+    place, time = places(_numbers(latitudes), _numbers(longitudes)), unix_times(stamps)
+    numbers = [int(name.group(1)) for name in map(_MMSI.match, track) if name]
+    mmsi = np.array(numbers) if len(numbers) == len(track) else None
+    sog, cog = _numbers(speeds), np.radians(_numbers(courses))
+    std = np.array([dilution.deviation(each) for each in _numbers(dilutions)])
+    fixes = Fixes(time, *place, position_std=std, sog=sog, cog=cog, mmsi=mmsi, source="GPX")
     for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
         if not good.all():
             skipped[reason] += int((~good).sum())
@@ -60,11 +67,11 @@ def read(data: bytes) -> Recording:
     return Recording("GPX", {"GPX": fixes} if len(fixes) else {}, counts, dict(skipped))
 
 
-def _numbers(texts):
+def _numbers(texts: Iterable[str | None]) -> Floats:
     return np.array([_number(text) for text in texts])
 
 
-def _number(text):
+def _number(text: str | None) -> float:
     try:
         number = float(text or "nan")
     except ValueError:
@@ -72,7 +79,7 @@ def _number(text):
     return number if math.isfinite(number) else math.nan
 
 
-def _points(data, skipped):
+def _points(data: bytes, skipped: Counter[str]) -> list[Point]:
     """The track points as (lat, lon, time, speed, course, HDOP, track name), as text; damaged places are counted."""
     handler = _Handler()
     declared = (re.search(rb"<\?xml[^>]*\?>", data), re.search(rb"<gpx\b[^<>]*[^/<>]>", data))
@@ -96,10 +103,11 @@ def _points(data, skipped):
 class _Handler:
     """Collects the track points of what expat makes of a document."""
 
-    def __init__(self):
-        self.points, self.track, self.parsed = [], "", 0
+    def __init__(self) -> None:
+        self.points: list[Point] = []
+        self.track, self.parsed = "", 0
 
-    def accepts(self, opening):
+    def accepts(self, opening: bytes) -> bool:
         """Whether `opening` is a sound beginning of a document."""
         try:
             _parser(None).Parse(opening, False)
@@ -107,10 +115,13 @@ class _Handler:
             return False
         return bool(opening)
 
-    def parse(self, opening, data, start):
+    def parse(self, opening: bytes, data: bytes, start: int) -> int | None:
         """Take in `data` from `start` on; None, or where to look for the next point after damage."""
         self.parser = _parser(self)
-        self.point, self.text, self.path, self.last = None, None, [], -1
+        self.point: dict[str, str | None] | None = None
+        self.text: list[str] | None = None
+        self.path: list[str] = []
+        self.last = -1
         try:
             self.parser.Parse(opening, False)
             at, size = start, _FIRST_CHUNK
@@ -125,7 +136,7 @@ class _Handler:
             return start + max(self.last - len(opening), 0) + 1
         return None
 
-    def start(self, tag, attributes):
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
         self.last = self.parser.CurrentByteIndex
         tag = tag.rpartition(":")[2]
         self.path.append(tag)
@@ -135,11 +146,11 @@ class _Handler:
             self.track = ""
         self.text = [] if tag in _TEXTS else None
 
-    def characters(self, text):
+    def characters(self, text: str) -> None:
         if self.text is not None:
             self.text.append(text)
 
-    def end(self, tag):
+    def end(self, tag: str) -> None:
         self.last = self.parser.CurrentByteIndex
         tag = self.path.pop()
         if tag == "trkpt" and self.point is not None:
@@ -154,7 +165,7 @@ class _Handler:
         self.text = None
 
 
-def _parser(handler):
+def _parser(handler: _Handler | None) -> XMLParserType:
     parser = xml.parsers.expat.ParserCreate()
     parser.buffer_text = True
     parser.EntityDeclHandler = _refuse
@@ -164,11 +175,11 @@ def _parser(handler):
     return parser
 
 
-def _refuse(*_):
+def _refuse(*_: object) -> NoReturn:
     raise InputError("the GPX file declares XML entities, expected none: they are not read")
 
 
-def text(record) -> str:
+def text(record: Record) -> str:
     """A GPX 1.0 document with one track a vessel, of the rows of `Fixes` or `Motion` that have a place.
 
     The name of a vessel's track is its MMSI. Numbers have the fewest digits that read back the same.
@@ -186,7 +197,7 @@ def text(record) -> str:
     return "\n".join(lines)
 
 
-def _point_lines(frame):
+def _point_lines(frame: pl.DataFrame) -> Iterator[str]:
     empty = [None] * len(frame)
     columns = [frame[name].to_list() for name in ("time_s", "lat_deg", "lon_deg")]
     columns += [frame[name].to_list() if name in frame.columns else empty for name in ("sog_mps", "cog_deg")]

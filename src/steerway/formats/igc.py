@@ -5,6 +5,7 @@ from collections import Counter
 
 import numpy as np
 
+from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats.places import places
@@ -27,8 +28,11 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The source "IGC": fixes with their places to 0.001′, or finer where the file declares further digits."""
-    skipped = Counter()
-    day, month, year = (int(each) for each in _DATE.search(data).groups())
+    skipped = Counter[str]()
+    date = _DATE.search(data)
+    if date is None:
+        raise InputError("there is no date in it, expected a line that begins with HFDTE")
+    day, month, year = map(int, date.groups())
     century = 1900 if year >= 80 else 2000
     midnight = unix_times([f"{century + year:04d}-{month:02d}-{day:02d}T00:00:00Z"])[0]
     further = _places_of_extensions(data)
@@ -59,22 +63,23 @@ def read(data: bytes) -> Recording:
     return Recording("IGC", {"IGC": fixes} if len(fixes) else {}, counts, dict(skipped))
 
 
-def _places_of_extensions(data) -> dict[str, tuple[int, int]]:
+def _places_of_extensions(data: bytes) -> dict[str, tuple[int, int]]:
     """Where further digits of the clock and of the place stand in a fix's line, by the code of the extension."""
     found = _EXTENSIONS.search(data)
     codes = {}
-    for at in range(0, len(found[1]) if found else 0, 7):
+    declared = found[1] if found else b""
+    for at in range(0, len(declared), 7):
         first, end, code = (
-            int(found[1][at : at + 2]),
-            int(found[1][at + 2 : at + 4]),
-            found[1][at + 4 : at + 7].decode(),
+            int(declared[at : at + 2]),
+            int(declared[at + 2 : at + 4]),
+            declared[at + 4 : at + 7].decode(),
         )
         if code in ("TDS", "LAD", "LOD"):
             codes[code] = first - 1, end
     return codes
 
 
-def _degrees(text, further, negative):
+def _degrees(text: bytes, further: float, negative: bool) -> float:
     """Degrees of DDMMmmm or DDDMMmmm, with a further part of the last digit."""
     thousandths = int(text[-5:]) + further
     return (-1.0 if negative else 1.0) * (int(text[:-5]) + thousandths / 60000.0)

@@ -9,15 +9,15 @@ import json
 import math
 import struct
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.extras import require
-from steerway.core.records import REPORTED, Fixes
+from steerway.core.records import REPORTED, Fixes, Motion
 from steerway.core.timestamps import dated
 from steerway.formats import packed, ros2
 from steerway.formats.places import on_earth
@@ -51,7 +51,7 @@ def recognises(head: bytes) -> bool:
     return head.startswith(MAGIC)
 
 
-def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
+def messages(file: BinaryIO, metadata: dict[str, Any] | None = None) -> Iterator[Message]:
     """The messages of a file in the order of writing, up to its end or to where it is damaged.
 
     `metadata` is filled with the metadata records by their names.
@@ -60,7 +60,8 @@ def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
     from mcap.records import Channel, Metadata, Schema
     from mcap.records import Message as Record
 
-    schemas, channels = {}, {}
+    schemas: dict[int, str] = {}
+    channels: dict[int, Channel] = {}
     try:
         for record in _records(file):
             if isinstance(record, Schema):
@@ -81,7 +82,7 @@ def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
             raise InputError(f"MCAP is damaged from the beginning{why}, expected a recording") from None
 
 
-def _records(file) -> Iterator:
+def _records(file: BinaryIO) -> Iterator[Any]:
     """The records of a file, those in compressed chunks unpacked. Raises InputError for what unpacks to far more."""
     from mcap.records import Chunk
     from mcap.stream_reader import StreamReader, breakup_chunk
@@ -100,7 +101,7 @@ def _records(file) -> Iterator:
         yield from breakup_chunk(replace(record, data=data, compression=""))
 
 
-def _unpacked(chunk, most) -> bytes:
+def _unpacked(chunk: Any, most: int) -> bytes:
     """The records of a chunk, of more than `most` bytes its beginning."""
     if chunk.compression == "zstd":
         import zstandard
@@ -119,8 +120,8 @@ def _unpacked(chunk, most) -> bytes:
 def read(data: bytes) -> Recording:
     """The positions of every topic, each a source. Raises InputError without the package `mcap`."""
     require_mcap("MCAP")
-    rows: dict[str, list[tuple]] = {}
-    counts, skipped = Counter(), Counter()
+    rows: dict[str, list[tuple[float, ...]]] = {}
+    counts, skipped = Counter[str](), Counter[str]()
     for message in messages(io.BytesIO(data)):
         counts[message.schema or message.topic] += 1
         try:
@@ -131,7 +132,7 @@ def read(data: bytes) -> Recording:
         if made is None:
             continue
         name, row = made
-        if np.isfinite(dated(row[0])):
+        if np.isfinite(dated(np.asarray(row[0]))):
             rows.setdefault(name, []).append(row)
         else:
             skipped["no fix"] += 1
@@ -139,7 +140,7 @@ def read(data: bytes) -> Recording:
     return Recording("MCAP", sources, dict(counts), dict(skipped))
 
 
-def _row(message):
+def _row(message: Any) -> tuple[str, tuple[float, ...]] | None:
     """Source and (time, latitude, longitude, *REPORTED) of a message, time NaN without a fix; None for another kind."""
     if message.schema == ros2.NAV_SAT_FIX and message.encoding == "cdr":
         return message.topic, ros2.nav_sat_fix(message.data)
@@ -152,7 +153,7 @@ def _row(message):
     return None
 
 
-def _location_fix(message):
+def _location_fix(message: dict[str, Any]) -> tuple[float, ...]:
     time = message["timestamp"]["sec"] + 1e-9 * message["timestamp"]["nsec"]
     place = on_earth(math.radians(message["latitude"]), math.radians(message["longitude"]))
     variance = message.get("position_covariance") or [math.nan] * 9
@@ -161,17 +162,17 @@ def _location_fix(message):
     return time, *place, std, *[math.nan] * 5
 
 
-def _number(value):
+def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
-def _fixes(name, rows):
+def _fixes(name: str, rows: Sequence[tuple[float, ...]]) -> Fixes:
     columns = np.array(rows, dtype=float).T
     names = ("time", "latitude", "longitude", *REPORTED)
     return Fixes(**dict(zip(names, columns, strict=True)), source=name).in_order()
 
 
-def write_odometry(record, file: BinaryIO) -> None:
+def write_odometry(record: Motion, file: BinaryIO) -> None:
     """An estimate as `nav_msgs/msg/Odometry` on the topic /odometry, for ROS 2 and Foxglove; see `ros2.odometry`."""
     require_mcap("Odometry")
     from mcap.writer import Writer

@@ -7,7 +7,7 @@ What is far denser than logs are unpacks to time and memory, not to fixes. It is
 import io
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -59,7 +59,7 @@ def check(path: Path) -> None:
         file.seek(0)
         if zipfile.is_zipfile(path):
             with opened_zip(path) as archive:
-                pieces = [each.file_size for each in archive.infolist()]
+                pieces: Iterable[int] = [each.file_size for each in archive.infolist()]
         elif size > _LARGE:
             return
         elif head.startswith(GZIP):

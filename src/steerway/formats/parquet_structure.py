@@ -5,6 +5,8 @@ Both are in Thrift's compact protocol (thrift-compact-protocol.md of Apache Thri
 names the fields by the numbers used here).
 """
 
+from typing import Any
+
 from steerway.core.errors import InputError
 
 _MAGIC = b"PAR1"
@@ -29,7 +31,11 @@ def check(data: bytes) -> None:
         raise InputError("the Parquet file is damaged: it declares more than it holds") from None
 
 
-def _check_pages(data, column):
+Struct = dict[int, Any]
+"""A structure of Thrift by the numbers of its fields."""
+
+
+def _check_pages(data: bytes, column: Struct) -> None:
     at = min(column[_DATA_PAGE], column.get(_DICTIONARY_PAGE) or column[_DATA_PAGE])
     stop = at + column[_COMPRESSED]
     if not 0 <= at <= stop <= len(data):
@@ -44,7 +50,7 @@ def _check_pages(data, column):
         at += page[_PAGE_SIZE]
 
 
-def _varint(data, at, stop):
+def _varint(data: bytes, at: int, stop: int) -> tuple[int, int]:
     """(value, index behind it)."""
     value = shift = 0
     while at < stop and shift < 64:
@@ -55,11 +61,12 @@ def _varint(data, at, stop):
     raise IndexError
 
 
-def _struct(data, at, stop, depth):
+def _struct(data: bytes, at: int, stop: int, depth: int) -> tuple[Struct, int]:
     """(field number → value, index behind it)."""
     if depth > _DEEPEST:
         raise IndexError
-    fields, number = {}, 0
+    fields: Struct = {}
+    number = 0
     while at < stop:
         kind, step = data[at] & 0x0F, data[at] >> 4
         at += 1
@@ -77,7 +84,7 @@ def _struct(data, at, stop, depth):
     raise IndexError
 
 
-def _value(data, at, stop, kind, depth):
+def _value(data: bytes, at: int, stop: int, kind: int, depth: int) -> tuple[Any, int]:
     if kind in (_TRUE, _FALSE, _BYTE, _DOUBLE):
         return None, at + (8 if kind == _DOUBLE else 1)
     if kind == _STRUCT:
@@ -103,6 +110,6 @@ def _value(data, at, stop, kind, depth):
     return _signed(coded), at
 
 
-def _signed(coded):
+def _signed(coded: int) -> int:
     """Of zigzag coding."""
     return coded >> 1 if coded % 2 == 0 else -(coded >> 1) - 1

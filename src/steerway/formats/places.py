@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
 from steerway.core.interpreted import without_compiling
@@ -25,7 +26,7 @@ def on_earth(latitude: float, longitude: float) -> tuple[float, float]:
     return latitude, _wrap(longitude)
 
 
-def places(latitude_deg, longitude_deg) -> tuple[np.ndarray, np.ndarray]:
+def places(latitude_deg: ArrayLike, longitude_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Latitude and longitude (n,) in rad, longitude in [−π, π); both NaN where the pair is not a place on earth."""
     latitude, longitude = np.asarray(latitude_deg, dtype=float), np.asarray(longitude_deg, dtype=float)
     with np.errstate(invalid="ignore"):

@@ -3,6 +3,7 @@
 import re
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -13,7 +14,7 @@ from steerway.formats.cells import DELIMITERS, parquet
 _MISSING = ["", "nan", "NaN", "null", "NA", "-"]
 
 
-def read_plain(path: str | PathLike, columns: str = "") -> pl.DataFrame:
+def read_plain(path: str | PathLike[str], columns: str = "") -> pl.DataFrame:
     """The table in a file, (rows, columns) under the names of its header; lines that begin with # are comments.
 
     Decimal commas are read where the cells are not separated by commas. `columns` says in errors what is expected.
@@ -32,7 +33,12 @@ def read_plain(path: str | PathLike, columns: str = "") -> pl.DataFrame:
     header = next((line for line in data.splitlines() if line.strip() and not line.startswith(b"#")), b"")
     delimiter = max(DELIMITERS, key=header.decode("utf-8", "replace").count)
     commas = delimiter != "," and re.search(rb"\d,\d", data) is not None
-    options = {"comment_prefix": "#", "infer_schema_length": None, "null_values": _MISSING, "separator": delimiter}
+    options: dict[str, Any] = {
+        "comment_prefix": "#",
+        "infer_schema_length": None,
+        "null_values": _MISSING,
+        "separator": delimiter,
+    }
     try:
         frame = pl.read_csv(data, decimal_comma=commas, **options)
     except pl.exceptions.PolarsError:

@@ -5,7 +5,7 @@ A log is recognised by its content; a new format is its module and one line in F
 """
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -125,7 +125,9 @@ def plain(path: Source, max_size: float | None = None) -> bytes:
     return packed.plain(*_opened(path), max_size)
 
 
-def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
+def _recordings(
+    paths: Sequence[Source], progress: Progress | None, max_size: float | None
+) -> Iterator[tuple[str, Recording]]:
     if not paths:
         raise InputError("no log is given, expected one or more paths, or - for standard input")
     yield from ((f"frame {k}", table.read_frame(each)) for k, each in enumerate(paths, 1) if _is_frame(each))
@@ -140,34 +142,34 @@ def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
             progress(done, max(total, done))
 
 
-def _is_frame(path):
+def _is_frame(path: object) -> bool:
     return hasattr(path, "columns") and hasattr(path, "shape")
 
 
-def _files(path):
+def _files(path: Source) -> Sequence[Source]:
     """The files of a ROS 2 bag; of anything else itself."""
-    is_directory = isinstance(path, str | PathLike) and Path(path).is_dir()
+    is_directory = isinstance(path, str | PathLike[str]) and Path(path).is_dir()
     return (is_directory and ros2.files_of(Path(path))) or [path]
 
 
-def _size(path):
+def _size(path: Source) -> int:
     if isinstance(path, bytes | bytearray | memoryview):
         return len(path)
-    if isinstance(path, str | PathLike) and Path(path).is_file():
+    if isinstance(path, str | PathLike[str]) and Path(path).is_file():
         return Path(path).stat().st_size
     return 0
 
 
-def _opened(path):
+def _opened(path: Source) -> tuple[str, bytes]:
     """A name for messages and the bytes."""
     if isinstance(path, bytes | bytearray | memoryview):
         return "bytes", bytes(path)
-    if isinstance(path, str | PathLike) and str(path) != "-":
+    if isinstance(path, str | PathLike[str]) and str(path) != "-":
         try:
             return str(path), Path(path).read_bytes()
         except OSError as error:
             raise InputError(f"{path}: cannot be read ({_why(path, error)}), expected a log file") from None
-    stream, name = (sys.stdin.buffer, "standard input") if isinstance(path, str | PathLike) else (path, "")
+    stream, name = (sys.stdin.buffer, "standard input") if isinstance(path, str | PathLike[str]) else (path, "")
     if not hasattr(stream, "read"):
         raise InputError(f"log is {path!r}, expected a path, bytes or an open file")
     data = stream.read()
@@ -175,13 +177,13 @@ def _opened(path):
     return name, data.encode() if isinstance(data, str) else data
 
 
-def _why(path, error):
+def _why(path: Any, error: OSError) -> str:
     if isinstance(error, FileNotFoundError):
         return "no such file"
     return "a directory" if Path(path).is_dir() else (error.strerror or "not readable").lower()
 
 
-def _parsed(name, data):
+def _parsed(name: str, data: bytes) -> list[Recording]:
     """The recordings of every format that recognises the bytes."""
     if not data or data.isspace():
         raise InputError(f"{name}: is empty, expected a log")
@@ -204,7 +206,7 @@ def _parsed(name, data):
     return recordings
 
 
-def _no_position(logs):
+def _no_position(logs: Sequence[tuple[str, Recording]]) -> str:
     names = ", ".join(dict.fromkeys(name for name, _ in logs))
     counts = [each for _, recording in logs for each in list(recording.counts.items())[:5]]
     kinds = ", ".join(f"{count} × {kind}" for kind, count in counts if count)
@@ -212,12 +214,12 @@ def _no_position(logs):
     return f"{names}: no position in it; found {kinds or 'no complete message'}{f' ({skipped})' if skipped else ''}"
 
 
-def _choice_notes(name, sources):
+def _choice_notes(name: str, sources: Mapping[str, Fixes]) -> list[str]:
     others = [described(other, fixes) for other, fixes in sources.items() if other != name and fixes.has_position.any()]
     return [f"position from {described(name, sources[name])} out of {'; '.join(others)}"] if others else []
 
 
-def _log_notes(logs):
+def _log_notes(logs: Sequence[tuple[str, Recording]]) -> Iterator[str]:
     many = len({name for name, _ in logs}) > 1
     for name, recording in logs:
         where = f"{Path(name).name}: " if many else ""
@@ -227,7 +229,7 @@ def _log_notes(logs):
             yield f"{where}skipped {skipped}"
 
 
-def _skipped(recordings):
+def _skipped(recordings: Iterable[Recording]) -> str:
     totals: dict[str, int] = {}
     for recording in recordings:
         for reason, count in recording.skipped.items():

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.formats.plain_table import numbers, read_plain
@@ -70,7 +71,7 @@ def read_tracks(path: str | Path) -> list[NamedTrack]:
     return [NamedTrack.of(name, placed)]
 
 
-def _table(path) -> pl.DataFrame | None:
+def _table(path: str | Path) -> pl.DataFrame | None:
     """The file as a table whose first column is time_s or mmsi, None for any other file."""
     try:
         with Path(path).open("rb") as file:
@@ -86,8 +87,8 @@ def _table(path) -> pl.DataFrame | None:
     return frame if "time_s" in frame.columns else None
 
 
-def _of_frame(name, frame, prefix) -> NamedTrack:
-    def column(outward):
+def _of_frame(name: str, frame: pl.DataFrame, prefix: str) -> NamedTrack:
+    def column(outward: str) -> Floats:
         if outward not in frame.columns:
             return np.full(len(frame), np.nan)
         return numbers(frame, outward)

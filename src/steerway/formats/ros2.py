@@ -10,12 +10,13 @@ import struct
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
-from steerway.core.records import REPORTED, Fixes
+from steerway.core.records import REPORTED, Fixes, Motion
 from steerway.formats.places import on_earth
 from steerway.formats.recording import Recording
 
@@ -58,7 +59,7 @@ class _Cursor:
         self._order = "<" if data[1] & 1 else ">"
         self._data, self._at = data[4:], 0
 
-    def take(self, kind: str, size: int, count: int = 1) -> tuple:
+    def take(self, kind: str, size: int, count: int = 1) -> tuple[Any, ...]:
         self._at += -self._at % size
         values = struct.unpack_from(f"{self._order}{count}{kind}", self._data, self._at)
         self._at += size * count
@@ -102,8 +103,8 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The topics of NavSatFix in a bag, each a source. Raises InputError for a database that is no bag."""
-    rows: dict[str, list[tuple]] = {}
-    counts, skipped = Counter(), Counter()
+    rows: dict[str, list[tuple[float, ...]]] = {}
+    counts, skipped = Counter[str](), Counter[str]()
     base = sqlite3.connect(":memory:")
     # A database may define its tables as queries without end.
     steps = iter(range(max(len(data), _STEPS_ANYWAY) // _STEPS))
@@ -137,7 +138,7 @@ def read(data: bytes) -> Recording:
     return Recording("ROS 2 bag", sources, dict(counts), {why: count for why, count in skipped.items() if count})
 
 
-def odometry(record) -> Iterator[tuple[int, bytes]]:
+def odometry(record: Motion) -> Iterator[tuple[int, bytes]]:
     """(time in ns, serialized Odometry) of the rows of an estimate that have a position.
 
     Pose in the frame `map`, m east and north of the first position; yaw is that of the course, π/2 − χ. Twist in the
@@ -167,13 +168,13 @@ def odometry(record) -> Iterator[tuple[int, bytes]]:
         yield moment, bytes(data)
 
 
-def _diagonal(*values):
+def _diagonal(*values: float) -> list[float]:
     return [values[k // 7] if k % 7 == 0 else 0.0 for k in range(36)]
 
 
-def _variance(std):
+def _variance(std: float) -> float:
     return float(std) ** 2 if math.isfinite(std) else _UNKNOWN
 
 
-def _or_zero(value):
+def _or_zero(value: float) -> float:
     return value if math.isfinite(value) else 0.0

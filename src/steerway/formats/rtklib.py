@@ -1,10 +1,13 @@
 """Solutions of RTKLIB (.pos): a line a fix, with its accuracy. Fields: the manual of RTKLIB 2.4.2, appendix B.1."""
 
+import math
 import re
 from collections import Counter
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
@@ -25,11 +28,13 @@ def recognises(head: bytes) -> bool:
 def read(data: bytes) -> Recording:
     """The source "RTKLIB"; speed and course where the solution has velocities. Raises InputError for other columns."""
     head = _HEAD.search(data)
+    if head is None:
+        raise InputError("there is no header of a solution in it, expected one with latitude and longitude")
     system, titles = head[1].decode(), head[2].decode("ascii", "replace")
     names = [re.sub(r"\(.*?\)", "", each) for each in re.split(r"[\s,;]+", titles)]
     names = [each for each in names if each]
     in_minutes = b"d'" in head[2]
-    skipped, rows, clocks = Counter(), [], []
+    skipped, rows, clocks = Counter[str](), [], []
     for line in data[head.end() :].splitlines():
         if not line.strip() or line.startswith(b"%"):
             continue
@@ -67,20 +72,20 @@ def read(data: bytes) -> Recording:
     )
 
 
-def _numbers(cells):
+def _numbers(cells: Iterable[str]) -> list[float] | None:
     try:
         return [float(each) for each in cells if each]
     except ValueError:
         return None
 
 
-def _of_minutes(parts):
+def _of_minutes(parts: Sequence[float]) -> float:
     """Degrees of degrees, minutes and seconds; the sign is that of the degrees."""
     degrees, minutes, seconds = parts
-    return np.copysign(abs(degrees) + minutes / 60.0 + seconds / 3600.0, degrees)
+    return math.copysign(abs(degrees) + minutes / 60.0 + seconds / 3600.0, degrees)
 
 
-def _times(clocks, system):
+def _times(clocks: Sequence[Sequence[str]], system: str) -> Floats:
     """Unix s of a date and a clock, or of a week and its seconds."""
     if not clocks:
         return np.zeros(0)

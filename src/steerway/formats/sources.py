@@ -2,9 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steerway.core.arrays import Floats
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
 from steerway.core.gaps import GAP_INTERVALS, shortest_gap
@@ -73,21 +76,21 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
     )
 
 
-def _intervals(placed):
+def _intervals(placed: Fixes) -> Floats:
     """Positive intervals between fixes, vessel by vessel."""
     each = [np.diff(np.unique(track.time)) for _, track in placed.tracks()]
     intervals = np.concatenate(each) if each else np.empty(0)
     return intervals[intervals > _SAME_TIME]
 
 
-def _resolution(placed):
+def _resolution(placed: Fixes) -> float:
     """The last decimal in which the positions are written, of minutes or of degrees, m; NaN when there is none."""
     some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
     meridian, _ = radii(float(placed.latitude[0]))
     return last_digit(np.concatenate([some.latitude, some.longitude])) * meridian
 
 
-def _roughness(placed, usual):
+def _roughness(placed: Fixes, usual: float) -> float:
     """Median distance (m) of a fix from where its neighbours put it: noise, uneven time stamps and late fixes."""
     time, first = np.unique(placed.time, return_index=True)
     if len(time) < 3 or placed.mmsi is not None:
@@ -124,7 +127,7 @@ def gather(logs: Sequence[tuple[str, Mapping[str, Fixes]]]) -> dict[str, Fixes]:
     return {name: replace(fixes, source=name) for name, fixes in gathered.items()}
 
 
-def _are_one(parts):
+def _are_one(parts: Sequence[tuple[str, Fixes]]) -> bool:
     """Whether parts of one name, sorted by their beginning, come from one device."""
     for k in range(1, len(parts)):
         earlier, later = parts[k - 1][1], parts[k][1]
@@ -136,13 +139,13 @@ def _are_one(parts):
     return True
 
 
-def _keys(fixes):
+def _keys(fixes: Fixes) -> np.ndarray:
     mmsi = np.zeros(len(fixes)) if fixes.mmsi is None else fixes.mmsi
     values = np.column_stack([mmsi, fixes.time, fixes.latitude, fixes.longitude, fixes.heading])
     return np.ascontiguousarray(np.nan_to_num(values, nan=1e9)).view("V40").reshape(-1)
 
 
-def _in_earlier(fixes, earlier):
+def _in_earlier(fixes: Fixes, earlier: Fixes) -> NDArray[np.bool_]:
     """(n,) bool: the rows that an earlier log also has, with the same values."""
     known = set(_keys(earlier).tolist())
     return np.array([key in known for key in _keys(fixes).tolist()], bool)
@@ -158,10 +161,11 @@ def joined(parts: Sequence[Fixes]) -> Fixes:
     return whole.in_order()
 
 
-def _stacked(first, second):
+def _stacked(first: Fixes, second: Fixes) -> Fixes:
     """One table under the other. Rows of a log with vessels and of one without never meet here."""
     names = first.columns() if first.mmsi is None or second.mmsi is not None else Fixes(*[np.empty(0)] * 3).columns()
-    return replace(first, **{name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in names})
+    whole: dict[str, Any] = {name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in names}
+    return replace(first, **whole)
 
 
 def rank(name: str, wanted: Sequence[str]) -> int | None:
@@ -202,7 +206,8 @@ def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, li
     its fixes or more, else the one that reports it most often. SOG and COG come from others only when they have no
     positions themselves and the chosen source reports neither.
     """
-    chosen, notes = sources[name], []
+    chosen = sources[name]
+    notes: list[str] = []
     if chosen.mmsi is not None:
         return chosen, notes
     gifts: dict[str, list[str]] = {}
@@ -216,7 +221,7 @@ def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, li
     return chosen, notes
 
 
-def _giver(name, sources, column):
+def _giver(name: str, sources: Mapping[str, Fixes], column: str) -> str | None:
     """The other source that gives a column, or None."""
     chosen = sources[name]
     own = np.isfinite(getattr(chosen, column)).sum()
@@ -228,19 +233,19 @@ def _giver(name, sources, column):
             continue
         inside = fixes.between(chosen.time.min(), np.nextafter(chosen.time.max(), np.inf))
         fit[other] = np.isfinite(getattr(inside, column)).sum()
-    best = max(fit, key=fit.get, default=None)
+    best = max(fit, key=lambda each: fit[each], default=None)
     return best if best is not None and fit[best] > own else None
 
 
-def _merged(chosen, giver, columns):
+def _merged(chosen: Fixes, giver: Fixes, columns: Sequence[str]) -> Fixes:
     """Columns of another source: into the rows of the same time, else as rows of their own within the record."""
     inside = giver.between(chosen.time.min() - _SAME_TIME, chosen.time.max() + _SAME_TIME)
     reporting = np.any([np.isfinite(getattr(inside, column)) for column in columns], axis=0)
     inside = inside.rows(reporting)
     at = np.clip(np.searchsorted(chosen.time, inside.time - _SAME_TIME), 0, len(chosen) - 1)
     meets = np.abs(chosen.time[at] - inside.time) <= _SAME_TIME
-    given = {column: getattr(inside, column) for column in columns}
-    filled = {column: np.full(len(chosen), np.nan) for column in columns}
+    given: dict[str, Any] = {column: getattr(inside, column) for column in columns}
+    filled: dict[str, Any] = {column: np.full(len(chosen), np.nan) for column in columns}
     for column in columns:
         filled[column][at[meets][::-1]] = given[column][meets][::-1]  # of several at one time, the first
     alone = int((~meets).sum())

@@ -5,11 +5,15 @@ rejects the row if it is time, position or MMSI, and is left empty elsewhere.
 """
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
+from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
@@ -38,14 +42,14 @@ def read(data: bytes) -> Recording:
 
     Raises InputError where columns for time, latitude and longitude cannot be found, or a Parquet file is damaged.
     """
-    skipped = Counter()
+    skipped = Counter[str]()
     kind, frame, names, first_line, delimiter = _frame(data, skipped)
     columns = understood(names)
     _demand(columns, names)
     return _recording(kind, frame, columns, names, first_line, delimiter, skipped)
 
 
-def read_frame(frame) -> Recording:
+def read_frame(frame: Any) -> Recording:
     """The source of a polars or pandas DataFrame, as of `read`; an index of times is a column.
 
     Raises InputError where columns for time, latitude and longitude cannot be found.
@@ -53,12 +57,12 @@ def read_frame(frame) -> Recording:
     if not isinstance(frame, pl.DataFrame):
         indexed = frame.reset_index(names="time") if frame.index.dtype.kind == "M" else frame
         frame = pl.DataFrame({str(name): _of_pandas(indexed[name]) for name in indexed.columns})
-    skipped, columns = Counter(), understood(frame.columns)
+    skipped, columns = Counter[str](), understood(frame.columns)
     _demand(columns, frame.columns)
     return _recording("frame", frame, columns, frame.columns, 1, ",", skipped)
 
 
-def _of_pandas(series):
+def _of_pandas(series: Any) -> np.ndarray:
     """A column of pandas as NumPy has it, of times with a zone those in UTC."""
     zone = getattr(series.dtype, "tz", None)
     return series.to_numpy() if zone is None else series.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy()
@@ -84,7 +88,7 @@ def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording],
     named = vessel.is_not_null()
     if lacking := int((~named.to_numpy() & ~_blank(frame)).sum()):
         skipped["no vessel"] += lacking
-    found = {}
+    recordings: dict[str, Recording] = {}
     parts = (
         frame.with_columns(vessel.alias(_VESSEL)).filter(named).partition_by(_VESSEL, as_dict=True, include_key=False)
     )
@@ -92,11 +96,13 @@ def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording],
         of_vessel = Counter[str]()
         recording = _recording(kind, rows, columns.copy(), names, first_line, delimiter, of_vessel)
         skipped.update(of_vessel)
-        found[name] = replace(recording, notes=())
-    return found, dict(skipped)
+        recordings[name] = replace(recording, notes=())
+    return recordings, dict(skipped)
 
 
-def _frame(data, skipped, vessel_column=None):
+def _frame(
+    data: bytes, skipped: Counter[str], vessel_column: str | None = None
+) -> tuple[str, pl.DataFrame, list[str], int, str]:
     """(kind, frame, column names, line number of its first row, delimiter)."""
     if data.startswith(b"PAR1"):
         frame = parquet(data)
@@ -104,17 +110,23 @@ def _frame(data, skipped, vessel_column=None):
     return "CSV", *csv(data, skipped, vessel_column)
 
 
-def _demand(columns, names):
+def _demand(columns: Mapping[str, Column], names: Sequence[str]) -> None:
     missing = [meaning for meaning in ("time", "latitude", "longitude") if meaning not in columns]
     if missing:
         found = ", ".join(map(repr, names))
         raise InputError(f"the table has no column for {' and '.join(missing)}: found {found}, expected {EXPECTED}")
 
 
+Notes = list[tuple[int, str]]
+"""Line and what is to be said of it."""
+
+
 class _Reader:
     """Takes columns out of a frame and counts invalid cells."""
 
-    def __init__(self, frame, first_line, delimiter, skipped, notes):
+    def __init__(
+        self, frame: pl.DataFrame, first_line: int, delimiter: str, skipped: Counter[str], notes: Notes
+    ) -> None:
         self.frame, self.first_line, self.skipped, self.notes = frame, first_line, skipped, notes
         self.decimal_comma = delimiter != ","
         self.blank = _blank(frame)
@@ -189,7 +201,7 @@ class _Reader:
             text = self._text(series)
             self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
 
-    def _on_day(self, text, date, offset):
+    def _on_day(self, text: pl.Series, date: Column, offset: Column | None) -> pl.Series:
         """Dates with the time of day; of six digits the year comes first, where that gives dates."""
         of_clock = text.str.contains(_CLOCK).fill_null(False)
         padded = pl.Series("padded", np.where(text.str.find(r"[0-9]{6}").is_null(), "0", ""), dtype=pl.String) + text
@@ -202,7 +214,7 @@ class _Reader:
         whole = day + " " + text
         return whole if offset is None else whole + self._text(self._series(offset)).fill_null("")
 
-    def _with_units(self, text, column):
+    def _with_units(self, text: pl.Series, column: Column) -> Floats:
         """Numbers (n,) of cells that have their unit beside them, in that of the column; NaN of others."""
         groups = text.str.extract_groups(_WITH_UNIT).struct.unnest()
         factors = {unit: unit_in(column.meaning, unit) for unit in groups["2"].drop_nulls().unique()}
@@ -210,17 +222,17 @@ class _Reader:
         own = 1.0 if column.meaning == "position_std" else column.factor  # that is a share of a radius
         return _floats(groups["1"].cast(pl.Float64, strict=False) * beside / own)
 
-    def _series(self, column):
+    def _series(self, column: Column) -> pl.Series:
         return self.frame[column.name] if column.name in self.frame.columns else self.frame[f"{column.index}"]
 
-    def _text(self, series):
+    def _text(self, series: pl.Series) -> pl.Series:
         stripped = series.str.strip_chars(' \t\r"')
         return stripped.set(stripped.str.to_lowercase().is_in(_MISSING).fill_null(False), None)
 
-    def _plain(self, text):
+    def _plain(self, text: pl.Series) -> pl.Series:
         return text.str.replace(",", ".", literal=True) if self.decimal_comma else text
 
-    def _account(self, column, text, bad):
+    def _account(self, column: Column, text: pl.Series, bad: NDArray[np.bool_]) -> None:
         bad = bad & ~self.blank
         if not bad.any():
             return
@@ -232,7 +244,7 @@ class _Reader:
             self.bad |= bad
 
 
-def _blank(frame):
+def _blank(frame: pl.DataFrame) -> NDArray[np.bool_]:
     """(n,) bool: rows with nothing in them, and comments."""
     if frame.width == 0:
         return np.zeros(len(frame), dtype=bool)
@@ -241,12 +253,20 @@ def _blank(frame):
     return empty | first.str.starts_with("#").fill_null(False).to_numpy() if first.dtype == pl.String else empty
 
 
-def _floats(series):
+def _floats(series: pl.Series) -> Floats:
     return series.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
 
 
-def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
-    notes = []
+def _recording(
+    kind: str,
+    frame: pl.DataFrame,
+    columns: dict[str, Column],
+    names: Sequence[str],
+    first_line: int,
+    delimiter: str,
+    skipped: Counter[str],
+) -> Recording:
+    notes: Notes = []
     reader = _Reader(frame, first_line, delimiter, skipped, notes)
     is_ais = "mmsi" in columns
     place = [reader.numbers(columns["latitude"], "NS"), reader.numbers(columns["longitude"], "EW")]
@@ -263,7 +283,7 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     numbers = {name: reader.numbers(columns[name]) for name in REPORTED if name in columns}
     time = _time(reader, columns, names, latitude, longitude, numbers.get("sog"))
     without_fix = reader.lacks_fix(None if is_ais else columns.get("fix"))
-    mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
+    mmsi = reader.numbers(columns["mmsi"]) if is_ais else np.zeros(len(time))
     reported = {}
     for name, values in numbers.items():
         columns[name] = by_positions(columns[name], values, time, latitude, longitude)
@@ -278,15 +298,15 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
         ("no time", np.isfinite(time)),
         ("latitude or longitude out of range", ~out_of_range),
         ("no position", useful),
-        ("no MMSI", (mmsi >= 0) & (mmsi < 1e10) if is_ais else useful),
+        ("no MMSI", (mmsi >= 0) & (mmsi < 1e10)),
     ):
         if lost := int((keep & ~good).sum()):
             skipped[reason] += lost
         keep &= good
     name = "AIS" if is_ais else "table"
-    mmsi = mmsi[keep].astype(np.int64) if is_ais else None
-    reported = {name: values[keep] for name, values in reported.items()}
-    fixes = Fixes(time[keep], latitude[keep], longitude[keep], **reported, mmsi=mmsi, source=name).in_order()
+    vessels = mmsi[keep].astype(np.int64) if is_ais else None
+    known: dict[str, Any] = {name: values[keep] for name, values in reported.items()}
+    fixes = Fixes(time[keep], latitude[keep], longitude[keep], **known, mmsi=vessels, source=name).in_order()
     counts = {"rows": int((~reader.blank).sum())}
     meanings = [f"columns: {', '.join(str(column) for column in columns.values())}"]
     if unused := [name for index, name in enumerate(names) if all(index != each.index for each in columns.values())]:
@@ -295,14 +315,21 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), (*meanings, *lines))
 
 
-def _time(reader, columns, names, latitude, longitude, sog):
+def _time(
+    reader: _Reader,
+    columns: dict[str, Column],
+    names: Sequence[str],
+    latitude: Floats,
+    longitude: Floats,
+    sog: Floats | None,
+) -> Floats:
     """Unix s (n,) of the column of time that is possible, which becomes that of `columns`."""
     beside = columns.get("date"), columns.get("utc_offset")
     known = [each for each in spelled(names) if each.meaning == "time"]
     if "mmsi" in columns:
         time = reader.times(known[0], *beside)
     else:
-        speed = np.full(len(latitude), np.nan) if sog is None else sog * columns["sog"].factor
+        speed = np.full(len(latitude), np.nan) if sog is None else sog * columns["sog"].to_si
         columns["time"], time = time_by_motion(
             known, lambda column: reader.times(column, *beside), latitude, longitude, speed
         )
@@ -310,15 +337,15 @@ def _time(reader, columns, names, latitude, longitude, sog):
     return time
 
 
-def _degrees(numbers, column):
+def _degrees(numbers: Floats, column: Column) -> Floats:
     if column.factor == 1.0:
         return np.degrees(numbers)
-    return numbers if column.factor == DEGREE else numbers * (column.factor / DEGREE)
+    return numbers if column.factor == DEGREE else numbers * (column.to_si / DEGREE)
 
 
-def _in_si(name, numbers, column, is_ais):
+def _in_si(name: str, numbers: Floats, column: Column, is_ais: bool) -> Floats:
     """A column in SI; NaN where the number means that there is none (AIS: 102.3 kn, course 360°, heading 511°)."""
-    values = numbers * column.factor
+    values = numbers * column.to_si
     with np.errstate(invalid="ignore"):
         if name in ("cog", "heading"):
             limit = 2.0 * np.pi - 1e-9 if is_ais else 2.0 * np.pi + 1e-9

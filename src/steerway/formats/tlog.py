@@ -5,9 +5,12 @@ Messages: MAVLink common message set. They are decoded by pymavlink, an optional
 
 import struct
 from collections import Counter, defaultdict
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.extras import require
 from steerway.core.records import Fixes
 from steerway.core.slow_error import DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
@@ -40,7 +43,7 @@ def read(data: bytes) -> Recording:
     from pymavlink.dialects.v20 import ardupilotmega
 
     parser = ardupilotmega.MAVLink(None)
-    counts, skipped, rows, clocks = Counter(), Counter(), defaultdict(list), defaultdict(list)
+    counts, skipped, rows, clocks = Counter[str](), Counter[str](), defaultdict(list), defaultdict(list)
     at = 0
     while at < len(data) - _STAMP.size:
         after = _next(data, at)
@@ -74,7 +77,7 @@ def read(data: bytes) -> Recording:
     return Recording("MAVLink log", {n: f for n, f in sources.items() if len(f)}, dict(counts), dict(skipped))
 
 
-def _next(data, at):
+def _next(data: bytes, at: int) -> int | None:
     """Where the message with its time at `at` ends; None where there is none."""
     magic = at + _STAMP.size
     if magic + 3 > len(data) or data[magic] not in _MAGIC:
@@ -85,7 +88,7 @@ def _next(data, at):
     return magic + _MAGIC[data[magic]] + data[magic + 1] + (_SIGNATURE if signed else 0)
 
 
-def _row(message):
+def _row(message: Any) -> tuple[float, ...]:
     """Own time (s), latitude, longitude (degrees), SOG (m/s), COG (degrees), 1σ (m) of a receiver's message."""
     sog = np.nan if message.vel == _UNKNOWN else 1e-2 * message.vel
     cog = np.nan if message.cog == _UNKNOWN else 1e-2 * message.cog
@@ -95,7 +98,7 @@ def _row(message):
     return 1e-6 * message.time_usec, 1e-7 * message.lat, 1e-7 * message.lon, sog, cog, std
 
 
-def _fixes(name, table, clocks) -> Fixes:
+def _fixes(name: str, table: Floats, clocks: Sequence[float]) -> Fixes:
     """Fixes at their own times: Unix, or since the start of the vehicle, whose clock is set by it or by the receipt."""
     received, own, latitude, longitude, sog, cog, std = table.T
     offset = np.median(clocks) if clocks else np.min(received - own)

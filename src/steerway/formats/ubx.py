@@ -11,8 +11,9 @@ import math
 import re
 import struct
 from collections import Counter
+from collections.abc import Callable
 from itertools import accumulate
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -73,22 +74,24 @@ class _Solution(NamedTuple):
     heading: int
 
 
-def _high_precision(invalid, tow, lon, lat, fine_lon, fine_lat, accuracy):
+def _high_precision(
+    invalid: int, tow: int, lon: int, lat: int, fine_lon: int, fine_lat: int, accuracy: int
+) -> _Position:
     return _Position(tow, lon + 0.01 * fine_lon, lat + 0.01 * fine_lat, 0.1 * accuracy, not invalid & 1)
 
 
-def _solution(tow, *fields):
+def _solution(tow: int, *fields: int) -> _Solution:
     *date, valid, nano, fix, flags, lon, lat, accuracy, speed, heading, flags3 = fields
     known = valid & 3 == 3
     return _Solution(tow, nano, tuple(date), known, lon, lat, accuracy, fix, flags, flags3 & 1, speed, heading)
 
 
-def _clock(tow, nano, *fields):
+def _clock(tow: int, nano: int, *fields: int) -> _Clock:
     *date, valid = fields
     return _Clock(tow, nano, tuple(date), bool(valid & 4))
 
 
-_MESSAGES = {
+_MESSAGES: dict[int, tuple[str, struct.Struct, Callable[..., Any]]] = {
     0x02: ("NAV-POSLLH", struct.Struct("<Iii8xI"), _Position),
     0x03: ("NAV-STATUS", struct.Struct("<IBB"), _Status),
     0x07: ("NAV-PVT", struct.Struct("<IH5BB4xiBB2xii8xI16xii10xB"), _solution),
@@ -119,17 +122,21 @@ def read(data: bytes) -> Recording:
     return reader.take()
 
 
+Epoch = dict[str, Any]
+"""The messages of an epoch by name, each of its NamedTuple."""
+
+
 class UbxReader:
     """Reads a stream of bytes in pieces of any size: `feed` it, then `take` the epochs."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._tail = b""
-        self._epoch: dict = {}
+        self._epoch: Epoch = {}
         self._rows: list[tuple[float, ...]] = []
         self._surveyed = 0
-        self.counts, self.skipped = Counter(), Counter()
+        self.counts, self.skipped = Counter[str](), Counter[str]()
 
-    def feed(self, chunk) -> None:
+    def feed(self, chunk: bytes) -> None:
         """Read the messages that a piece of the stream completes."""
         self._read(bytes(chunk), False)
 
@@ -158,7 +165,7 @@ class UbxReader:
         note = f"{surveyed} positions are the surveyed one of a receiver that solves for time only"
         return Recording("UBX", {"UBX": fixes}, counts, skipped, (note,) if surveyed else ())
 
-    def _read(self, chunk, final):
+    def _read(self, chunk: bytes, final: bool) -> None:
         data, at, damaged = self._tail + chunk, 0, 0
         self._tail = b""
         while (match := _HEADER.search(data, at)) is not None:
@@ -179,14 +186,14 @@ class UbxReader:
         if damaged:
             self.skipped["UBX frame damaged"] += damaged
 
-    def _add(self, name, message):
+    def _add(self, name: str, message: Any) -> None:
         self.counts[name] += 1
         epoch = next(iter(self._epoch.values()), message)
         if message.tow != epoch.tow or name in self._epoch:
             self._close()
         self._epoch[name] = message
 
-    def _close(self):
+    def _close(self) -> None:
         """The newest epoch is complete."""
         epoch, self._epoch = self._epoch, {}
         row = _row(epoch, self.skipped) if epoch else None
@@ -195,7 +202,7 @@ class UbxReader:
             self._surveyed += _is_surveyed(epoch)
 
 
-def _end(data, start):
+def _end(data: bytes, start: int) -> int:
     """Where a message ends by its own length, or where that length stands; its start when that cannot be."""
     if len(data) < start + _HEAD:
         return start + _HEAD
@@ -203,7 +210,7 @@ def _end(data, start):
     return start + _FRAME + length if length <= _LONGEST else start
 
 
-def _is_sound(data, start, end, least):
+def _is_sound(data: bytes, start: int, end: int, least: int) -> bool:
     """Whether a frame has `least` bytes of payload and more, and the checksum is its (8-bit Fletcher)."""
     if end - start < _FRAME + least or end > len(data):
         return False
@@ -211,7 +218,7 @@ def _is_sound(data, start, end, least):
     return data[end - 2] == sum(body) & 0xFF and data[end - 1] == sum(accumulate(body)) & 0xFF
 
 
-def _row(epoch, skipped):
+def _row(epoch: Epoch, skipped: Counter[str]) -> tuple[float, ...] | None:
     """Time, latitude and longitude (deg), 1σ, SOG and COG (deg) of an epoch with a fix, or None."""
     place = epoch.get("NAV-PVT") or epoch.get("NAV-POSLLH") or epoch.get("NAV-HPPOSLLH")
     if place is None:
@@ -229,12 +236,12 @@ def _row(epoch, skipped):
     return (time, place.lat / 1e7, place.lon / 1e7, _std(place), *_velocity(epoch))
 
 
-def _std(place):
+def _std(place: Any) -> float:
     """The receiver's horizontal accuracy, a radius, as 1σ of north and of east (m)."""
     return place.accuracy / 1000.0 / math.sqrt(2.0)
 
 
-def _has_fix(epoch):
+def _has_fix(epoch: Epoch) -> bool:
     """Whether the receiver flags the position as valid (gnssFixOK), within its own accuracy limits."""
     pvt, status = epoch.get("NAV-PVT"), epoch.get("NAV-STATUS")
     if pvt is not None:
@@ -244,24 +251,24 @@ def _has_fix(epoch):
     return True
 
 
-def _is_surveyed(epoch):
+def _is_surveyed(epoch: Epoch) -> bool:
     return "NAV-PVT" in epoch and epoch["NAV-PVT"].fix == _SURVEYED
 
 
-def _time(epoch):
+def _time(epoch: Epoch) -> float:
     """Unix time to the nanosecond fields; NaN where the receiver does not flag it as valid."""
     clock = epoch.get("NAV-PVT") or epoch.get("NAV-TIMEUTC")
     if clock is None or not clock.valid:
         return math.nan
-    *date, second = clock.date
+    year, month, day, hour, minute, second = clock.date
     try:
-        minute = datetime.datetime(*date, tzinfo=datetime.UTC)
+        whole = datetime.datetime(year, month, day, hour, minute, tzinfo=datetime.UTC)
     except ValueError:
         return math.nan
-    return minute.timestamp() + (second + clock.nano * 1e-9)
+    return whole.timestamp() + (second + clock.nano * 1e-9)
 
 
-def _velocity(epoch):
+def _velocity(epoch: Epoch) -> tuple[float, float]:
     """SOG (m/s) and COG (deg); NaN where not given."""
     pvt, velocity = epoch.get("NAV-PVT"), epoch.get("NAV-VELNED")
     if pvt is not None:

@@ -3,9 +3,11 @@
 import contextlib
 import io
 from collections import Counter
+from typing import Any
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.core.records import Fixes
@@ -37,7 +39,7 @@ def read(data: bytes) -> Recording:
             log = ULog(io.BytesIO(data), list(_TOPICS))
     except Exception as error:  # of struct, indices, keys, decoding: pyulog checks little
         raise InputError(f"the ULog file is damaged ({' '.join(str(error).split()) or type(error).__name__})") from None
-    skipped, counts, sources = Counter(), {}, {}
+    skipped, counts, sources = Counter[str](), {}, {}
     for topic in log.data_list:
         name = f"{topic.name} {topic.multi_id}"
         counts[name] = len(topic.data["timestamp"])
@@ -47,8 +49,8 @@ def read(data: bytes) -> Recording:
     return Recording("ULog", sources, counts, dict(skipped))
 
 
-def _fixes(name, columns, skipped) -> Fixes:
-    def column(*names):
+def _fixes(name: str, columns: dict[str, Any], skipped: Counter[str]) -> Fixes:
+    def column(*names: str) -> Floats:
         found = next((columns[each] for each in names if each in columns), None)
         return np.full(len(columns["timestamp"]), np.nan) if found is None else np.asarray(found, float)
 

@@ -7,6 +7,7 @@ from itertools import chain
 import numpy as np
 
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT, radii
 from steerway.core.errors import InputError
 from steerway.formats.columns import DEGREE, SEMICIRCLE, Column
@@ -80,7 +81,7 @@ def time_by_motion(
     return columns[0], first
 
 
-def _is_possible(time, latitude, longitude, sog):
+def _is_possible(time: Floats, latitude: Floats, longitude: Floats, sog: Floats) -> bool:
     known = np.isfinite(time) & np.isfinite(latitude) & np.isfinite(longitude)
     if np.isfinite(time).any() and _DATED[0] <= np.nanmedian(time) < _DATED[1]:
         return True
@@ -90,9 +91,10 @@ def _is_possible(time, latitude, longitude, sog):
     steps = np.diff(np.unique(time))
     if not len(steps) or not _SHORTEST_STEP <= np.median(steps) <= _LONGEST_STEP:
         return False
-    speed, _, reported, _ = _differenced(time, latitude, longitude, np.nan_to_num(sog))
-    speed, reported = (float(np.median(each)) if len(each) else 0.0 for each in (speed, reported))
-    away = np.hypot(latitude[-1] - latitude[0], (longitude[-1] - longitude[0]) * np.cos(latitude[0])) * _RADIUS
+    speeds, _, means, _ = _differenced(time, latitude, longitude, np.nan_to_num(sog))
+    speed, reported = (float(np.median(each)) if len(each) else 0.0 for each in (speeds, means))
+    east = (longitude[-1] - longitude[0]) * np.cos(latitude[0])
+    away = float(np.hypot(latitude[-1] - latitude[0], east)) * _RADIUS
     if speed > _FASTEST or (speed < _SLOWEST and away > _AWAY):
         return False
     return not (reported > _LEAST_SPEED and away > _AWAY) or reported / _OFF <= speed <= reported * _OFF
@@ -109,7 +111,9 @@ def places_by_size(columns: dict[str, Column], latitude: np.ndarray, longitude: 
     return {name: replace(column, factor=factor, basis="by their size") for name, column in axes.items()}
 
 
-def by_positions(column: Column, values: np.ndarray, time: np.ndarray, latitude: np.ndarray, longitude: np.ndarray):
+def by_positions(
+    column: Column, values: np.ndarray, time: np.ndarray, latitude: np.ndarray, longitude: np.ndarray
+) -> Column:
     """The column with the unit that fits the positions (rad) best, itself where none does or its name states it.
 
     Shapes: values, time, latitude, longitude (n,).
@@ -129,11 +133,13 @@ def by_positions(column: Column, values: np.ndarray, time: np.ndarray, latitude:
     else:
         apart = {unit: np.abs(wrap_array(middle[fast] * unit - course[fast])) for unit in _ANGLES}
         misfit = {unit: float(np.median(each)) / _COURSE_NEAR for unit, each in apart.items()}
-    best = min(misfit, key=misfit.get)
+    best = min(misfit, key=lambda each: misfit[each])
     return replace(column, factor=best, basis="by the positions") if misfit[best] < 1.0 else column
 
 
-def _differenced(time, latitude, longitude, values):
+def _differenced(
+    time: Floats, latitude: Floats, longitude: Floats, values: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Speed and course from a position to a later one, the mean of the values between, and the middle one."""
     order = np.argsort(time, kind="stable")
     time, latitude, longitude, values = time[order], latitude[order], np.unwrap(longitude[order]), values[order]

@@ -13,29 +13,29 @@ from steerway.core.records import Fixes, Motion, Record
 from steerway.formats import geojson, gpx, mcap
 
 
-def _csv(record, file):
+def _csv(record: Record, file: BinaryIO) -> None:
     record.to_frame().write_csv(file)
 
 
-def _parquet(record, file):
+def _parquet(record: Record, file: BinaryIO) -> None:
     # By way of memory: where the disk is full while the footer is written, polars gives no error of the system.
     encoded = io.BytesIO()
     record.to_frame().write_parquet(encoded)
     file.write(encoded.getbuffer())
 
 
-def _geojson(record, file):
+def _geojson(record: Record, file: BinaryIO) -> None:
     file.write(geojson.text(record).encode())
 
 
-def _gpx(record, file):
+def _gpx(record: Record, file: BinaryIO) -> None:
     file.write(gpx.text(record).encode())
 
 
 class Writer(NamedTuple):
     """How a record is written: `write(record, file)`. `tracks`: for fixes and estimates only."""
 
-    write: Callable[[Any, BinaryIO], None]
+    write: Callable[[Any, Any], None]
     compresses: bool = True
     tracks: bool = False
 
@@ -57,7 +57,7 @@ def endings(tracks: bool = True) -> tuple[str, ...]:
     return (*known, *(f"{ending}.gz" for ending, each in known.items() if each.compresses))
 
 
-def writer(path, tracks: bool = True) -> tuple[Writer, bool]:
+def writer(path: str | os.PathLike[str], tracks: bool = True) -> tuple[Writer, bool]:
     """The writer for the ending of `path`, and whether to compress.
 
     `tracks` is False for a table that is not one of fixes or estimates. Raises InputError for an unknown ending, so
@@ -70,7 +70,7 @@ def writer(path, tracks: bool = True) -> tuple[Writer, bool]:
     raise InputError(f"{str(path)!r} has an unknown ending, expected one of {', '.join(endings(tracks))}")
 
 
-def write(record: Record, path: str | os.PathLike) -> None:
+def write(record: Record, path: str | os.PathLike[str]) -> None:
     """Write fixes, an estimate or predictions as CSV, Parquet, GeoJSON or GPX 1.0, by the ending of `path`.
 
     A further ending `.gz` compresses. The file is written under another name in the same directory and then renamed,
@@ -86,7 +86,7 @@ def write(record: Record, path: str | os.PathLike) -> None:
             kind.write(record, file)
 
 
-def same_file(one: str | os.PathLike, other: str | os.PathLike) -> bool:
+def same_file(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
     """Whether two paths name one existing file, also through links and other spellings."""
     try:
         return os.path.samefile(one, other)

@@ -6,6 +6,8 @@ Schemas: Garmin TrainingCenterDatabase v2; OGC 12-007r2 (KML 2.3). After damage 
 import re
 import xml.parsers.expat
 from collections import Counter
+from collections.abc import Sequence
+from typing import NoReturn
 
 import numpy as np
 
@@ -26,8 +28,9 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The source "TCX" or "KML": every point that has a time, in time order; speed (m/s) where points have it."""
-    kind = {b"kml": "KML"}.get(_ROOT.search(data)[1], "TCX")
-    skipped, points = Counter(), _Points()
+    root = _ROOT.search(data)
+    kind = "KML" if root and root[1] == b"kml" else "TCX"
+    skipped, points = Counter[str](), _Points()
     try:
         points.parser.Parse(data, True)
     except xml.parsers.expat.ExpatError:
@@ -50,16 +53,19 @@ def read(data: bytes) -> Recording:
 class _Points:
     """Collects (time, latitude, longitude, speed) as text: of a TCX track point, of a placemark, of a gx:Track."""
 
-    def __init__(self):
-        self.found, self._text, self._values = [], None, {}
-        self._whens, self._coords = [], []
+    def __init__(self) -> None:
+        self.found: list[tuple[str | None, ...]] = []
+        self._text: list[str] | None = None
+        self._values: dict[str, str] = {}
+        self._whens: list[str] = []
+        self._coords: list[str] = []
         self.parser = xml.parsers.expat.ParserCreate()
         self.parser.buffer_text = True
         self.parser.EntityDeclHandler = _refuse
         self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
         self.parser.CharacterDataHandler = self._characters
 
-    def _start(self, tag, _):
+    def _start(self, tag: str, _: object) -> None:
         tag = tag.rpartition(":")[2]
         if tag in ("Trackpoint", "Placemark"):
             self._values = {}
@@ -67,11 +73,11 @@ class _Points:
             self._whens, self._coords = [], []
         self._text = [] if tag in _TEXTS else None
 
-    def _characters(self, text):
+    def _characters(self, text: str) -> None:
         if self._text is not None:
             self._text.append(text)
 
-    def _end(self, tag):
+    def _end(self, tag: str) -> None:
         tag = tag.rpartition(":")[2]
         if self._text is not None:
             text = "".join(self._text).strip()
@@ -88,12 +94,12 @@ class _Points:
         elif tag == "Placemark" and "when" in values and "coordinates" in values and "coord" not in values:
             self._place(values["when"], values["coordinates"].split(","))
 
-    def _place(self, when, parts):
+    def _place(self, when: str, parts: Sequence[str]) -> None:
         if len(parts) >= 2:
             self.found.append((when, parts[1], parts[0], None))
 
 
-def _numbers(texts) -> np.ndarray:
+def _numbers(texts: Sequence[str | None]) -> np.ndarray:
     numbers = np.full(len(texts), np.nan)
     for k, text in enumerate(texts):
         try:
@@ -103,5 +109,5 @@ def _numbers(texts) -> np.ndarray:
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _refuse(*_):
+def _refuse(*_: object) -> NoReturn:
     raise InputError("the file declares XML entities, expected none: they are not read")

@@ -33,7 +33,7 @@ class Steering:
     time: np.ndarray
     rudder: np.ndarray
     angle: np.ndarray | None
-    fixes: Fixes | None
+    fixes: Fixes
     notes: tuple[str, ...]
 
 
@@ -71,7 +71,8 @@ def read_steering(path: str | PathLike[str], rudder: str | None = None, angle: s
         )
     known = np.isfinite(time) & np.isfinite(commanded)
     heading = None if heading is None else heading[known]
-    return Steering(time[known], commanded[known], heading, fixes, tuple(notes))
+    placed = Fixes(*[np.empty(0)] * 3) if fixes is None else fixes
+    return Steering(time[known], commanded[known], heading, placed, tuple(notes))
 
 
 def _rudder(path: object, frame: pl.DataFrame) -> str:

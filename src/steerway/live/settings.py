@@ -55,8 +55,8 @@ class EstimatorSettings(Table):
 class Settings(Table):
     """The options of `steerway live`; its help describes them."""
 
-    inputs: Texts = Field((), alias="from")
-    outputs: Texts = Field(("stdout:",), alias="to", min_length=1)
+    inputs: Texts = Field(default=(), alias="from")
+    outputs: Texts = Field(default=("stdout:",), alias="to", min_length=1)
     profile: str | None = None
     learned: str | None = None
     source: Texts = ()

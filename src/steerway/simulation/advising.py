@@ -23,10 +23,11 @@ from steerway.core.arrays import Floats
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.core.kinematics import course_per_heading, heading_for
 from steerway.core.leg import LegState
-from steerway.estimation import InferredProfile, Profile
 from steerway.estimation.steering import Response
 from steerway.estimation.steering.filter import MODEL_SHARE, MODEL_TIME
 from steerway.estimation.steering.motion import ERROR_TIME, bias_density, rate_density
+from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.profile import Profile
 from steerway.sensors.gnss import GnssTable
 from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario

@@ -7,8 +7,10 @@ there, over midnight too, by taking the day that brings a time of day nearest to
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.interpreted import part_of_kernels, without_compiling
 from steerway.formats.nmea0183 import fields as field
@@ -71,7 +73,7 @@ def new_open_rows() -> np.ndarray:
 
 
 @part_of_kernels
-def _dated_time(value, memory, reference):
+def _dated_time(value: Floats, memory: Floats, reference: float) -> float:
     """The time of a sentence with a date: moved by whole 1024-week rollovers when it is that much too early."""
     time = DAY * value[field.DAY] + value[field.TOD]
     weeks = round((reference - time) / ROLLOVER) if math.isfinite(reference) else 0.0
@@ -82,13 +84,13 @@ def _dated_time(value, memory, reference):
 
 
 @part_of_kernels
-def _nearest_day(time_of_day, reference):
+def _nearest_day(time_of_day: float, reference: float) -> float:
     """The Unix time of this time of day that is nearest to a reference."""
     return time_of_day + DAY * round((reference - time_of_day) / DAY)
 
 
 @part_of_kernels
-def _ahead(latitude, longitude, time, utc, memory):
+def _ahead(latitude: float, longitude: float, time: float, utc: float, memory: Floats) -> float:
     """By how many s a time without a date is local time: whole quarters of an hour from `utc`, at the same place."""
     if math.isnan(time) or math.isnan(utc):
         return 0.0
@@ -105,14 +107,14 @@ def _ahead(latitude, longitude, time, utc, memory):
 
 
 @part_of_kernels
-def _is_same_place(value, memory):
+def _is_same_place(value: Floats, memory: Floats) -> bool:
     tolerance = 1.01 * value[field.QUANTUM]
     north, east = value[field.LAT] - memory[LATITUDE], value[field.LON] - memory[LONGITUDE]
     return abs(north) <= tolerance and abs(_wrap(east)) <= tolerance
 
 
 @part_of_kernels
-def _timed(value, memory):
+def _timed(value: Floats, memory: Floats) -> float:
     """Unix time of a sentence that has a time of day; sets the clock. One with a date decides between UTC and local."""
     received, clock, time_of_day = value[field.RECEIVED], memory[CLOCK], value[field.TOD]
     undated, dated = memory[IS_UNDATED] == 1.0, math.isfinite(value[field.DAY])
@@ -141,7 +143,7 @@ def _timed(value, memory):
 
 
 @part_of_kernels
-def _meets(row, value, kind, seen, time):
+def _meets(row: Floats, value: Floats, kind: int, seen: int, time: float) -> bool:
     """Whether a sentence belongs to a row: same time, no sentence of its kind yet, no other position."""
     if abs(row[TIME] - time) > _SAME_TIME or seen & (1 << kind):
         return False
@@ -152,7 +154,7 @@ def _meets(row, value, kind, seen, time):
 
 
 @part_of_kernels
-def _open_row(rows, n, time, received, undated, newest):
+def _open_row(rows: Floats, n: int, time: float, received: float, undated: float, newest: NDArray[np.int64]) -> int:
     """A new row of a talker, which becomes its newest; its index."""
     rows[n, :] = math.nan
     rows[n, TIME], rows[n, RECEIVED], rows[n, UNDATED] = time, received, undated
@@ -163,7 +165,7 @@ def _open_row(rows, n, time, received, undated, newest):
 
 
 @part_of_kernels
-def _put(row, value, overrule):
+def _put(row: Floats, value: Floats, overrule: bool) -> None:
     """Write a sentence into its row. The position of finer resolution stays, other values are kept unless overruled."""
     if math.isfinite(value[field.LAT]) and not row[QUANTUM] <= value[field.QUANTUM]:
         row[LAT], row[LON], row[QUANTUM] = value[field.LAT], value[field.LON], value[field.QUANTUM]
@@ -176,7 +178,7 @@ def _put(row, value, overrule):
 
 
 @part_of_kernels
-def _make_true(value, memory):
+def _make_true(value: Floats, memory: Floats) -> None:
     """A magnetic heading becomes true by its own variation, else by the last one RMC gave; else it stays magnetic."""
     variation, source = value[field.VARIATION], OWN_VARIATION
     if math.isnan(variation):
@@ -188,7 +190,7 @@ def _make_true(value, memory):
 
 
 @part_of_kernels
-def _says_nothing(value):
+def _says_nothing(value: Floats) -> bool:
     for k in range(VALUES):
         if (
             k != field.TOD
@@ -202,7 +204,16 @@ def _says_nothing(value):
 
 
 @part_of_kernels
-def _row_of_timed(rows, n, seen, value, kind, time, undated, newest):
+def _row_of_timed(
+    rows: Floats,
+    n: int,
+    seen: NDArray[np.int64],
+    value: Floats,
+    kind: int,
+    time: float,
+    undated: float,
+    newest: NDArray[np.int64],
+) -> int:
     """The open row of a timed sentence, or a new one."""
     for k in range(OPEN):
         at = newest[k]
@@ -212,7 +223,16 @@ def _row_of_timed(rows, n, seen, value, kind, time, undated, newest):
 
 
 @part_of_kernels
-def _row_of_received(rows, n, seen, value, kind, memory, latest, newest):
+def _row_of_received(
+    rows: Floats,
+    n: int,
+    seen: NDArray[np.int64],
+    value: Floats,
+    kind: int,
+    memory: Floats,
+    latest: Floats,
+    newest: NDArray[np.int64],
+) -> int:
     """The row of a sentence with a receive time only: its own talker's in the same burst, else one of that time."""
     received, at = value[field.RECEIVED], newest[0]
     if (
@@ -226,7 +246,16 @@ def _row_of_received(rows, n, seen, value, kind, memory, latest, newest):
 
 
 @part_of_kernels
-def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
+def _row_of_untimed(
+    rows: Floats,
+    n: int,
+    seen: NDArray[np.int64],
+    value: Floats,
+    kind: int,
+    memory: Floats,
+    latest: Floats,
+    newest: NDArray[np.int64],
+) -> int:
     """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost.
 
     Over a live link one that comes again within an epoch, or long after it, has a row of the time that has passed.
@@ -254,7 +283,7 @@ def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
 
 
 @part_of_kernels
-def _date_all(rows, memory, latest):
+def _date_all(rows: Floats, memory: Floats, latest: Floats) -> None:
     """At the first date: shift the times counted from 1970 until now, and make UTC of those in local time."""
     for k in range(len(rows)):
         if rows[k, UNDATED] == 1.0:
@@ -267,7 +296,19 @@ def _date_all(rows, memory, latest):
 
 
 @kernel
-def assemble(kinds, talkers, values, memory, latest, newest, rows, seen, owners, n, lost):
+def assemble(
+    kinds: NDArray[np.int64],
+    talkers: NDArray[np.int64],
+    values: Floats,
+    memory: Floats,
+    latest: Floats,
+    newest: NDArray[np.int64],
+    rows: Floats,
+    seen: NDArray[np.int64],
+    owners: NDArray[np.int64],
+    n: int,
+    lost: NDArray[np.int64],
+) -> int:
     """Sentences into rows; the number of rows then.
 
     Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `memory` (MEMORY,); `latest` (TALKERS, LATEST)

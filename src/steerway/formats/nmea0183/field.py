@@ -5,6 +5,9 @@ Unknown is NaN where the field is empty; what is not in the format is infinity.
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from steerway.core.interpreted import part_of_kernels
 from steerway.formats.nmea0183.text import digits, is_digit, number
 
@@ -13,14 +16,14 @@ _E, _W = b"EW"
 
 
 @part_of_kernels
-def within(buffer, fields, k, low, high):
+def within(buffer: bytes, fields: NDArray[np.int64], k: int, low: float, high: float) -> float:
     """Field k as a number in [low, high]; NaN when empty, infinity when it is not such a number."""
     value = number(buffer, fields[k], fields[k + 1] - 1)
     return math.inf if value < low or value > high else value
 
 
 @part_of_kernels
-def letter_of(buffer, fields, k):
+def letter_of(buffer: bytes, fields: NDArray[np.int64], k: int) -> int:
     """The one character of field k; 0 when empty, −1 when it holds more."""
     length = fields[k + 1] - 1 - fields[k]
     if length == 0:
@@ -29,7 +32,9 @@ def letter_of(buffer, fields, k):
 
 
 @part_of_kernels
-def angle_of(buffer, fields, k, degree_digits, limit, positive, negative):
+def angle_of(
+    buffer: bytes, fields: NDArray[np.int64], k: int, degree_digits: int, limit: float, positive: int, negative: int
+) -> tuple[float, float]:
     """Latitude or longitude of fields k, k + 1 (ddmm.mmm and its letter) and its last digit, rad.
 
     NaN when both are empty, infinity when they are not in the format.
@@ -56,7 +61,7 @@ def angle_of(buffer, fields, k, degree_digits, limit, positive, negative):
 
 
 @part_of_kernels
-def time_of_day(buffer, first, last):
+def time_of_day(buffer: bytes, first: int, last: int) -> float:
     """hhmmss[.sss] as s; NaN when empty, infinity when impossible. A leap second reads 86400."""
     if first == last:
         return math.nan
@@ -70,13 +75,13 @@ def time_of_day(buffer, first, last):
 
 
 @part_of_kernels
-def century(year):
+def century(year: int) -> int:
     """A year of two digits: GPS knows none before 1980."""
     return year + (1900 if year >= 80 else 2000)
 
 
 @part_of_kernels
-def signed(buffer, fields, k, limit):
+def signed(buffer: bytes, fields: NDArray[np.int64], k: int, limit: float) -> float:
     """An angle and its E or W, east positive, rad; NaN when either is empty, infinity when malformed."""
     size = within(buffer, fields, k, 0.0, limit)
     mark = letter_of(buffer, fields, k + 1)

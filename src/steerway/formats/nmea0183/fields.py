@@ -6,6 +6,10 @@ be in its format and range. Formatters and fields: NMEA 0183 version 4.11, as re
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
+from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT
 from steerway.core.interpreted import part_of_kernels
 from steerway.formats import dilution
@@ -43,7 +47,7 @@ _MODES = (ord("N"), *b"ADPRFE")  # in the order of the quality of GGA
 
 
 @part_of_kernels
-def _position(buffer, fields, k, row):
+def _position(buffer: bytes, fields: NDArray[np.int64], k: int, row: Floats) -> int:
     """Fields k to k + 3 into LAT, LON, QUANTUM; the reason or READ."""
     latitude, quantum = angle_of(buffer, fields, k, 2, 90.0, _N, _S)
     longitude, quantum_lon = angle_of(buffer, fields, k + 2, 3, 180.0, _E, _W)
@@ -58,7 +62,9 @@ def _position(buffer, fields, k, row):
 
 
 @part_of_kernels
-def _speed_and_course(buffer, fields, speed_field, unit, course_field, row):
+def _speed_and_course(
+    buffer: bytes, fields: NDArray[np.int64], speed_field: int, unit: float, course_field: int, row: Floats
+) -> int:
     """SOG in knots or km/h and true COG, where present; the reason or READ."""
     speed = within(buffer, fields, speed_field, 0.0, _FASTEST / unit)
     course = within(buffer, fields, course_field, 0.0, 360.0)
@@ -70,7 +76,7 @@ def _speed_and_course(buffer, fields, speed_field, unit, course_field, row):
 
 
 @part_of_kernels
-def _gga(buffer, fields, n, row):
+def _gga(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     quality = within(buffer, fields, 6, 0.0, 8.0)
     hdop = within(buffer, fields, 8, 0.0, 1e4)
     if math.isinf(quality) or math.isinf(hdop):
@@ -80,7 +86,7 @@ def _gga(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _rmc(buffer, fields, n, row):
+def _rmc(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     status = letter_of(buffer, fields, 2)
     mode = letter_of(buffer, fields, 12) if n > 12 else _A
     if status == _V or status == 0 or mode == _N:
@@ -105,7 +111,7 @@ def _rmc(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _gll(buffer, fields, n, row):
+def _gll(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     if n >= 7:
         status = letter_of(buffer, fields, 6)
         mode = letter_of(buffer, fields, 7) if n > 7 else _A
@@ -117,7 +123,7 @@ def _gll(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _gns(buffer, fields, n, row):
+def _gns(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     fixed, least = False, math.inf
     hdop = within(buffer, fields, 8, 0.0, 1e4)
     for i in range(fields[6], fields[7] - 1):
@@ -132,7 +138,7 @@ def _gns(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _quality(mode):
+def _quality(mode: int) -> int:
     """The GGA quality that corresponds to a mode indicator; 0 for none."""
     for quality, letter in enumerate(_MODES):
         if mode == letter:
@@ -141,7 +147,7 @@ def _quality(mode):
 
 
 @part_of_kernels
-def _vtg(buffer, fields, n, row):
+def _vtg(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     if n > 9 and letter_of(buffer, fields, 9) == _N:
         return NO_FIX
     for k, unit in ((2, _T), (4, _M), (6, _N), (8, _K)):
@@ -153,7 +159,7 @@ def _vtg(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _zda(buffer, fields, n, row):
+def _zda(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     day = within(buffer, fields, 2, 1.0, 31.0)
     month = within(buffer, fields, 3, 1.0, 12.0)
     year = within(buffer, fields, 4, 0.0, 2199.0)
@@ -165,7 +171,7 @@ def _zda(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _heading(buffer, fields, kind, row):
+def _heading(buffer: bytes, fields: NDArray[np.int64], kind: int, row: Floats) -> int:
     """HDT, THS (true), HDM and HDG (magnetic; deviation applied, variation kept)."""
     angle = math.radians(within(buffer, fields, 1, 0.0, 360.0))
     if math.isinf(angle):
@@ -190,7 +196,7 @@ def _heading(buffer, fields, kind, row):
 
 
 @part_of_kernels
-def _vhw(buffer, fields, n, row):
+def _vhw(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     for k, unit in ((2, _T), (4, _M), (6, _N), (8, _K)):
         if letter_of(buffer, fields, k) != 0 and letter_of(buffer, fields, k) != unit:
             return FIELD
@@ -205,7 +211,7 @@ def _vhw(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _rot(buffer, fields, n, row):
+def _rot(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     if letter_of(buffer, fields, 2) == _V:
         return NO_FIX
     rate = within(buffer, fields, 1, -5400.0, 5400.0)
@@ -216,7 +222,7 @@ def _rot(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _vbw(buffer, fields, n, row):
+def _vbw(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     """Speeds along the hull through the water and over ground, each with a status; those across are not used."""
     for speed, status, column in ((1, 3, WATER), (4, 6, BOTTOM)):
         knots = within(buffer, fields, speed, -100.0, 100.0)
@@ -229,7 +235,7 @@ def _vbw(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _rpm(buffer, fields, n, row):
+def _rpm(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     """Speed of a shaft or engine; astern is negative."""
     source, status = letter_of(buffer, fields, 1), letter_of(buffer, fields, 5)
     turns = within(buffer, fields, 3, -1e5, 1e5)
@@ -242,7 +248,7 @@ def _rpm(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _gst(buffer, fields, n, row):
+def _gst(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
     north, east = within(buffer, fields, 6, 0.0, 1e6), within(buffer, fields, 7, 0.0, 1e6)
     if math.isinf(north) or math.isinf(east):
         return FIELD
@@ -252,7 +258,7 @@ def _gst(buffer, fields, n, row):
 
 
 @part_of_kernels
-def _fields_fit(kind, n):
+def _fields_fit(kind: int, n: int) -> bool:
     """Whether the number of fields, the header among them, is one that revisions of the standard or receivers use."""
     if kind == GGA:
         return n == 15
@@ -278,7 +284,7 @@ def _fields_fit(kind, n):
 
 
 @part_of_kernels
-def _time_field(kind, n):
+def _time_field(kind: int, n: int) -> int:
     """Which field is the time; 0 for none."""
     if kind == GLL:
         return 5 if n >= 7 else 0
@@ -286,7 +292,7 @@ def _time_field(kind, n):
 
 
 @part_of_kernels
-def _read_kind(buffer, fields, n, kind, row):
+def _read_kind(buffer: bytes, fields: NDArray[np.int64], n: int, kind: int, row: Floats) -> int:
     """Read the fields of a sentence of this kind except its time; the reason for rejection or READ."""
     if kind == GGA:
         return _gga(buffer, fields, n, row)
@@ -314,7 +320,7 @@ def _read_kind(buffer, fields, n, kind, row):
 
 
 @part_of_kernels
-def read_fields(buffer, fields, n, kind, row):
+def read_fields(buffer: bytes, fields: NDArray[np.int64], n: int, kind: int, row: Floats) -> int:
     """One sentence into its row; the reason or READ. A sentence without fix keeps its time, which sets the clock."""
     if not _fields_fit(kind, n):
         return COUNT

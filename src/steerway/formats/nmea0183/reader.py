@@ -8,9 +8,11 @@ import re
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steerway.core import magnetic
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.interpreted import is_compiled, without_compiling
 from steerway.core.records import Fixes
 from steerway.formats.nmea0183 import epochs
@@ -88,8 +90,8 @@ class SentenceReader:
     """
 
     def __init__(self, interpreted: bool = False):
-        kernels = scan, epochs.assemble
-        self._find, self._assemble = map(without_compiling, kernels) if interpreted else kernels
+        self._find = without_compiling(scan) if interpreted else scan
+        self._assemble = without_compiling(epochs.assemble) if interpreted else epochs.assemble
         self._tail = b""
         self._carry = np.full(1, np.nan)
         self._with_checksum = np.zeros(TALKERS, np.bool_)
@@ -106,7 +108,7 @@ class SentenceReader:
         self._place = np.full(2, np.nan)  # of the last position that was taken
         self._has_news = self._has_waiting = False
 
-    def feed(self, chunk, received: float | None = None, now: float = np.nan) -> None:
+    def feed(self, chunk: bytes | memoryview, received: float | None = None, now: float = np.nan) -> None:
         """Read the sentences that a piece of the stream completes. `received` is Unix time, `now` of a link's clock."""
         self._memory[epochs.NOW] = now
         self._read(chunk, False, received)
@@ -151,7 +153,7 @@ class SentenceReader:
         self._forget_all_but_open(waiting)
         return taken
 
-    def _scan(self, data, final, received):
+    def _scan(self, data: bytes, final: bool, received: float | None) -> tuple[Sentences, int]:
         most = len(data) // SHORTEST + 1
         headers, offsets = np.empty(most, np.int64), np.empty(most, np.int64)
         kinds, talkers = np.empty(most, np.int64), np.empty(most, np.int64)
@@ -165,7 +167,7 @@ class SentenceReader:
             self._headers[int(code)] = self._headers.get(int(code), 0) + int(count)
         return Sentences(offsets[:n], kinds[:n], talkers[:n], values[:n]), repeat
 
-    def _read(self, chunk, final, received):
+    def _read(self, chunk: bytes | memoryview, final: bool, received: float | None) -> None:
         data = self._tail + bytes(chunk)
         found, repeat = self._scan(data, final, received)
         self._tail = data[repeat:]
@@ -178,7 +180,7 @@ class SentenceReader:
             self._rows, self._seen, self._owners, self._n, self._lost,
         )  # fmt: skip
 
-    def _make_room(self, more):
+    def _make_room(self, more: int) -> None:
         lacking = self._n + more - len(self._rows)
         if lacking > 0:
             grown = max(lacking, len(self._rows))
@@ -186,7 +188,7 @@ class SentenceReader:
             self._seen = np.concatenate([self._seen, np.empty(grown, np.int64)])
             self._owners = np.concatenate([self._owners, np.empty(grown, np.int64)])
 
-    def _forget_all_but_open(self, waiting):
+    def _forget_all_but_open(self, waiting: NDArray[np.bool_]) -> None:
         kept = np.unique(self._newest[self._newest >= 0])
         self._newest = np.where(self._newest >= 0, np.searchsorted(kept, self._newest), -1)
         self._rows, self._seen, self._owners = self._rows[kept], self._seen[kept], self._owners[kept]
@@ -195,7 +197,7 @@ class SentenceReader:
         self._rows[output, epochs.STD : epochs.MAGNETIC + 1] = np.nan
         self._n = len(kept)
 
-    def _recording(self, rows, kept):
+    def _recording(self, rows: Floats, kept: NDArray[np.int64]) -> Recording:
         owners, seen = self._owners[kept], self._seen[kept]
         time, notes = mended_times(rows, self._memory)
         heading, heading_notes, homeless = self._true_headings(rows, time)
@@ -224,7 +226,7 @@ class SentenceReader:
                 formatters[name] = seen[chosen] & POSITIONS
         return Recording("NMEA 0183", sources, counts, skipped, tuple(notes + heading_notes), formatters)
 
-    def _account(self):
+    def _account(self) -> tuple[dict[str, int], dict[str, int]]:
         counts, skipped = {}, dict(zip(REASONS, self._skipped.tolist(), strict=True))
         skipped |= dict(zip(epochs.LOST, self._lost.tolist(), strict=True))
         damaged = 0
@@ -238,7 +240,7 @@ class SentenceReader:
         ordered = dict(sorted(counts.items(), key=lambda each: -each[1]))
         return ordered, {reason: count for reason, count in skipped.items() if count}
 
-    def _true_headings(self, rows, time):
+    def _true_headings(self, rows: Floats, time: Floats) -> tuple[Floats, list[str], int]:
         """Headings with those still magnetic made true: by RMC's first variation, else by the model. And the notes."""
         heading = rows[:, epochs.HEADING].copy()
         waiting = np.flatnonzero(np.isnan(heading) & np.isfinite(rows[:, epochs.MAGNETIC]))
@@ -261,7 +263,7 @@ class SentenceReader:
         return wrap_array(heading), notes, homeless
 
 
-def _by_model(places, time, waiting, before):
+def _by_model(places: Floats, time: Floats, waiting: NDArray[np.int64], before: Floats) -> tuple[Floats, list[str]]:
     """Variation (rad) at the fix before each waiting row, or else `before` all rows or the first; NaN without any."""
     fixes = np.flatnonzero(np.isfinite(places[:, 0]))
     known = np.concatenate([before[None], places[fixes]])

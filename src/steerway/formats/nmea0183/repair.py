@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.formats.nmea0183.epochs import AHEAD, DAY, LOCAL, NEAR, ROLLOVER, ROLLOVERS, TIME, UNDATED
 
 _HALF_DAY = 0.5 * DAY
@@ -40,7 +41,7 @@ def mended_times(rows: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, list
     return time, notes
 
 
-def _mend_strays(time):
+def _mend_strays(time: Floats) -> int:
     """Correct short runs of rows with another date, in place; returns their number."""
     jumps = np.flatnonzero(np.abs(np.diff(time)) > _HALF_DAY)
     mended = 0
@@ -48,5 +49,5 @@ def _mend_strays(time):
         if last - before <= _STRAY and abs(time[last + 1] - time[before]) < _HALF_DAY:
             stray = slice(before + 1, last + 1)
             time[stray] += DAY * np.round((time[before] - time[stray]) / DAY)
-            mended += last - before
+            mended += int(last - before)
     return mended

@@ -7,7 +7,9 @@ sentence and nothing behind it: noise, binary messages and spliced sentences nee
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.interpreted import part_of_kernels
 from steerway.formats.nmea0183.fields import (
@@ -39,12 +41,12 @@ _EARLIEST = 5e8  # Unix time of 1985: ten digits below are a counter
 
 
 @part_of_kernels
-def _is_capital(c):
+def _is_capital(c: int) -> bool:
     return _A <= c <= _Z
 
 
 @part_of_kernels
-def _talker(first, second):
+def _talker(first: int, second: int) -> int:
     """Two header bytes as an index below TALKERS."""
     high = first - _ZERO if is_digit(first) else first - _A + 10
     low = second - _ZERO if is_digit(second) else second - _A + 10
@@ -58,7 +60,7 @@ def talker_name(index: int) -> str:
 
 
 @part_of_kernels
-def _hexadecimal(c):
+def _hexadecimal(c: int) -> int:
     """The value of a hexadecimal digit in either case, or −1."""
     if is_digit(c):
         return c - _ZERO
@@ -68,7 +70,7 @@ def _hexadecimal(c):
 
 
 @part_of_kernels
-def _iso_time(buffer, first, last):
+def _iso_time(buffer: bytes, first: int, last: int) -> float:
     """YYYY-MM-DD, T or blank, hh:mm:ss[.sss][Z or ±hh:mm] at `first` as Unix time, or NaN."""
     if last - first < 19 or buffer[first + 4] != _DASH or buffer[first + 7] != _DASH:
         return math.nan
@@ -92,7 +94,7 @@ def _iso_time(buffer, first, last):
 
 
 @part_of_kernels
-def _received(buffer, first, last):
+def _received(buffer: bytes, first: int, last: int) -> float:
     """The receive time in a line's prefix: the first ISO date and time, or Unix s, ms or µs (10, 13, 16 digits)."""
     i = first
     while i < last:
@@ -122,7 +124,7 @@ def _received(buffer, first, last):
 
 
 @part_of_kernels
-def _header_end(buffer, start, stop):
+def _header_end(buffer: bytes, start: int, stop: int) -> int:
     """The index of the comma behind a header of 4 to 8 capitals and digits; else why not.
 
     A talker may begin with a digit: n2kd names a device on the bus by its address.
@@ -139,7 +141,16 @@ def _header_end(buffer, start, stop):
 
 
 @part_of_kernels
-def _sentence_end(buffer, start, stop, final, talkers_with_checksum, talker, header_end, fields):
+def _sentence_end(
+    buffer: bytes,
+    start: int,
+    stop: int,
+    final: bool,
+    talkers_with_checksum: NDArray[np.bool_],
+    talker: int,
+    header_end: int,
+    fields: NDArray[np.int64],
+) -> tuple[int, int, int]:
     """Walk a sentence: its fields' starts, and how it ends.
 
     Returns (outcome, number of fields, index behind it); outcome is READ, a reason, or _INCOMPLETE.
@@ -176,7 +187,19 @@ def _sentence_end(buffer, start, stop, final, talkers_with_checksum, talker, hea
 
 
 @kernel
-def scan(buffer, final, arrived, carry, talkers_with_checksum, headers, offsets, kinds, talkers, values, skipped):
+def scan(
+    buffer: bytes,
+    final: bool,
+    arrived: float,
+    carry: Floats,
+    talkers_with_checksum: NDArray[np.bool_],
+    headers: NDArray[np.int64],
+    offsets: NDArray[np.int64],
+    kinds: NDArray[np.int64],
+    talkers: NDArray[np.int64],
+    values: Floats,
+    skipped: NDArray[np.int64],
+) -> tuple[int, int, int]:
     """Every sentence of a buffer.
 
     Parameters: `arrived` is the receive time of lines without one of their own (NaN for none), `carry` (1,) the receive

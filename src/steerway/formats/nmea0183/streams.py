@@ -9,7 +9,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steerway.core.arrays import Floats
 from steerway.formats.nmea0183.epochs import LAT, LON, OPEN, SOG
 from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 
@@ -33,7 +35,9 @@ class Division(NamedTuple):
         return [talker, f"{talker} 2"]
 
 
-def division(time, latitude, longitude, seen, sog, arrival) -> Division | None:
+def division(
+    time: Floats, latitude: Floats, longitude: Floats, seen: NDArray[np.int64], sog: Floats, arrival: NDArray[np.int64]
+) -> Division | None:
     """The division of a talker's rows with positions, None where they are of one stream.
 
     Arrays (n,) in time order: position (rad), the bits of the kinds of sentences in each row, SOG (NaN for none), and
@@ -57,7 +61,9 @@ def division(time, latitude, longitude, seen, sog, arrival) -> Division | None:
     return Division(tuple(sorted((kind for kind in scores if scores[kind]), key=lambda kind: -scores[kind])))
 
 
-def streams(name: str, time: np.ndarray, rows: np.ndarray, seen: np.ndarray, mine: np.ndarray):
+def streams(
+    name: str, time: np.ndarray, rows: np.ndarray, seen: np.ndarray, mine: np.ndarray
+) -> list[tuple[str, NDArray[np.int64]]]:
     """A talker's rows (indices in time order) as one source, or as several when an epoch has two positions.
 
     Rows without position stay with the first. Returns pairs of name and indices.
@@ -74,7 +80,9 @@ def streams(name: str, time: np.ndarray, rows: np.ndarray, seen: np.ndarray, min
     return [(each, mine[mask]) for each, mask in zip(divided.names(name), parts, strict=True)]
 
 
-def _by_formatter(divided, seen, mine, placed):
+def _by_formatter(
+    divided: Division, seen: NDArray[np.int64], mine: NDArray[np.int64], placed: NDArray[np.int64]
+) -> list[NDArray[np.bool_]]:
     """The rows of each formatter; a row of two formatters is in both."""
     is_placed = np.isin(mine, placed)
     parts = [is_placed & (seen[mine] >> kind & 1 > 0) for kind in divided.formatters]
@@ -82,7 +90,9 @@ def _by_formatter(divided, seen, mine, placed):
     return parts
 
 
-def _by_continuity(time, rows, mine, placed):
+def _by_continuity(
+    time: Floats, rows: Floats, mine: NDArray[np.int64], placed: NDArray[np.int64]
+) -> list[NDArray[np.bool_]]:
     """The rows of an epoch go to the two tracks so that both move least."""
     track = dict.fromkeys(mine.tolist(), 0)
     newest = None
@@ -102,5 +112,5 @@ def _by_continuity(time, rows, mine, placed):
     return [~second, second]
 
 
-def _apart(row, other):
+def _apart(row: Floats, other: Floats) -> float:
     return abs(row[LAT] - other[LAT]) + abs(row[LON] - other[LON])

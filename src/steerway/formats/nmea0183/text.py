@@ -8,13 +8,13 @@ _DASH, _PLUS, _DOT, _ZERO, _NINE = b"-+.09"
 
 
 @part_of_kernels
-def is_digit(c):
+def is_digit(c: int) -> bool:
     """Whether a byte is 0 to 9."""
     return _ZERO <= c <= _NINE
 
 
 @part_of_kernels
-def digits(buffer, first, n):
+def digits(buffer: bytes, first: int, n: int) -> int:
     """The integer that n digits spell, or −1."""
     value = 0
     for i in range(first, first + n):
@@ -25,7 +25,7 @@ def digits(buffer, first, n):
 
 
 @part_of_kernels
-def number(buffer, first, last):
+def number(buffer: bytes, first: int, last: int) -> float:
     """The number of a field; NaN when empty, infinity when it is none. Rounded once, so equal to Python's float()."""
     if first == last:
         return math.nan
@@ -51,7 +51,7 @@ def number(buffer, first, last):
 
 
 @part_of_kernels
-def day_number(year, month, day):
+def day_number(year: int, month: int, day: int) -> float:
     """Days from 1970-01-01, infinity for no day of the calendar (Fliegel and Van Flandern 1968)."""
     if not (1 <= month <= 12 and 1 <= day and 1970 <= year < 2200):
         return math.inf

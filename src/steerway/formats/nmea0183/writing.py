@@ -25,7 +25,15 @@ def sealed(body: str) -> str:
     return f"${body}*{total:02X}\r\n"
 
 
-def rmc(time, latitude, longitude, sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:
+def rmc(
+    time: float,
+    latitude: float,
+    longitude: float,
+    sog: float = math.nan,
+    cog: float = math.nan,
+    valid: bool = True,
+    talker: str = TALKER,
+) -> str:
     """Position, SOG, COG and date. Without `valid` or a position: status V, mode N, all other fields empty."""
     hour, date = _clock(time)
     if not valid or not _known(latitude, longitude):
@@ -34,7 +42,16 @@ def rmc(time, latitude, longitude, sog=math.nan, cog=math.nan, valid=True, talke
     return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{velocity},{date},,,A")
 
 
-def gga(time, latitude, longitude, satellites=8, hdop=1.0, valid=True, talker=TALKER, quality=1) -> str:
+def gga(
+    time: float,
+    latitude: float,
+    longitude: float,
+    satellites: int = 8,
+    hdop: float = 1.0,
+    valid: bool = True,
+    talker: str = TALKER,
+    quality: int = 1,
+) -> str:
     """Position with its quality, or with quality 0 and no position."""
     hour, _ = _clock(time)
     if not valid or not _known(latitude, longitude):
@@ -43,31 +60,31 @@ def gga(time, latitude, longitude, satellites=8, hdop=1.0, valid=True, talker=TA
     return sealed(f"{talker}GGA,{hour},{place},{quality},{satellites:02d},{hdop:.1f},0.0,M,0.0,M,,")
 
 
-def vtg(sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:
+def vtg(sog: float = math.nan, cog: float = math.nan, valid: bool = True, talker: str = TALKER) -> str:
     """SOG and true COG; without `valid` mode N and nothing else."""
     if not valid:
         return sealed(f"{talker}VTG,,T,,M,,N,,K,N")
     return sealed(f"{talker}VTG,{_course(cog)},T,,M,{_fixed(sog, 1.0 / KNOT, 3)},N,{_fixed(sog, 3.6, 3)},K,A")
 
 
-def rot(rate=math.nan, valid=True, talker=TALKER) -> str:
+def rot(rate: float = math.nan, valid: bool = True, talker: str = TALKER) -> str:
     """Rate of turn: degrees a minute, + to starboard; unknown or not `valid` is status V."""
     known = valid and _known(rate)
     return sealed(f"{talker}ROT,{_fixed(rate, math.degrees(60.0), 2) if known else ''},{'A' if known else 'V'}")
 
 
-def hdt(heading=math.nan, talker=TALKER) -> str:
+def hdt(heading: float = math.nan, talker: str = TALKER) -> str:
     """True heading."""
     return sealed(f"{talker}HDT,{_course(heading)},T")
 
 
-def xte(leg: Leg, valid=True, talker=TALKER) -> str:
+def xte(leg: Leg, valid: bool = True, talker: str = TALKER) -> str:
     """Cross-track error and the side to steer to."""
     status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
     return sealed(f"{talker}XTE,{status},{status},{error},N,{'A' if status == 'A' else 'N'}")
 
 
-def apb(leg: Leg, valid=True, talker=TALKER) -> str:
+def apb(leg: Leg, valid: bool = True, talker: str = TALKER) -> str:
     """All that an autopilot needs to follow the leg; bearings and the course to steer are true."""
     status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
     arrived, passed = _letter(leg.is_arrived and status == "A"), _letter(leg.is_passed and status == "A")
@@ -80,7 +97,7 @@ def apb(leg: Leg, valid=True, talker=TALKER) -> str:
     )
 
 
-def rmb(leg: Leg, valid=True, talker=TALKER) -> str:
+def rmb(leg: Leg, valid: bool = True, talker: str = TALKER) -> str:
     """Bearing and distance of the destination, at most 999.9 nautical miles; cross-track error, at most 9.99."""
     status, error = _status(leg, valid), _cross_track(leg, valid, 9.99)
     place = _place(leg.latitude, leg.longitude) if _known(leg.latitude, leg.longitude) else ",,,"
@@ -95,15 +112,15 @@ def rmb(leg: Leg, valid=True, talker=TALKER) -> str:
     )
 
 
-def _status(leg, valid) -> str:
+def _status(leg: Leg, valid: bool) -> str:
     return _letter(valid and _known(leg.cross_track, leg.bearing))
 
 
-def _letter(holds) -> str:
+def _letter(holds: bool) -> str:
     return "A" if holds else "V"
 
 
-def _cross_track(leg, valid, most) -> str:
+def _cross_track(leg: Leg, valid: bool, most: float) -> str:
     """Nautical miles off the leg and the side to steer to: to port when the boat is to starboard."""
     if _status(leg, valid) == "V":
         return ","
@@ -111,20 +128,22 @@ def _cross_track(leg, valid, most) -> str:
     return f"{_fixed(min(abs(leg.cross_track) / NAUTICAL_MILE, most), 1.0, 4 if most == math.inf else 2)},{side}"
 
 
-def _known(*values) -> bool:
+def _known(*values: float | None) -> bool:
     return all(value is not None and math.isfinite(value) for value in values)
 
 
-def _fixed(value, scale, decimals) -> str:
-    return f"{value * scale:.{decimals}f}" if _known(value) else ""
+def _fixed(value: float | None, scale: float, decimals: int) -> str:
+    return f"{value * scale:.{decimals}f}" if value is not None and math.isfinite(value) else ""
 
 
-def _course(angle) -> str:
+def _course(angle: float | None) -> str:
     """Degrees in [0, 360) with two decimals; empty for unknown."""
-    return f"{round(math.degrees(angle) * 100.0) % 36000 / 100.0:.2f}" if _known(angle) else ""
+    if angle is None or not math.isfinite(angle):
+        return ""
+    return f"{round(math.degrees(angle) * 100.0) % 36000 / 100.0:.2f}"
 
 
-def _clock(time) -> tuple[str, str]:
+def _clock(time: float) -> tuple[str, str]:
     """hhmmss.sss and ddmmyy of a Unix time; both empty for unknown."""
     if not _known(time):
         return "", ""
@@ -133,12 +152,12 @@ def _clock(time) -> tuple[str, str]:
     return f"{moment:%H%M%S}.{milliseconds % 1000:03d}", f"{moment:%d%m%y}"
 
 
-def _place(latitude, longitude) -> str:
+def _place(latitude: float, longitude: float) -> str:
     turned = math.remainder(longitude, 2.0 * math.pi)
     return f"{_angle(latitude, 2, 'NS')},{_angle(turned, 3, 'EW')}"
 
 
-def _angle(radians, width, letters) -> str:
+def _angle(radians: float, width: int, letters: str) -> str:
     """ddmm.mmmmmmm,N in whole units of the last digit."""
     scale = 10**_DECIMALS
     units = round(abs(math.degrees(radians)) * 60.0 * scale)

@@ -6,13 +6,16 @@ time of its own (GNSS), which its row takes. The same decoder serves the wire.
 """
 
 from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.records import Fixes
 from steerway.formats.nmea2000.decoder import Decoder
 from steerway.formats.nmea2000.fields import MESSAGES
-from steerway.formats.nmea2000.text import form_of, messages
+from steerway.formats.nmea2000.text import Heard, form_of, messages
 from steerway.formats.recording import Recording
 
 _CLOCK_ERROR = 2.0  # s; a smaller difference between the logger's clock and GNSS is the delay of the message
@@ -27,10 +30,11 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The sources "src N" of a log, N being the sender's address on the bus; what is damaged is counted."""
-    skipped, notes, counts = Counter(), [], Counter()
+    skipped, counts = Counter[str](), Counter[str]()
+    notes: list[str] = []
     heard = [each for each in messages(data, skipped) if np.isfinite(each.time)]
     decoder = _decoder_for(heard)
-    sources = defaultdict(lambda: defaultdict(list))
+    sources: Rows = defaultdict(lambda: defaultdict(list))
     for each in heard:
         counts[f"{each.pgn} {MESSAGES[each.pgn].title}"] += 1
         if values := decoder.values(each.pgn, each.source, each.raw, each.time):
@@ -54,7 +58,11 @@ def read(data: bytes) -> Recording:
     return Recording("NMEA 2000", found, dict(sorted(counts.items())), dict(skipped + decoder.skipped), tuple(notes))
 
 
-def _decoder_for(heard) -> Decoder:
+Rows = dict[int, dict[int, list[dict[str, float]]]]
+"""Of each sender, by the number of the message."""
+
+
+def _decoder_for(heard: Iterable[Heard]) -> Decoder:
     """A decoder that knows the first variation of the log from its beginning."""
     decoder = Decoder()
     for each in heard:
@@ -63,7 +71,7 @@ def _decoder_for(heard) -> Decoder:
     return decoder
 
 
-def _clock_error(sources, notes) -> float:
+def _clock_error(sources: Rows, notes: list[str]) -> float:
     """s by which the logger's clock is set to that of GNSS, where its error exceeds the delay of messages; else 0."""
     late = [row["time"] - row["received"] for own in sources.values() for row in own.get(129029, ()) if "time" in row]
     error = float(np.median(late)) if late else 0.0
@@ -73,7 +81,7 @@ def _clock_error(sources, notes) -> float:
     return error
 
 
-def _columns(rows, error) -> dict[str, np.ndarray]:
+def _columns(rows: Sequence[dict[str, float]], error: float) -> dict[str, np.ndarray]:
     """The rows of one message as columns; `received` with the clock corrected, `time` what the row has of its own."""
     names = dict.fromkeys(name for row in rows for name in row)
     columns = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
@@ -81,12 +89,12 @@ def _columns(rows, error) -> dict[str, np.ndarray]:
     return columns
 
 
-def _fixes(name, own, skipped, notes) -> Fixes:
+def _fixes(name: str, own: dict[int, dict[str, Floats]], skipped: Counter[str], notes: list[str]) -> Fixes:
     """One source's rows."""
     parts = [_position(name, own, skipped, notes)]
     parts += [{"time": own[pgn]["received"]} | own[pgn] for pgn in own if pgn not in POSITIONS]
     time = np.unique(np.concatenate([each["time"] for each in parts]))
-    fields = {"latitude": np.full(len(time), np.nan), "longitude": np.full(len(time), np.nan)}
+    fields: dict[str, Any] = {"latitude": np.full(len(time), np.nan), "longitude": np.full(len(time), np.nan)}
     for each in parts:
         row = np.searchsorted(time, each.pop("time"))
         each.pop("received", None)
@@ -98,7 +106,9 @@ def _fixes(name, own, skipped, notes) -> Fixes:
     return Fixes(time=time, source=name, **fields).rows(known)
 
 
-def _position(name, own, skipped, notes) -> dict[str, np.ndarray]:
+def _position(
+    name: str, own: dict[int, dict[str, Floats]], skipped: Counter[str], notes: list[str]
+) -> dict[str, np.ndarray]:
     """129029 with its own time where it comes as often as 129025, else 129025 with the time of reception."""
     usable = {pgn: np.isfinite(own[pgn]["latitude"]) if pgn in own else np.zeros(0, bool) for pgn in POSITIONS}
     chosen, other = POSITIONS if usable[129029].sum() > 0.9 * usable[129025].sum() else reversed(POSITIONS)

@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from typing import Any
 
 from steerway.formats import dilution
 from steerway.formats.nmea2000.fields import MAGNETIC, MESSAGES, TRUE
@@ -21,7 +22,7 @@ class Decoder:
 
     def __init__(self) -> None:
         self.variation = math.nan
-        self.skipped: Counter[str] = Counter()
+        self.skipped: Counter[str] = Counter[str]()
         self.corrected: set[tuple[int, str]] = set()
         self._accuracy: dict[int, tuple[float, float]] = {}
 
@@ -30,7 +31,7 @@ class Decoder:
 
         129029 has a `time` of its own. 129025 has the accuracy of the last 129029 of its sender.
         """
-        values = MESSAGES[pgn].values(raw)
+        values: dict[str, Any] = MESSAGES[pgn].values(raw)  # some of them whole numbers
         if pgn == 127258:
             self.variation = self.variation if math.isnan(values["variation"]) else values["variation"]
             return {}
@@ -46,13 +47,13 @@ class Decoder:
             return _placed(**values) | {"position_std": std if 0.0 <= received - since < _FRESH else math.nan}
         return values
 
-    def _heading(self, source, heading, deviation, variation, reference):
+    def _heading(self, source: int, heading: float, deviation: float, variation: float, reference: int) -> float:
         if reference & 3 == MAGNETIC and math.isfinite(deviation):
             heading += deviation
         known = variation if math.isfinite(variation) else self.variation
         return self._true((source, "heading"), heading, reference, known)
 
-    def _true(self, which, angle, reference, variation):
+    def _true(self, which: tuple[int, str], angle: float, reference: int, variation: float) -> float:
         if reference & 3 == TRUE or math.isnan(angle):
             return angle
         if reference & 3 != MAGNETIC:
@@ -63,7 +64,17 @@ class Decoder:
             self.corrected.add(which)
         return angle + variation
 
-    def _gnss(self, source, received, days, clock, latitude, longitude, method, hdop):
+    def _gnss(
+        self,
+        source: int,
+        received: float,
+        days: float,
+        clock: float,
+        latitude: float,
+        longitude: float,
+        method: int,
+        hdop: float,
+    ) -> dict[str, float]:
         time = days + clock
         if not 1 <= method <= 5 or not time >= _FIRST_DATE:
             return {}

@@ -4,7 +4,7 @@ import math
 import struct
 from datetime import date, time
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 TRUE, MAGNETIC = 0, 1
 """References of an angle."""
@@ -42,7 +42,7 @@ class Message:
         """The numbers of a payload of `length` bytes or more."""
         return self._layout.unpack_from(payload)
 
-    def raw_of_json(self, values: dict, in_radians: bool) -> tuple[int, ...]:
+    def raw_of_json(self, values: dict[str, Any], in_radians: bool) -> tuple[int, ...]:
         """The numbers of a message that is decoded already; the largest of a field stands for one that is missing."""
         return tuple(_raw(field, most, values.get(field.label), in_radians) for field, most in self._ranges)
 
@@ -59,7 +59,7 @@ class Message:
         return tuple((field, _LARGEST.get(kind, 0xFF)) for field, kind in zip(self.fields, kinds, strict=True))
 
 
-def _raw(field, most, value, in_radians):
+def _raw(field: Field, most: int, value: object, in_radians: bool) -> int:
     if isinstance(value, dict):
         value = value.get("value")
     if field.words:

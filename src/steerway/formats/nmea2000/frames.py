@@ -40,7 +40,7 @@ def identifier_of(pgn: int, source: int, destination: int = BROADCAST, priority:
 class Joiner:
     """Joins the frames of fast packets."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._open: dict[tuple[int, int, int], tuple[int, list[bytes]]] = {}
         self._given_up = 0
 
@@ -77,7 +77,7 @@ class Joiner:
 class Splitter:
     """Splits messages into the data of frames."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._sequences: dict[int, int] = {}
 
     def parts(self, pgn: int, payload: bytes) -> list[bytes]:

@@ -4,7 +4,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from steerway.core.timestamps import unix_times
@@ -51,7 +51,7 @@ class Heard(NamedTuple):
     raw: tuple[int, ...]
 
 
-def form_of(text: bytes) -> re.Pattern | None:
+def form_of(text: bytes) -> re.Pattern[bytes] | None:
     """The form of a log: that of which most lines are; None without any."""
     counts = {form: sum(1 for _ in form.finditer(text)) for form in FORMS}
     best = max(FORMS, key=counts.__getitem__)
@@ -61,7 +61,7 @@ def form_of(text: bytes) -> re.Pattern | None:
 def messages(data: bytes, skipped: Counter[str]) -> list[Heard]:
     """Every whole message that is read, in the order of the log; what is left out is counted by reason."""
     form = form_of(data)
-    lines = [] if form is None else list(form.finditer(data))
+    lines = list(form.finditer(data)) if form else []
     written = sum(1 for line in data.splitlines() if line.strip() and not line.lstrip().startswith(b"#"))
     if written > len(lines):
         skipped["not a line of NMEA 2000"] += written - len(lines)
@@ -70,7 +70,7 @@ def messages(data: bytes, skipped: Counter[str]) -> list[Heard]:
     if form is _ANALYZED:
         return _of_fields([_analyzed(match) for match in lines])
     found, joiner = [], Joiner()
-    for time, pgn, source, payload in _payloads(form, lines, skipped):
+    for time, pgn, source, payload in _payloads(form, lines, skipped) if form else ():
         if pgn not in MESSAGES:
             continue
         whole = joiner.add(Frame(pgn, source, 255, 3, payload)) if pgn in FAST and len(payload) <= 8 else payload
@@ -91,7 +91,9 @@ def frame_of_line(line: bytes) -> Frame | None:
     return match and frame_of(int(match["id"], 16), bytes.fromhex(match["data"].decode()))
 
 
-def _payloads(form, lines, skipped) -> Iterator[tuple[float, int, int, bytes]]:
+def _payloads(
+    form: re.Pattern[bytes], lines: Sequence[re.Match[bytes]], skipped: Counter[str]
+) -> Iterator[tuple[float, int, int, bytes]]:
     stamps = unix_times([each["stamp"].decode() for each in lines]) if form is _CANBOAT else _clocks(form, lines)
     for match, time in zip(lines, stamps, strict=True):
         payload = bytes.fromhex(match["data"].replace(b",", b"").decode())
@@ -107,7 +109,7 @@ def _payloads(form, lines, skipped) -> Iterator[tuple[float, int, int, bytes]]:
             yield time, frame.pgn, frame.source, payload
 
 
-def _clocks(form, lines) -> list[float]:
+def _clocks(form: re.Pattern[bytes], lines: Sequence[re.Match[bytes]]) -> list[float]:
     """Unix times; of a form without dates, seconds since the midnight before the log began."""
     if form is _CANDUMP:
         stamps = [each["unix"].decode() for each in lines]
