@@ -6,7 +6,7 @@ Fields: the FMT messages of the log itself; their meaning: ArduPilot, "Onboard m
 import re
 import struct
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 

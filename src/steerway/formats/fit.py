@@ -6,7 +6,6 @@ What FitCSVTool of the FIT SDK makes of a file is read too: a line a message, or
 import csv
 import io
 from collections import Counter
-from typing import Any
 
 import numpy as np
 
