@@ -49,9 +49,9 @@ _APPROACH, _NEAR = 1.5, 1.0
 begins where the boat is. Chosen."""
 _SOON, _AGAIN = 2.0, 0.2
 """s before a turn from which on it is planned at every step, and s between two plans before. Chosen."""
-_REACTION = 0.15
-"""s from an order until a vehicle with loops of its own carries it out. Chosen: of 21 corners on squares the paths lay
-0.3 m further out than planned with 0, 0.1 m with 0.1."""
+_REACTION = 0.2
+"""s from an order until a vehicle with loops of its own carries it out. Chosen: of corners on squares the paths lay
+0.3 m further out than planned with 0, 0.2 m with 0.15."""
 _TIGHTER, _SETTLES = 2.0, 4.0
 """By which the lookahead is shorter in a turn of a vehicle with loops of its own, and s behind it. Chosen."""
 _QUICKEST = 2.0

@@ -18,9 +18,9 @@ from steerway.guidance.wheel_over import in_line, passing, turn_path, wheel_over
 _ONE_SIDE = math.radians(100.0)
 """Turn of the bow below which the other side, of more than 260°, is not simulated."""
 
-_CUT = 1.5
-"""Least distance from the waypoint over the largest outside of the legs. Chosen: a path that turns at a right angle and
-stays as far inside of the legs as outside has 1.4."""
+_CUT, _INSIDE = 1.8, 1.5
+"""Least distance from the waypoint, and largest from the legs, over the largest outside of them. Chosen: a path that
+turns at a right angle and stays as far inside as outside has 1.4 and 1, but paths are carried outwards."""
 _STEPS = 10
 """Of the search for the offset: to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -67,8 +67,8 @@ class Turn(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """How far it leaves the corner, m."""
-        return max(self.excursion, self.closest / _CUT)
+        """How far it leaves the corner, m: what is inside of the legs counts less."""
+        return max(self.outside, self.closest / _CUT, self.excursion / _INSIDE)
 
 
 def plan_turn(
