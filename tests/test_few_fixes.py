@@ -219,6 +219,47 @@ def test_the_gyro_of_a_hull_that_slips_does_no_harm():
     assert missed[True] <= missed[False] <= 0.06
 
 
+def _heading_missed(deviation):
+    """(error, 1σ) of the heading (k, 2), rad, of a boat that slips in 0.5 s, after two turns of 90°."""
+    chance, current = np.random.default_rng(1), np.array([0.6, -0.3])
+    response = Response(1.3, math.radians(60.0), 2.0, 2.0, time_std=0.5, damping_std=0.0, slip_time=0.2, slip_std=0.25)
+    filter = SteeringFilter(response, 0.1)
+    place, bow, sway, rate, dt, missed = np.zeros(2), 0.3, 0.0, 0.0, 0.05, []
+    for k in range(1600):
+        ordered = math.radians(45.0) if k > 300 and k % 400 < 40 else 0.0
+        filter.order(k * dt, ordered, 2.0)
+        rate += dt / 0.3 * (ordered - rate)
+        bow += dt * rate
+        sway += dt * (-sway / 0.5 - 2.0 * rate)
+        c, s = math.cos(bow), math.sin(bow)
+        velocity = current + np.array([2.0 * c - sway * s, 2.0 * s + sway * c])
+        place += dt * velocity
+        if k % 4 == 0:
+            seen = *place + 0.1 * chance.standard_normal(2), *velocity + 0.1 * chance.standard_normal(2)
+            filter.fix(k * dt, *seen, wrap(bow + deviation), rate)
+            found = filter.at(k * dt)
+            missed += [(wrap(found.heading - bow), found.heading_std)] if k > 800 else []
+    return np.array(missed)
+
+
+@pytest.mark.parametrize("deviation", [0.0, 8.0, -8.0])
+def test_turns_tell_the_heading_of_the_bow_from_the_motion_and_from_the_compass(deviation):
+    """In turns too, where the motion is 25° off the bow."""
+    error, std = _heading_missed(math.radians(deviation)).T
+    assert math.degrees(np.sqrt(np.mean(error**2))) < 2.0
+    assert np.mean(np.abs(error) < 2.0 * std) > 0.9
+
+
+def test_a_boat_that_is_driven_and_stands_still_stems_a_current():
+    for is_driven in (True, False):
+        chance, filter = np.random.default_rng(1), SteeringFilter(Response(1.3, math.radians(20.0), 2.0, 2.0), 0.1)
+        filter.driven_since = -100.0 if is_driven else math.inf
+        for k in range(40):
+            seen = 0.05 * chance.standard_normal(4)
+            filter.fix(0.2 * k, *seen, heading=0.0, yaw_rate=0.0)
+        assert (filter.at(8.0).water_speed > 0.5) is is_driven
+
+
 def _turn_by_own_loop(share, integral):
     """rad by which the estimate misses the heading 5 s after a turn, of a vehicle whose own loop gives a share of an
     ordered rate at once and adds the rest by an integral (1/s).
