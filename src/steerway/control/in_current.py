@@ -20,7 +20,7 @@ from steerway.core.estimate import Estimate
 from steerway.core.kinematics import heading_for, water_speed_for
 from steerway.core.leg import LegState
 from steerway.guidance.reference import Reference, ReferenceModel
-from steerway.guidance.wheel_over import ahead_on, off_path, wheel_over
+from steerway.guidance.wheel_over import ahead_on, in_line, off_path, wheel_over
 
 _ORDERED_NOISE = 0.3
 """Share of the largest rate that the noise of the estimate may order. Chosen, as the numbers below; `steerway
@@ -275,7 +275,8 @@ class InCurrent:
             leg.direction, following, (speed, after), current, model, self._fastest(estimate), estimate.slip_time
         )
         left, beside = leg.remaining - turn.lead, turn.beside
-        if left < _NEAR * estimate.sog and abs(leg.cross_track - beside) < estimate.water_speed / self.turn_rate:
+        is_near = left < _NEAR * estimate.sog and abs(leg.cross_track - beside) < estimate.water_speed / self.turn_rate
+        if is_near and not in_line(leg.direction, following):
             beside = leg.cross_track
             side = -math.copysign(1.0, math.sin(following - leg.direction))
             displaced = float(turn.path[-1, 0]), float(turn.path[-1, 1])

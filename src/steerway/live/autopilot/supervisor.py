@@ -39,6 +39,7 @@ _SLOWEST_TURN = 0.5
 
 _FAR = 2000.0
 """m from the boat to the first leg, beyond which it has to be asked for."""
+_TURN = "turns by %+.0f° into leg %d, %s"
 _LOST, _AGAIN = " is lost", "; it is back, and the autopilot can be started again"
 _NO_NUMBER = "the estimate is no number"
 
@@ -307,11 +308,16 @@ class Supervisor:
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
     def _say_turn(self, leg):
-        """Log a turn that begins, with the side and the distance at which it passes the waypoint."""
+        """Log a turn that begins, with the side and the distance at which it passes the waypoint; as a warning where
+        that is not within the acceptance.
+        """
         turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
         if turn is not None and turn is not self._turn:
             degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
-            LOG.info("turns by %+.0f° into leg %d, %s", degrees, leg.target, passes)
+            acceptance = float(self.guide.mission.route.acceptance[leg.target - 1])
+            is_wide = turn.closest > acceptance
+            passes += f", its acceptance is {acceptance:g} m: slow down, or turn quicker" if is_wide else ""
+            LOG.log(logging.WARNING if is_wide else logging.INFO, _TURN, degrees, leg.target, passes)
         self._turn = turn
 
     def _holds_instead(self, limit):
