@@ -85,6 +85,7 @@ soak: .venv/.test
 faults: .venv/.test
 	$(BIN)/python -m tests.faults
 	$(BIN)/python -m tests.faults.commands
+	$(BIN)/python -m tests.faults.stops
 
 # What every estimator, law and study returns on generated input; ONLY=WORD for some of the cases.
 reference: .venv/.test
