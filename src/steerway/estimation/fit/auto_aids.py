@@ -95,9 +95,12 @@ def _pieces(record: Rows) -> tuple[Rows, np.ndarray]:
 
 
 def _sliding(time, fixed):
-    """(n,) bool: rows after an outage, where the receiver may slide in: no velocity predicts such fixes."""
+    """(n,) bool: rows after an outage, where the receiver may slide in or has hardly come to rest.
+
+    No velocity predicts such fixes.
+    """
     found = np.zeros(len(time), bool)
     for k in outages(time[fixed]):
         back = time[fixed[k + 1]]
-        found |= (time >= back) & (time < back + SLIDES)
+        found |= (time >= back) & (time < back + 2.0 * SLIDES)
     return found
