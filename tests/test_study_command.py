@@ -9,6 +9,7 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 import steerway
 import steerway_studies
@@ -80,6 +81,24 @@ def test_what_is_not_installed_is_said_in_one_sentence(tmp_path):
         command = [sys.executable, "-c", f"import sys; sys.path[:0] = {[str(each) for each in path]}\n{code}"]
         ended = subprocess.run(command, capture_output=True, text=True)
         assert (ended.returncode, ended.stdout, ended.stderr) == (2, "", f"steerway: {expected}\n")
+
+
+def test_figures_alone_are_drawn_without_a_run(tmp_path, monkeypatch):
+    def drawn(seed):
+        figure = Figure()
+        figure.subplots().plot([0.0, seed])
+        return {"line": (figure, f"seed {seed}")}
+
+    theirs = Study("theirs", "a study", run=None, drawn=drawn)
+    (tmp_path / "results.json").write_text("kept")
+    theirs.figures_only(3).write(tmp_path)
+    assert (tmp_path / "line.png").read_bytes().startswith(b"\x89PNG")
+    page = (tmp_path / "index.html").read_text("utf-8")
+    assert "seed 3" in page and (tmp_path / "results.json").read_text() == "kept"
+    with pytest.raises(steerway.InputError, match="study ours draws its figures of all its runs"):
+        Study("ours", "another", run=None).figures_only(0)
+    have = {name for name, module in steerway_studies.STUDIES.items() if import_module(module).STUDY.drawn}
+    assert have == {"otter-course", "otter-path", "mariner-los", "adaptive-speed", "springer-mission"}
 
 
 def test_a_study_that_has_what_it_needs_is_run():

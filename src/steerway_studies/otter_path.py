@@ -111,9 +111,14 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     found = dict(zip(pairs, over_cases(_leg_of, pairs, progress=stage(progress, 0.0, 1.0, "legs")), strict=True))
     results = Results("An Otter on a leg across the current (P1, otter-path)")
     results.add(numbers_of({case: [found[case, seed] for seed in chosen] for case in CASES}), QUANTITIES)
-    results.figures["laws"] = _laws(first_seed)
+    results.figures |= drawn(first_seed)
     results.remarks += _remarks(len(chosen))
     return results
+
+
+def drawn(seed: int) -> dict:
+    """The figure of one seed."""
+    return {"laws": _laws(seed)}
 
 
 def _leg_of(pair):
@@ -219,4 +224,6 @@ def _remarks(n):
     ]
 
 
-STUDY = Study("otter-path", "An Otter on a leg across the current: course against heading guidance (P1)", run)
+STUDY = Study(
+    "otter-path", "An Otter on a leg across the current: course against heading guidance (P1)", run, drawn=drawn
+)

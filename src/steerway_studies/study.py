@@ -145,8 +145,9 @@ class Results:
         """
         made_directory(directory)
         numbers = {key: value if math.isfinite(value) else None for key, value in self.numbers.items()}
-        with complete_or_absent(directory / "results.json") as file:
-            file.write(json.dumps(numbers, indent=2).encode() + b"\n")
+        if numbers:
+            with complete_or_absent(directory / "results.json") as file:
+                file.write(json.dumps(numbers, indent=2).encode() + b"\n")
         figures = {stem: (png(figure), caption) for stem, (figure, caption) in self.figures.items()}
         for stem, (picture, _) in figures.items():
             with complete_or_absent(directory / f"{stem}.png") as file:
@@ -214,6 +215,15 @@ class Study:
     needs: tuple[str, ...] = ()  # packages beyond the dependencies of steerway, which the extra `studies` brings
     run_full: Callable[[int | None, int, Callable[[float, str], None] | None], Results] | None = None
     """As `run`, with all cases of every seed, where a seed of `run` draws a part of them."""
+    drawn: Callable[[int], dict] | None = None
+    """The figures that need no statistics, by stem, of one seed."""
+
+    def figures_only(self, seed: int) -> Results:
+        """The figures of one seed, without numbers. Raises InputError where all of them need the whole study."""
+        if self.drawn is None:
+            raise InputError(f"study {self.name} draws its figures of all its runs, expected no --figures-only")
+        lead = f"Figures of seed {seed} alone; `steerway study {self.name}` measures what is compared."
+        return Results(f"{self.name}: {self.summary}", figures=self.drawn(seed), lead=lead)
 
     def run_keeping(self, parts: Unfinished | None, seeds, first_seed, progress, full: bool = False) -> Results:
         """`run`, or `run_full`, with finished cases kept in `parts` and taken from there.

@@ -31,6 +31,9 @@ def study(
     full: Annotated[
         bool, flag("--full", help="All cases with every seed, of a study whose seeds draw a part of them: at-sea.")
     ] = False,
+    figures_only: Annotated[
+        bool, flag("--figures-only", help="Draw the figures that need no statistics, of the first seed, in seconds.")
+    ] = False,
     resume: Annotated[bool, flag("--resume", help="Continue an interrupted study with the parts it has done.")] = False,
 ) -> None:
     """Run a study: compare published with measured numbers, with figures.
@@ -38,6 +41,8 @@ def study(
     Examples:
 
         steerway study otter-course -o otter
+
+        steerway study otter-course -o otter --figures-only
 
         steerway study estimator-limits -o limits --resume
     """
@@ -50,6 +55,9 @@ def study(
     chosen = import_module(modules[name]).STUDY
     chosen.check_installed()
     with only_writer(out, str(out)):
+        if figures_only:
+            print(f"wrote {chosen.figures_only(first_seed).write(out)}")
+            return
         parts = Unfinished(out / "study.unfinished", {"study": name}, resume, (modules[name].split(".")[0],))
         parts.noted = lambda: interruption.keep(f"{len(parts.results)} parts", out)
         if parts.results:

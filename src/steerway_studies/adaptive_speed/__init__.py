@@ -40,9 +40,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     jobs = voyages(seeds, first_seed)
     step = stage(progress, 0.0, 0.9, f"{len(jobs)} voyages")
     judged = Judged(dict(zip(jobs, over_cases(cases.run, jobs, progress=step), strict=True)))
-    as_printed, as_published = (
-        {speed: make(speed) for speed in SPEEDS} for make in (printed.as_printed, printed.as_published)
-    )
+    as_printed, as_published = courses()
     numbers = printed_numbers(as_printed, as_published) | control_numbers(judged) | fusion_numbers(judged)
     results = Results("P3: adaptive speed control and speed fusion")
     slow = sailing.shaft(rate=17.5 / 55.0)
@@ -55,6 +53,18 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     if progress:
         progress(1.0, "done")
     return results
+
+
+def courses() -> tuple[dict, dict]:
+    """By speed, what the paper prints and what it shows."""
+    made = printed.as_printed, printed.as_published
+    as_printed, as_published = ({speed: make(speed) for speed in SPEEDS} for make in made)
+    return as_printed, as_published
+
+
+def drawn(seed: int) -> dict:
+    """The figures of one seed."""
+    return figures(*courses(), seed)
 
 
 class Judged:
@@ -388,4 +398,6 @@ def remarks(numbers) -> list[str]:
     ]
 
 
-STUDY = Study("adaptive-speed", "P3: adaptive speed control, fusion of GPS, Doppler log and accelerometer", run)
+STUDY = Study(
+    "adaptive-speed", "P3: adaptive speed control, fusion of GPS, Doppler log and accelerometer", run, drawn=drawn
+)

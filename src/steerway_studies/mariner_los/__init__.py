@@ -291,4 +291,4 @@ REMARKS = [
     f"{SETTLED:.0f} s on. The product's filter carries the receiver's slow error as two states of its own, with the "
     "true 1σ and time constant.",
 ]
-STUDY = Study("mariner-los", "P1 §4: path following of a MARINER-class ship on an estimated course", run)
+STUDY = Study("mariner-los", "P1 §4: path following of a MARINER-class ship on an estimated course", run, drawn=figures)

@@ -45,7 +45,7 @@ CRUISE = 1.3
 def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
     """See Study."""
     results = Results("otter-course: an Otter on course commands of 20° and 0°, and real logs (P0 §5–7)")
-    published, failing = as_published(), as_published(0.01, first_seed)
+    published, failing = courses(first_seed)
     chosen = seeds_from(first_seed, seeds, SEEDS)
     noisy = over_cases(noisy_numbers, chosen, progress=stage(progress, 0.0, 0.8, f"{len(chosen)} seeds with noise"))
     worst = {f"{key}_worst": max(each[key] for each in noisy) for key in noisy[0] if key.endswith("course_rms_deg")}
@@ -58,6 +58,11 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     results.remarks += REMARKS
     add_logs(results)
     return results
+
+
+def courses(seed: int) -> tuple[PublishedRun, PublishedRun]:
+    """The published set-up without noise, and with 1 cm of it."""
+    return as_published(), as_published(0.01, seed)
 
 
 def published_numbers(record: PublishedRun) -> dict[str, float]:
@@ -200,6 +205,11 @@ def figures(published: PublishedRun, failing: PublishedRun, seed: int) -> dict:
     }
 
 
+def drawn(seed: int) -> dict:
+    """The figures of one seed."""
+    return figures(*courses(seed), seed)
+
+
 def _positions(record):
     turn = np.searchsorted(record.time, BACK_AT)
     return track(
@@ -298,4 +308,9 @@ REMARKS = [
     "On the real logs the printed filter's numbers hold its start, from U = 0 and χ = 0, and its spikes where fixes "
     "are missing; in between it agrees with the receiver, as the figures show.",
 ]
-STUDY = Study("otter-course", "P0 §5–7: an Otter on course commands of 20° and 0°, and the estimate on real logs", run)
+STUDY = Study(
+    "otter-course",
+    "P0 §5–7: an Otter on course commands of 20° and 0°, and the estimate on real logs",
+    run,
+    drawn=drawn,
+)

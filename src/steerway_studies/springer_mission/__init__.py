@@ -40,8 +40,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     step = progress or (lambda share, words: None)
     step(0.0, "bounds")
     reference = sail(World(), ideal(TRUE_TCM2), first_seed)
-    traces, lost = bounds.widths(reference), sail(World(), nominal(), first_seed)
-    weighted, voyage, navigator = bounds.tautology(first_seed)
+    traces, (weighted, shown) = bounds.widths(reference), lost_and_weighted(first_seed)
 
     def voyages(mission, usual, began, share, words):
         return missions.many(mission, seeds_from(first_seed, seeds, usual), stage(progress, began, share, words))
@@ -59,10 +58,21 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     numbers |= paper_numbers(paper) | unseen_numbers(unseen) | world_numbers(worlds)
     results.add(numbers, [*bounds.QUANTITIES, *QUANTITIES])
     results.lead = LEAD.format(**numbers)
-    results.figures |= figures(lost, voyage, navigator, traces) | summaries(unseen, worlds)
+    results.figures |= figures(*shown, traces) | summaries(unseen, worlds)
     results.remarks += REMARKS
     step(1.0, "done")
     return results
+
+
+def lost_and_weighted(seed: int) -> tuple[dict, tuple]:
+    """Numbers of the weighted filter, and what is drawn: the voyage of the nominal one, its own and its navigator."""
+    weighted, voyage, navigator = bounds.tautology(seed)
+    return weighted, (sail(World(), nominal(), seed), voyage, navigator)
+
+
+def drawn(seed: int) -> dict:
+    """The figures of one seed."""
+    return figures(*lost_and_weighted(seed)[1], bounds.widths(sail(World(), ideal(TRUE_TCM2), seed)))
 
 
 def mean(runs, field) -> float:
@@ -348,4 +358,5 @@ STUDY = Study(
     "P4: interval filters, MPC and the aided filter on Springer's way-point mission",
     run,
     needs=("daqp",),
+    drawn=drawn,
 )
