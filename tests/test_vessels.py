@@ -10,6 +10,7 @@ from steerway import InputError
 from steerway.control import OTTER_PROPELLERS
 from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass, random_compass, stability_limit
 from steerway.sensors.testing import deviation
+from steerway.simulation import parse_scenario
 from steerway.vessels import (
     CALDAS_MASS,
     CALM,
@@ -359,6 +360,18 @@ def test_springers_compass_settles_on_its_gain_and_deviates_and_wraps():
     assert np.all(np.abs(readings) <= np.pi)
     wanted = (3.1 + deviation(3.1, *card)) * TCM2.gain
     assert np.angle(np.exp(1j * (readings - wanted)).mean()) == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_scenario_s_compass_may_have_springer_s_dynamics():
+    """Across ±180°; its slow pole makes a reading of a turning vessel late by the model's lag."""
+    text = f'[compass]\nrate = 10.0\ndynamics = {list(TCM2[:4])}\n[vessel]\nkind = "springer"\n'
+    text += "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 50, east = 0 }]\n"
+    stream, rate = parse_scenario(text).compass.build().start(5), 0.02
+    read = [(0.05 * k, stream.step(0.05 * k, 3.0 + rate * 0.05 * k)) for k in range(40_000)]
+    time, reading = np.array([each for each in read if each[1] is not None]).T
+    assert len(time) == 20_000 and np.all(np.abs(reading) <= np.pi)
+    late = np.angle(np.exp(1j * (3.0 + rate * time - reading))[200:].mean())
+    assert late == pytest.approx(rate * TCM2.lag, abs=2e-3)
 
 
 CURVE = Propeller().curve()

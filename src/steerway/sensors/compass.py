@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,9 @@ from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
 from steerway.core.settings import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument, InstrumentTable
+
+if TYPE_CHECKING:
+    from steerway.sensors.tcm2 import TickingCompass
 
 HALF_A_DEGREE = Instrument(white=math.radians(0.5))
 
@@ -67,7 +70,11 @@ def _wrapped(angles: Floats) -> Floats:
 
 
 class CompassTable(InstrumentTable):
-    """The keys of a compass in a scenario; `deviation_deg` are the coefficients A to E of its deviation card."""
+    """The keys of a compass in a scenario; `deviation_deg` are the coefficients A to E of its deviation card.
+
+    `dynamics`: a1, a2, b and k of a compass as P4's, ticking at 40 Hz with the noise of (6)–(7) in place of `std_deg`
+    and `bias_deg`; the TCM2 has 0.2796, 0.6971, 0.4364, 0.05339.
+    """
 
     measures: ClassVar[str] = "heading"
     rate: Rate = 10.0
@@ -75,7 +82,15 @@ class CompassTable(InstrumentTable):
     bias_deg: Number = 0.0
     deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def build(self) -> Compass:
+    dynamics: tuple[Number, Number, Number, Number] | None = None
+
+    def build(self) -> "Compass | TickingCompass":
+        a, b, c, d, e = map(math.radians, self.deviation_deg)
+        if self.dynamics is not None:
+            from steerway.estimation.heading.models import CompassModel
+            from steerway.sensors.tcm2 import DynamicCompass, TickingCompass
+
+            return TickingCompass(DynamicCompass(CompassModel(*self.dynamics), (a, b, c, d, e)), self.rate)
         instrument = Instrument(self.rate, white=math.radians(self.std_deg), bias=math.radians(self.bias_deg))
         a, b, c, d, e = map(math.radians, self.deviation_deg)
         return Compass(instrument, (a, b, c, d, e))

@@ -16,6 +16,7 @@ from steerway.core.errors import InputError
 from steerway.core.noise import Seed
 from steerway.estimation.heading.models import READING_VARIANCE_DEG2, TCM2, TICKS, CompassModel
 from steerway.sensors.compass import deviation
+from steerway.sensors.instrument import SLACK, Clock
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,41 @@ class DynamicCompassStream:
 
     def _seen(self, heading: float) -> float:
         return math.degrees(heading + deviation(heading, *self._compass.card))
+
+
+@dataclass(frozen=True)
+class TickingCompass:
+    """A dynamic compass as a scenario's instrument: its latest reading, modulo a turn, `rate` times a second."""
+
+    compass: DynamicCompass
+    rate: float
+
+    def start(self, seed: Seed) -> "TickingCompassStream":
+        """The compass switched on, at rest at the heading of its first step. `seed`: an int or a numpy Generator."""
+        return TickingCompassStream(self, seed)
+
+
+class TickingCompassStream:
+    """A compass that is switched on: a heading in [−π, π) when one is due, else None."""
+
+    def __init__(self, compass: TickingCompass, seed: Seed):
+        self._compass, self._seed = compass.compass, seed
+        self._clock = Clock(compass.rate)
+        self._stream: DynamicCompassStream | None = None
+        self._began = self._turned = self._reading = 0.0
+        self._ticks = 0
+
+    def step(self, time: float, heading: float) -> float | None:
+        """The reading at a time (s) of a vessel with this heading (rad), modulo a turn."""
+        if self._stream is None:
+            self._stream, self._began, self._turned = self._compass.start(heading, self._seed), time, heading
+            self._ticks = -1
+        self._turned += wrap(heading - self._turned)
+        due = math.floor((time - self._began) * TICKS + SLACK)
+        if due > self._ticks:
+            self._reading = self._stream.readings(self._turned, due - self._ticks).item(-1)
+            self._ticks = due
+        return wrap(self._reading) if self._clock.due(time) else None
 
 
 @kernel
