@@ -14,7 +14,7 @@ from typing import Any
 from steerway.archive import inputs, page
 from steerway.archive.levels import levels, profile_names
 from steerway.archive.store import Store, date_of
-from steerway.archive.summaries import write_unfinished_trips
+from steerway.archive.tables import write_unfinished_trips
 from steerway.archive.unit import LOOKAHEAD, Work, run_unit
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory

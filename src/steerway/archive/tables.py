@@ -1,4 +1,4 @@
-"""What a unit writes: its tables, and the numbers that the page adds up."""
+"""What a unit writes: its tables, and the numbers that the page adds up; and the trips that go on at the end."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -8,10 +8,12 @@ import polars as pl
 from numpy.typing import NDArray
 
 from steerway.archive.association import Found
-from steerway.archive.histories import EVENTS, MODES
+from steerway.archive.histories import EVENTS, MODES, TRIP_COLUMNS, unfinished
+from steerway.archive.store import Store
 from steerway.archive.tracks import INTERVALS, LEVELS, STEADY
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+from steerway.core.files import complete_or_absent
 from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
 from steerway.core.slow_error import USUAL_STD
 from steerway.formats.ais_tables import MOBILES
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from steerway.archive.unit import UnitRows
 
 
+UNFINISHED = "unfinished.parquet"
 COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
 """s, upper ends of the classes of intervals that are counted."""
 CELLS = len(MOBILES) * (LEVELS - STEADY)
@@ -171,3 +174,26 @@ def _count(
                     cells[0, cell] += 1.0
                     cells[1, cell] += nis[k]
     return rejected
+
+
+def last_units(store: Store) -> list[tuple[int, int]]:
+    """(day, bucket) of the last day of every bucket."""
+    last: dict[int, int] = {}
+    for day, bucket in store.done():
+        last[bucket] = max(day, last.get(bucket, day))
+    return sorted((day, bucket) for bucket, day in last.items())
+
+
+def write_unfinished_trips(store: Store) -> None:
+    """trips/unfinished.parquet: the trip or stop of every track that goes on at the end of the archive."""
+    tables = []
+    for day, bucket in last_units(store):
+        state = store.state(day, bucket)
+        trips = np.zeros((len(state.tracks), TRIP_COLUMNS))
+        count = unfinished(state.carry, trips)
+        tables.append(trip_table(state.tracks, trips[:count]))
+    if not tables:
+        return
+    (store.root / "trips").mkdir(exist_ok=True)
+    with complete_or_absent(store.root / "trips" / UNFINISHED) as file:
+        pl.concat(tables).sort("mmsi", "track", "start_s").write_parquet(file)

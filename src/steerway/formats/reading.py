@@ -148,14 +148,14 @@ def _is_frame(path: object) -> bool:
 
 def _files(path: Source) -> Sequence[Source]:
     """The files of a ROS 2 bag; of anything else itself."""
-    is_directory = isinstance(path, str | PathLike[str]) and Path(path).is_dir()
+    is_directory = isinstance(path, str | PathLike) and Path(path).is_dir()
     return (is_directory and ros2.files_of(Path(path))) or [path]
 
 
 def _size(path: Source) -> int:
     if isinstance(path, bytes | bytearray | memoryview):
         return len(path)
-    if isinstance(path, str | PathLike[str]) and Path(path).is_file():
+    if isinstance(path, str | PathLike) and Path(path).is_file():
         return Path(path).stat().st_size
     return 0
 
@@ -164,12 +164,12 @@ def _opened(path: Source) -> tuple[str, bytes]:
     """A name for messages and the bytes."""
     if isinstance(path, bytes | bytearray | memoryview):
         return "bytes", bytes(path)
-    if isinstance(path, str | PathLike[str]) and str(path) != "-":
+    if isinstance(path, str | PathLike) and str(path) != "-":
         try:
             return str(path), Path(path).read_bytes()
         except OSError as error:
             raise InputError(f"{path}: cannot be read ({_why(path, error)}), expected a log file") from None
-    stream, name = (sys.stdin.buffer, "standard input") if isinstance(path, str | PathLike[str]) else (path, "")
+    stream, name = (sys.stdin.buffer, "standard input") if isinstance(path, str | PathLike) else (path, "")
     if not hasattr(stream, "read"):
         raise InputError(f"log is {path!r}, expected a path, bytes or an open file")
     data = stream.read()

@@ -12,7 +12,7 @@ from steerway.core.earth import radii
 from steerway.core.errors import InputError
 from steerway.core.gaps import GAP_INTERVALS, shortest_gap
 from steerway.core.records import INSTRUMENT_COLUMNS, REPORTED, Fixes
-from steerway.core.rounding import last_digit
+from steerway.core.statistics import last_digit
 
 _SAME_TIME = 1e-3
 _OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from steerway.core.earth import radii
-from steerway.core.rounding import last_digit
+from steerway.core.statistics import last_digit
 from steerway.estimation.log.record import white_std
 
 _FINE, _COARSE = 0.02, 20.0
