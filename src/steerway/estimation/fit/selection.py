@@ -12,7 +12,7 @@ import numpy as np
 
 from steerway.estimation.filter.bank import LONGEST_STEP
 from steerway.estimation.filter.model import Model
-from steerway.estimation.fit.posterior import DRAWS, Fit, Rows, fitted, likeliest
+from steerway.estimation.fit.posterior import DRAWS, Fit, Posterior, Rows, fitted, likeliest
 from steerway.estimation.fit.starts import scales_of, vessels
 from steerway.estimation.log.record import excerpt, predictions
 from steerway.estimation.vessel.parts import OPTIONAL, PARTS, PLAIN, Scales
@@ -43,6 +43,8 @@ FINALISTS = 3
 """Structures fitted to many rows at most. Chosen: each takes 0.1 to 1 s."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
+UNRESOLVED_SURGE = 1e-3
+"""m/s, of waves whose surge is not seen: it moves no estimate."""
 _BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
 """Variance of fixes, in that of their rounding, up to which only these parts are tried: the others take the pattern of
 rounding for motion or obstructions (SOG of 140 generated records is off by 0.19 m/s with all, 0.06 so)."""
@@ -135,7 +137,23 @@ def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple
         if expected < top.evidence:
             break
         fits[parts] = fitted(parts, rows, begin, effort * OTHER_ROUNDS, shortest, draws)
-    return fits
+    return {parts: with_resolved_surge(fit, rows, shortest) for parts, fit in fits.items()}
+
+
+def with_resolved_surge(fit: Fit, rows, shortest) -> Fit:
+    """A fit without the surge of its waves where the record does not tell it from noise, which some period always has.
+
+    What is evidence for the yaw of waves is none for their surge: a slalom may be yawed by a wave of its period, and
+    its smoothed speed would follow noise.
+    """
+    if "wave_surge" not in fit.values:
+        return fit
+    posterior, quiet = Posterior(fit.parts, rows, shortest), fit.values | {"wave_surge": UNRESOLVED_SURGE}
+    with_it, without = (posterior.densities(posterior.point(each)).sum() for each in (fit.values, quiet))
+    if with_it - without > BETTER + math.log(len(rows.time)):
+        return fit
+    others = tuple(each | {"wave_surge": UNRESOLVED_SURGE} for each in fit.others)
+    return fit._replace(values=quiet, others=others)
 
 
 def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
