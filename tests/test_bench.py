@@ -18,10 +18,10 @@ def test_a_square_is_sailed_along_its_legs_and_the_right_way_round_its_corners(c
     assert all(corner.closest <= case.acceptance and corner.outside <= case.acceptance for corner in found.corners)
 
 
-# With seed 2 in 4 directions up to 1.8 m from a waypoint and 3.4 m outside: the steering filter splits the motion of a
-# boat at full power wrongly (at 1.3 m/s its heading is 10 to 17° off), and turns of more than half a circle drift.
+# Of 26 squares with seed 3, 19 are within all limits. In the others a current that is not known before the first turns,
+# at 1.3 m/s without a compass most of all, takes corners up to 2.0 m outside, one 2.3 m away, and a leg to 0.6 m.
 @pytest.mark.study
-@pytest.mark.xfail(strict=True, reason="up to 1.8 m from a waypoint, 3.4 m outside: the filter's heading at full power")
+@pytest.mark.xfail(strict=True, reason="up to 2.3 m from a waypoint, 2.0 m outside: the current before the first turns")
 @pytest.mark.parametrize("current", [0.0, 0.5, 1.0, 1.3])
 def test_all_squares(current):
     """16 directions, with and without a compass, three seeds."""
@@ -32,14 +32,14 @@ def test_all_squares(current):
     assert not missed, "\n".join(missed)
 
 
-CEILINGS = {1.0: Limits(1.8, 2.6, 0.35), 1.3: Limits(1.7, 3.4, 0.35)}
-"""Measured with seed 2, by the speed of the current, m/s."""
+CEILINGS = {0.5: Limits(1.5, 1.3, 0.35), 1.0: Limits(1.5, 1.4, 0.35), 1.3: Limits(2.4, 2.1, 0.6)}
+"""Measured with seed 3, by the speed of the current, m/s."""
 
 
 @pytest.mark.study
 @pytest.mark.parametrize("current", CEILINGS)
 def test_no_square_is_worse_than_it_was(current):
-    cases = [Case(current, 45.0 + 90.0 * k, compass, 2) for k in range(4) for compass in (True, False)]
+    cases = [Case(current, 67.5 + 90.0 * k, compass, 3) for k in range(4) for compass in (True, False)]
     missed = [f"{each.case.words}: {each.misses(CEILINGS[current])}" for each in map(sail, cases)]
     assert all(each.endswith("[]") for each in missed), "\n".join(missed)
 

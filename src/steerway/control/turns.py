@@ -92,7 +92,7 @@ def plan_turn(
     before, *asked = speeds
     motion = before, *current, *limits, pivot, *asked
     turns = [_placed(direction, following, angle, *turn_path(heading, angle, *motion), leaves_legs) for angle in sides]
-    return min(turns, key=lambda turn: turn.cost * turn.time)
+    return min(turns, key=lambda turn: turn.cost * turn.time if leaves_legs else turn.excursion)
 
 
 def _placed(direction: float, following: float, angle: float, path: Floats, time: float, leaves_legs: bool) -> Turn:
