@@ -7,6 +7,7 @@ from functools import cache
 import pytest
 
 from tests.faults import measured as running
+from tests.faults import stops
 from tests.faults.sorties import FAULTS, SPEED
 from tests.faults.table import discrete, in_docs, line
 
@@ -42,6 +43,16 @@ def test_the_docs_name_the_faults_that_are_measured(documented):
     assert list(documented) == [fault.name for fault in FAULTS]
 
 
+@pytest.mark.parametrize("name", stops.ON_THE_DESK)
+def test_when_the_autopilot_stops_is_as_the_docs_say(name):
+    rows = {each.split("|")[1].strip(): each for each in in_docs(begin=stops.BEGIN, end=stops.END, head=stops.HEAD)}
+    assert list(rows) == [*stops.ON_THE_BENCH, *stops.ON_THE_DESK]
+    found = stops.line(name, stops.ON_THE_DESK[name]())
+    assert found.split("|")[2] == rows[name].split("|")[2]
+    for measured, written in zip(*(_numbers(each, 3) for each in (found, rows[name])), strict=True):
+        assert measured == pytest.approx(written, rel=0.15, abs=0.5)
+
+
 def test_with_the_latency_given_the_present_is_stated():
     stated, unstated = (measure(each) for each in FAULTS if each.name.startswith("every fix 0.3 s late"))
     assert abs(stated.astern) < 0.06, "a tick is 20 ms, 4 cm at 2 m/s"
@@ -49,6 +60,6 @@ def test_with_the_latency_given_the_present_is_stated():
     assert stated.position < 0.5 < unstated.position
 
 
-def _numbers(row):
-    """What is measured in a line."""
-    return [float(each) for each in re.findall(r"[\d.]+", "|".join(row.strip("|").split("|")[4:]))]
+def _numbers(row, first=5):
+    """What is measured in a line, from a cell on."""
+    return [float(each) for each in re.findall(r"[\d.]+", "|".join(row.split("|")[first:]))]

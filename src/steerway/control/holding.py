@@ -59,7 +59,8 @@ class PositionHold:
         self._returns = distance > (_RETURNED if self._returns else 1.0) * self.radius
         if not self._returns:
             return Wanted(estimate.heading, 0.0)
-        speed = max(self.slowest, 1.2 * current)
+        # Far away by as much over ground as it steers with: a current that is taken for too strong would else hold it.
+        speed = max(self.slowest, 1.2 * current) if distance < _FAR * self.radius else self.slowest + current
         return Wanted(float(heading_for(bearing, speed, north, east)[0]), speed)
 
     def _stem(self, distance: float, bearing: float, upstream: float, current: float) -> Wanted:
