@@ -233,7 +233,7 @@ def test_frames_of_pandas():
 
 
 def test_a_summary_leaves_unknown_rows_out_and_notebooks_show_dates():
-    motion = steerway.estimate(steerway.Fixes.from_frame(frame_of_a_track()), "small-usv")
+    motion = steerway.estimate(steerway.Fixes.from_frame(frame_of_a_track()), "small-usv", causal=True)
     found = motion.summary()
     assert np.isnan(motion.sog).any() and found["sog_median_mps"] == pytest.approx(np.nanmedian(motion.sog))
     assert (found["start"], found["rows"]) == ("2023-11-14T22:13:20Z", 60)
