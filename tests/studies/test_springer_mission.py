@@ -8,9 +8,17 @@ import pytest
 pytest.importorskip("daqp")
 
 from steerway.core import InputError
-from steerway.estimation.heading import SCALE_ONLY, AidedHeadingFilter, IntervalFilter, LearnedHeading, outside
+from steerway.estimation.heading import (
+    SCALE_ONLY,
+    AidedHeadingFilter,
+    IntervalFilter,
+    LearnedHeading,
+    ModelBank,
+    corners,
+    outside,
+)
 from steerway.estimation.heading.testing import gain_range, shipped
-from steerway.sensors import TCM2, TRUE_TCM2, random_compass
+from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.vessels import SPRINGER_PAPER_YAW
 from steerway_studies.testing import (
     PAPER_CIRCUIT,
@@ -20,6 +28,7 @@ from steerway_studies.testing import (
     ideal,
     ideal_path,
     interval_box,
+    lesson,
     nominal,
     replayed,
 )
@@ -74,10 +83,24 @@ def test_shipped_networks():
         assert learned.low <= learned.heading <= learned.high and 0.0 <= learned.weight <= 1.0
 
 
+def test_a_bank_and_lessons_of_another_compass():
+    """A quicker one, known to ± 3 %, with a reading of 0.5 deg²: the bank's middle filter knows it."""
+    own = CompassModel(0.2, 0.6, 0.9, 0.2 / 0.9)
+    notes = lesson(2_000_010, 0.03, own)
+    low, high, nominal_deg, truth = notes[:, 12:].T
+    assert np.mean((low <= truth) & (truth <= high)) > 0.95
+    assert np.std(truth - nominal_deg) > 0.0 and own.gain == pytest.approx(1.0)
+    with pytest.raises(InputError, match="network is missing"):
+        LearnedHeading(bank=ModelBank(corners(0.03, own), reading_variance=0.5))
+    rng = np.random.default_rng(1)
+    ratios = np.array([np.array(random_compass(rng, 0.03, own)[:4]) / own[:4] for _ in range(200)])
+    assert 0.97 <= ratios.min() < 0.975 and 1.025 < ratios.max() <= 1.03
+
+
 @pytest.mark.filterwarnings("ignore:Stochastic Optimizer")
 def test_training_learns_a_weight_from_little():
     pytest.importorskip("sklearn")
-    from steerway_studies.testing import lesson, train
+    from steerway_studies.testing import train
 
     notes = np.concatenate([lesson(2_000_000 + k) for k in range(6)])[::10]
     network = train(notes, "weight", iterations=200)

@@ -13,9 +13,13 @@ STATE_VARIANCE, READING_VARIANCE = 1.0, 2.0
 
 
 class PrintedCompassKalman:
-    """One step a tick of 1/40 s; angles in degrees. `covariance` is that of the two compass states, (2, 2)."""
+    """One step a tick of 1/40 s; angles in degrees. `covariance` is that of the two compass states, (2, 2).
 
-    def __init__(self, model: CompassModel = TCM2):
+    variances: that a tick adds to either state, and of a reading, deg².
+    """
+
+    def __init__(self, model: CompassModel = TCM2, variances: tuple[float, float] = (STATE_VARIANCE, READING_VARIANCE)):
+        self._added, self._read = variances
         self._a = np.array([[model.a1, model.a2], [model.shift, 0.0]])
         self._b, self._c = np.array([model.b, 0.0]), np.array([model.k, 0.0])
         self.state = np.zeros(2)
@@ -29,8 +33,8 @@ class PrintedCompassKalman:
     def step(self, heading: float, reading: float) -> float:
         """Predict with the `heading` for input, (5); correct by a `reading`, (6). Returns the estimate."""
         self.state = self._a @ self.state + self._b * heading
-        self.covariance = self._a @ self.covariance @ self._a.T + STATE_VARIANCE * np.eye(2)
-        variance = float(self._c @ self.covariance @ self._c) + READING_VARIANCE
+        self.covariance = self._a @ self.covariance @ self._a.T + self._added * np.eye(2)
+        variance = float(self._c @ self.covariance @ self._c) + self._read
         gain = self.covariance @ self._c / variance
         self.state = self.state + gain * (reading - self.heading)
         self.covariance = self.covariance - np.outer(gain, self._c @ self.covariance)

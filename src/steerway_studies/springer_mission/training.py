@@ -9,13 +9,14 @@ errors make. Takes a few minutes; needs scikit-learn (`pip install '.[studies]'`
 
 import argparse
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from steerway.core import InputError
 from steerway.estimation.heading import WEIGHTS, CompositeFilter, Features, ModelBank, Network, composite_model, corners
-from steerway.sensors import random_compass
+from steerway.sensors import TCM2, CompassModel, random_compass
 from steerway.simulation import over_seeds
 from steerway_studies.springer_mission.world import World, random_circuit, sail
 
@@ -31,8 +32,9 @@ INNOVATIONS_ONLY = 6
 class _Teacher:
     """Steers by the ideal filter mixed with the nominal one, and takes notes: features, bounds, nominal, ideal (°)."""
 
-    def __init__(self, compass, mixed: float):
-        self.bank, self.ideal = ModelBank(corners(0.01)), CompositeFilter(composite_model(compass))
+    def __init__(self, compass, mixed: float, tolerance: float, nominal: CompassModel):
+        self.bank = ModelBank(corners(tolerance, nominal))
+        self.ideal = CompositeFilter(composite_model(compass))
         self._features, self._mixed = Features(), mixed
         self.notes = []
 
@@ -50,11 +52,14 @@ class _Teacher:
         return self.heading
 
 
-def lesson(seed: int) -> np.ndarray:
-    """(n, 16) notes of one voyage: 12 features, low, high, nominal and ideal heading in degrees."""
+def lesson(seed: int, tolerance: float = 0.01, nominal: CompassModel = TCM2) -> np.ndarray:
+    """(n, 16) notes of one voyage: 12 features, low, high, nominal and ideal heading in degrees.
+
+    With a compass within ± tolerance of the nominal one.
+    """
     rng = np.random.default_rng(seed)
-    compass = random_compass(rng)
-    teacher = _Teacher(compass, 0.0 if seed % 2 else rng.uniform(0.0, 0.3))
+    compass = random_compass(rng, tolerance, nominal)
+    teacher = _Teacher(compass, 0.0 if seed % 2 else rng.uniform(0.0, 0.3), tolerance, nominal)
     sail(World(compass=compass), teacher, rng.spawn(1)[0], random_circuit(rng))
     return np.array(teacher.notes)
 
@@ -95,10 +100,11 @@ def train(notes: np.ndarray, name: str, iterations: int = 60) -> Network:
     return Network(mean, scale, tuple(layers))
 
 
-def main(directory: Path, voyages: int = VOYAGES, workers: int | None = None):
-    """Sail, train, write."""
+def main(directory: Path, voyages: int = VOYAGES, workers: int | None = None, compass=TCM2, tolerance: float = 0.01):
+    """Sail with compasses within ± tolerance of one, train, write."""
+    taught = partial(lesson, tolerance=tolerance, nominal=CompassModel(*compass))
     directory.mkdir(parents=True, exist_ok=True)
-    notes = np.concatenate(over_seeds(lesson, range(FIRST_SEED, FIRST_SEED + voyages), workers))[::STRIDE]
+    notes = np.concatenate(over_seeds(taught, range(FIRST_SEED, FIRST_SEED + voyages), workers))[::STRIDE]
     for name, file in WEIGHTS.items():
         train(notes, name).save(directory / file)
 
@@ -108,5 +114,7 @@ if __name__ == "__main__":
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--voyages", type=int, default=VOYAGES)
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--compass", type=float, nargs=4, default=TCM2[:4], metavar=("A1", "A2", "B", "K"))
+    parser.add_argument("--tolerance", type=float, default=0.01)
     given = parser.parse_args()
-    main(given.output, given.voyages, given.workers)
+    main(given.output, given.voyages, given.workers, given.compass, given.tolerance)

@@ -82,11 +82,17 @@ START_VARIANCE = 1e-12
 
 
 def composite_model(
-    compass: CompassModel = TCM2, yaw: HeadingModel = PAPER_YAW, vehicle_noise: float = WAVES
+    compass: CompassModel = TCM2,
+    yaw: HeadingModel = PAPER_YAW,
+    vehicle_noise: float = WAVES,
+    reading_variance: float = READING_VARIANCE_DEG2,
 ) -> Floats:
-    """The (14,) parameters of a filter for this compass and this vehicle, whose steps are 1 s long."""
+    """The (14,) parameters of a filter for this compass and this vehicle, whose steps are 1 s long.
+
+    vehicle_noise: variance that a second adds to each state of yaw; reading_variance: of one reading, deg².
+    """
     _, inputs, outputs = yaw.matrices()
-    noise = (vehicle_noise, STATE_VARIANCE, READING_VARIANCE_DEG2)
+    noise = (vehicle_noise, STATE_VARIANCE, reading_variance)
     return np.array([*yaw.poles, *inputs, *np.degrees(outputs), *compass, *noise])
 
 

@@ -19,7 +19,7 @@ from steerway.estimation.heading.composite import (
     start_covariance,
     stepped,
 )
-from steerway.estimation.heading.models import PAPER_YAW, TCM2, CompassModel, HeadingModel
+from steerway.estimation.heading.models import PAPER_YAW, READING_VARIANCE_DEG2, TCM2, CompassModel, HeadingModel
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
 LEAST_WEIGHT = 1e-12
@@ -44,8 +44,8 @@ def grid(tolerance: float, points: int = 3, compass: CompassModel = TCM2) -> lis
 class ModelBank:
     """Filters side by side. `headings` (m,), their hull `low` and `high`, and their mean `heading`; all rad, unwrapped.
 
-    `innovation` (deg) is the last filter's mean over the last step: of `corners`, the nominal one's. Raises InputError
-    without a compass.
+    `innovation` (deg) is the last filter's mean over the last step: of `corners`, the nominal one's. vehicle_variance:
+    of each state of yaw at first; reading_variance: of a reading, deg². Raises InputError without a compass.
     """
 
     def __init__(
@@ -53,8 +53,9 @@ class ModelBank:
         compasses: Iterable[CompassModel],
         yaw: HeadingModel = PAPER_YAW,
         vehicle_variance: float = START_VARIANCE,
+        reading_variance: float = READING_VARIANCE_DEG2,
     ) -> None:
-        models = [composite_model(each, yaw) for each in compasses]
+        models = [composite_model(each, yaw, reading_variance=reading_variance) for each in compasses]
         if not models:
             raise InputError("heading.compasses is empty, expected at least one")
         self._models = np.array(models)

@@ -104,6 +104,6 @@ def stability_limit(shift_too: bool = False) -> float:
     return (math.sqrt(TCM2.a1**2 + 4.0 * TCM2.a2) - TCM2.a1) / (2.0 * TCM2.a2)
 
 
-def random_compass(rng: np.random.Generator, tolerance: float = 0.01) -> CompassModel:
-    """A compass whose four coefficients lie anywhere within ± tolerance of the TCM2's."""
-    return CompassModel(*(value * (1.0 + tolerance * rng.uniform(-1.0, 1.0)) for value in TCM2[:4]))
+def random_compass(rng: np.random.Generator, tolerance: float = 0.01, compass: CompassModel = TCM2) -> CompassModel:
+    """A compass whose four coefficients lie anywhere within ± tolerance of those of another."""
+    return CompassModel(*(value * (1.0 + tolerance * rng.uniform(-1.0, 1.0)) for value in compass[:4]))

@@ -94,12 +94,16 @@ class LearnedHeading:
     """Heading from the bounds of a bank of filters and a network; works for compasses within ± 1 % of the TCM2's.
 
     name: "weight" or "innovations" weigh the bounds, "correction" corrects the nominal filter and needs no bounds.
+    bank: of another compass and tolerance, with the network that was trained for them. Raises InputError for a bank
+    without a network.
     """
 
-    def __init__(self, name: str = "weight", network: Network | None = None) -> None:
+    def __init__(self, name: str = "weight", network: Network | None = None, bank: ModelBank | None = None) -> None:
+        if bank is not None and network is None:
+            raise InputError("heading.network is missing, expected one that was trained for the bank's compasses")
         self._network = network or shipped(name)
         self._corrects = name == "correction"
-        self.bank = ModelBank(corners(0.01))
+        self.bank = bank or ModelBank(corners(0.01))
         self._features = Features()
         self.heading = 0.0
         self.weight = math.nan
