@@ -6,7 +6,7 @@ Fields: the FMT messages of the log itself; their meaning: ArduPilot, "Onboard m
 import re
 import struct
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -60,21 +60,21 @@ def read(data: bytes) -> Recording:
     return Recording("ArduPilot log", {n: f for n, f in sources.items() if len(f)}, counts, dict(skipped))
 
 
-def _number(text):
+def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
         return np.nan
 
 
-def _names(text):
+def _names(text: str) -> list[str]:
     """The columns that a message declares, by their names of today. Raises InputError where a needed one is missing."""
     names = [_OLDER.get(each, each) for each in text.strip().split(",")]
     _expect_columns(names)
     return names
 
 
-def _expect_columns(names):
+def _expect_columns(names: Collection[str]) -> None:
     if missing := [each for each in _NEEDED if each not in names]:
         raise InputError(f"GPS messages have no {missing[0]}, found {', '.join(names)}")
 
@@ -111,7 +111,12 @@ def _binary(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str,
             name, codes, names = (each.rstrip(b"\0").decode("ascii", "replace") for each in texts)
             sizes[number] = max(length, 3)
             if re.fullmatch(r"GPS\d?", name) and set(codes) <= _CODES.keys():
-                layouts[number] = name, codes, _names(names), struct.Struct("<" + "".join(map(_CODES.get, codes)))
+                layouts[number] = (
+                    name,
+                    codes,
+                    _names(names),
+                    struct.Struct("<" + "".join(_CODES[each] for each in codes)),
+                )
         elif kind in layouts and layouts[kind][3].size + 3 <= size:
             name, codes, names, layout = layouts[kind]
             values = zip(names, codes, layout.unpack_from(data, at + 3), strict=False)

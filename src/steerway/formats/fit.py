@@ -6,6 +6,7 @@ What FitCSVTool of the FIT SDK makes of a file is read too: a line a message, or
 import csv
 import io
 from collections import Counter
+from typing import Any
 
 import numpy as np
 
@@ -26,13 +27,13 @@ def recognises(head: bytes) -> bool:
     return (head[8:12] == b".FIT" and head[0] in (12, 14)) or _is_table(head)
 
 
-def _is_table(head):
+def _is_table(head: bytes) -> bool:
     return head.startswith(_TABLES)
 
 
 def read(data: bytes) -> Recording:
     """The source "FIT". Raises InputError where fitdecode is not installed, and for a file that it cannot read."""
-    counts, skipped = Counter(), Counter()
+    counts, skipped = Counter[str](), Counter[str]()
     rows = _tabled(data, counts) if _is_table(data) else _decoded(data, counts, skipped)
     table = np.array(rows, float).reshape(-1, 1 + len(_FIELDS)).T
     time, latitude, longitude, enhanced, plain, radius = table
@@ -46,7 +47,7 @@ def read(data: bytes) -> Recording:
     return Recording("FIT", {"FIT": fixes} if len(fixes) else {}, dict(counts), dict(skipped))
 
 
-def _decoded(data, counts, skipped):
+def _decoded(data: bytes, counts: Counter[str], skipped: Counter[str]) -> list[tuple[float, ...]]:
     require("a FIT file", "logs")
     import fitdecode
 
@@ -65,7 +66,7 @@ def _decoded(data, counts, skipped):
     return rows
 
 
-def _tabled(data, counts):
+def _tabled(data: bytes, counts: Counter[str]) -> list[tuple[float, ...]]:
     """Rows of the record messages of a table of FitCSVTool."""
     lines = csv.reader(io.StringIO(data.decode("utf-8", "replace")))
     head, rows = next(lines), []
@@ -85,14 +86,14 @@ def _tabled(data, counts):
     return rows
 
 
-def _number(text):
+def _number(text: str | None) -> float:
     try:
-        return float(text)
-    except (TypeError, ValueError):
+        return float(text or "nan")
+    except ValueError:
         return np.nan
 
 
-def _row(frame):
+def _row(frame: Any) -> tuple[float, ...]:
     """Unix time and the fields, NaN for what it does not have."""
     values = (frame.get_value(name, fallback=None) for name in _FIELDS)
     return frame.get_value("timestamp").timestamp(), *(np.nan if each is None else each for each in values)

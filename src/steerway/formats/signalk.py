@@ -7,6 +7,7 @@ import json
 import math
 import re
 from collections import Counter, defaultdict
+from typing import Any
 
 import numpy as np
 
@@ -28,14 +29,14 @@ _LINE = re.compile(rb'^(?:\d+;[^;\r\n]*;)?(\{.*"updates"\s*:.*\})\s*$', re.M)
 _ANGLES = ("navigation.courseOverGroundTrue", "navigation.headingTrue")
 
 
-def source_of(update: dict) -> str:
+def source_of(update: dict[str, Any]) -> str:
     """The source of an update of a delta."""
     return str(update.get("$source") or update.get("source", {}).get("label", "signalk"))
 
 
-def values_of(update: dict) -> dict[str, float]:
+def values_of(update: dict[str, Any]) -> dict[str, float]:
     """SI values, by the names of `Fixes`, of an update of a delta; null is no value."""
-    values = {}
+    values: dict[str, float] = {}
     for pair in update.get("values", ()):
         path, value = pair["path"], pair["value"]
         if value is None:
@@ -59,8 +60,8 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """The sources of the own vessel by name; a row a time."""
-    rows: dict = defaultdict(lambda: defaultdict(dict))
-    counts, skipped = Counter(), Counter()
+    rows: dict[str, dict[str, dict[str, float]]] = defaultdict(lambda: defaultdict(dict))
+    counts, skipped = Counter[str](), Counter[str]()
     for text in _LINE.findall(data):
         try:
             delta = json.loads(text)
@@ -76,9 +77,9 @@ def read(data: bytes) -> Recording:
     return Recording("Signal K", {n: f for n, f in sources.items() if len(f)}, dict(counts), dict(skipped))
 
 
-def _fixes(name, rows) -> Fixes:
+def _fixes(name: str, rows: dict[str, dict[str, float]]) -> Fixes:
     time, own = unix_times(list(rows)), list(rows.values())
-    columns = {
+    columns: dict[str, Any] = {
         each: np.array([row.get(each, np.nan) for row in own], float)
         for each in ("latitude", "longitude", "position_std", *PATHS.values())
     }

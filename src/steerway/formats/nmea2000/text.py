@@ -4,8 +4,8 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 from steerway.core.timestamps import unix_times
 from steerway.formats.nmea2000.fields import ANGLES, MESSAGES
@@ -49,6 +49,10 @@ class Heard(NamedTuple):
     pgn: int
     source: int
     raw: tuple[int, ...]
+
+
+Parsed = tuple[tuple[int, int, str], dict[str, Any]]
+"""(PGN, source, time) and the fields by name, in their units."""
 
 
 def form_of(text: bytes) -> re.Pattern[bytes] | None:
@@ -126,21 +130,21 @@ def _clocks(form: re.Pattern[bytes], lines: Sequence[re.Match[bytes]]) -> list[f
     return times
 
 
-def _analyzed(match):
+def _analyzed(match: re.Match[bytes]) -> Parsed:
     """((PGN, source, time), fields) of a line of the analyzer; numbers without their units."""
     pairs = (each.split("=", 1) for each in match["fields"].decode("utf-8", "replace").split(";") if "=" in each)
     fields = {name.strip(): _value(text.strip()) for name, text in pairs}
     return (int(match["pgn"]), int(match["source"]), match["stamp"].decode()), fields
 
 
-def _value(text):
+def _value(text: str) -> float | str:
     try:
         return float(text.split()[0])
     except (ValueError, IndexError):
         return text
 
 
-def _parsed(lines, skipped):
+def _parsed(lines: Iterable[bytes], skipped: Counter[str]) -> list[Parsed]:
     """((PGN, source, time), fields) of every line of JSON."""
     found = []
     for line in lines:
@@ -155,7 +159,7 @@ def _parsed(lines, skipped):
     return found
 
 
-def _of_fields(found) -> list[Heard]:
+def _of_fields(found: list[Parsed]) -> list[Heard]:
     """Messages of ((PGN, source, time), fields by name)."""
     found = [each for each in found if each[0][0] in MESSAGES]
     angles = [fields[name] for _, fields in found for name in ANGLES if isinstance(fields.get(name), int | float)]

@@ -120,6 +120,7 @@ class SignalKDecoder(JsonDecoder):
             if self._own_label in source.split("."):
                 continue
             time = moment(update["timestamp"])
-            if values := values_of(update):
+            values: dict[str, Any] = values_of(update)
+            if values:
                 rows.append(InputRow(source, time, **values))
         return rows
