@@ -15,12 +15,13 @@ import numpy as np
 import pytest
 
 from steerway.core import OK, InputError
-from steerway.core.testing import NO_COURSE, iso, unix_times
+from steerway.core.testing import NO_COURSE, REPORTED, iso, unix_times
 from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183, ubx
 from steerway.live.testing import (
     Context,
     FileSink,
+    InputRow,
     JsonLines,
     Navigator,
     Order,
@@ -338,3 +339,7 @@ def test_times_of_gpsd_and_signal_k_are_those_of_tables():
         parts = [chance.randrange(n) for n in (3000, 14, 33, 25, 61, 62)]
         text = "{:04}-{:02}-{:02}T{:02}:{:02}:{:02}".format(*parts) + chance.choice(("Z", ".5Z", ".123456Z", "+02:00"))
         np.testing.assert_equal(moment(text), unix_times([text])[0], text)
+
+
+def test_a_row_of_a_link_has_the_columns_of_fixes():
+    assert InputRow._fields == ("source", "time", "latitude", "longitude", *REPORTED, "formatters", "throttle")

@@ -1,27 +1,38 @@
 """One row from an input, one row of the estimate, the autopilot's state and order, and what rows can be believed."""
 
 import math
-from collections import namedtuple
 from collections.abc import Iterator, Mapping
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from steerway.core.earth import KNOT, STANDARD_GRAVITY
 from steerway.core.records import LOST, REPORTED, Fixes
 
-_OPTIONAL = dict.fromkeys(("latitude", "longitude", *REPORTED), math.nan) | {"formatters": 0, "throttle": math.nan}
 
-
-class InputRow(namedtuple("InputRow", ("source", "time", *_OPTIONAL), defaults=_OPTIONAL.values())):
+class InputRow(NamedTuple):
     """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report.
 
     `time` is Unix UTC, by the instrument; `formatters` are bits of the NMEA 0183 formatters that gave the position;
     `throttle` is the share of full that drives the motors, 0 where they idle.
     """
 
-    __slots__ = ()
+    source: str
+    time: float
+    latitude: float = math.nan
+    longitude: float = math.nan
+    position_std: float = math.nan
+    sog: float = math.nan
+    cog: float = math.nan
+    heading: float = math.nan
+    water_speed: float = math.nan
+    yaw_rate: float = math.nan
+    bottom_speed: float = math.nan
+    acceleration: float = math.nan
+    shaft: float = math.nan
+    formatters: int = 0
+    throttle: float = math.nan
 
     @property
     def has_position(self) -> bool:
@@ -54,7 +65,7 @@ class Row(NamedTuple):
 
 def lost(time: float) -> Row:
     """The row of an unknown state."""
-    return Row(time, *[math.nan] * 11, LOST)
+    return Row._make((time, *[math.nan] * 11, LOST))
 
 
 def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | None = None) -> Iterator[InputRow]:
@@ -129,10 +140,11 @@ def believable(row: InputRow) -> InputRow | None:
     if not wrong:
         return row
     wrong.update(_PLACE if wrong.intersection(_PLACE) else ())
-    row = row._replace(**dict.fromkeys(wrong, math.nan))
+    nothing: dict[str, Any] = dict.fromkeys(wrong, math.nan)
+    row = row._replace(**nothing)
     return row if any(not math.isnan(getattr(row, name)) for name in _LIMITS) else None
 
 
-def _is_beyond(value, least, most):
+def _is_beyond(value: float, least: float, most: float) -> bool:
     """Whether a value is reported, other than NaN, and beyond its limits; an integer of JSON may be any."""
     return value == value and not least <= value <= most

@@ -33,7 +33,7 @@ class Compass:
     deviation: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def start(self, seed: Seed) -> "CompassStream":
-        """The compass switched on. `seed`: an int or a numpy Generator."""
+        """The compass switched on."""
         return CompassStream(self, seed)
 
     def measured(self, time: ArrayLike, heading: ArrayLike, seed: Seed) -> tuple[np.ndarray, np.ndarray]:

@@ -25,7 +25,7 @@ class DopplerLog:
     instrument: Instrument = FIVE_CENTIMETRES
 
     def start(self, seed: Seed) -> "DopplerStream":
-        """The log switched on. `seed`: an int or a numpy Generator."""
+        """The log switched on."""
         return DopplerStream(self, seed)
 
     def measured(

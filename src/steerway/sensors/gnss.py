@@ -101,7 +101,7 @@ class Gnss:
         }
 
     def start(self, seed: Seed) -> "GnssStream":
-        """The receiver as a stream, step by step. `seed`: an int or a numpy Generator."""
+        """The receiver as a stream, step by step."""
         return GnssStream(self, seed)
 
     def fixes(

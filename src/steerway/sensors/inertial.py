@@ -73,7 +73,7 @@ class Accelerometer:
     leak: Instrument
 
     def start(self, seed: Seed) -> "AccelerometerStream":
-        """The accelerometer switched on. `seed`: an int or a numpy Generator."""
+        """The accelerometer switched on."""
         return AccelerometerStream(self, seed)
 
 

@@ -50,7 +50,7 @@ class Instrument:
             raise InputError(f"instrument.wander has a time constant of {self.wander[1]} s, expected more than 0")
 
     def start(self, seed: Seed) -> "InstrumentStream":
-        """The instrument switched on. `seed`: an int or a numpy Generator."""
+        """The instrument switched on."""
         return InstrumentStream(self, seed)
 
     def measured(self, time: ArrayLike, value: ArrayLike, seed: Seed) -> tuple[np.ndarray, np.ndarray]:

@@ -33,7 +33,7 @@ class Suite:
         return self.aboard.get(name)
 
     def start(self, seed: Seed) -> "SuiteStream":
-        """Everything switched on. `seed`: an int or a numpy Generator; each instrument draws numbers of its own."""
+        """Everything switched on. Each instrument draws numbers of its own."""
         return SuiteStream(self, seed)
 
 

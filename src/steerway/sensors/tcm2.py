@@ -38,7 +38,7 @@ class DynamicCompass:
         object.__setattr__(self, "_constants", np.array(self.model, dtype=np.float64))
 
     def start(self, heading: float, seed: Seed) -> "DynamicCompassStream":
-        """The compass switched on, at rest at a heading (rad). `seed`: an int or a numpy Generator."""
+        """The compass switched on, at rest at a heading (rad)."""
         return DynamicCompassStream(self, heading, seed)
 
 
@@ -76,7 +76,7 @@ class TickingCompass:
     rate: float
 
     def start(self, seed: Seed) -> "TickingCompassStream":
-        """The compass switched on, at rest at the heading of its first step. `seed`: an int or a numpy Generator."""
+        """The compass switched on, at rest at the heading of its first step."""
         return TickingCompassStream(self, seed)
 
 

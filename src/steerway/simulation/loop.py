@@ -118,7 +118,7 @@ def sail(
 ) -> Run:
     """Simulate `duration` s in steps of `step` s, or until `until(pilot)` is true; the same seed gives the same run.
 
-    `seed`: an int or a numpy Generator; environment and instruments have independent random streams. `progress` is
+    Environment and instruments have independent random streams. `progress` is
     called with the fraction done, 0 to 1. Raises InputError for a duration or step that is not positive, and when the
     vessel's state is no longer finite: the step is too long or the loop is unstable.
     """

@@ -108,7 +108,7 @@ class Environment:
             raise InputError(f"environment.waves.damping is {self.waves.damping}, expected less than 1")
 
     def start(self, seed: Seed, step: float) -> "Sea":
-        """The running sea, in steps of `step` s. `seed`: an int or a numpy Generator."""
+        """The running sea, in steps of `step` s."""
         return Sea(self, seed, step)
 
 

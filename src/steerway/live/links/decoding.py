@@ -12,7 +12,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from time import monotonic
-from typing import Protocol
+from typing import Any, Protocol
 
 from steerway.core.timestamps import unix_times
 from steerway.formats import nmea0183, ubx
@@ -27,7 +27,8 @@ _LONGEST = 1 << 16  # bytes of a line of JSON
 class Decoder(Protocol):
     """What makes rows of bytes; `skipped` counts rejected messages by reason."""
 
-    skipped: Mapping[str, int]
+    @property
+    def skipped(self) -> Mapping[str, int]: ...
 
     def feed(self, data: bytes) -> list[InputRow]:
         """The rows that these bytes complete."""
@@ -59,7 +60,7 @@ class ReceiverDecoder:
         """See Decoder."""
         return self._taken(True)
 
-    def _taken(self, settled):
+    def _taken(self, settled: bool) -> list[InputRow]:
         recordings = [reader.take(settled) for reader in self._readers if reader.holds(settled)]
         if not recordings:
             return []
@@ -67,12 +68,12 @@ class ReceiverDecoder:
         formatters = {name: bits for each in recordings for name, bits in each.formatters.items()}
         return [self._named(row) for row in rows_of(sources, formatters)]
 
-    def _named(self, row):
+    def _named(self, row: InputRow) -> InputRow:
         source = f"{row.source} in {self._place}" if self._place else row.source
         return row._replace(source=source, time=_dated(row.time, time.time()))
 
 
-def _dated(moment, today):
+def _dated(moment: float, today: float) -> float:
     """A time with its date corrected by the computer's clock.
 
     Without a date yet, that of today: the day that brings the time of day nearest. A receiver whose count of weeks
@@ -90,7 +91,7 @@ class _Epochs:
     A position is given once: messages that come after their epoch was given bring only what else they report.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._open: dict[str, InputRow] = {}
         self._given: dict[str, float] = {}  # the time of the last position of each source
 
@@ -108,20 +109,20 @@ class _Epochs:
         waiting, self._open = sorted(self._open.values(), key=lambda row: row.time), {}
         return self._taken(waiting)
 
-    def _taken(self, rows):
+    def _taken(self, rows: list[InputRow]) -> list[InputRow]:
         self._given |= {row.source: row.time for row in rows if row.has_position}
         return rows
 
 
-def _replaced(old, new):
+def _replaced(old: InputRow, new: InputRow) -> InputRow:
     pairs = zip(old[2:], new[2:], strict=True)
-    return InputRow(old.source, old.time, *(a if math.isnan(b) else b for a, b in pairs))
+    return InputRow._make((old.source, old.time, *(a if math.isnan(b) else b for a, b in pairs)))
 
 
 class JsonDecoder(ABC):
     """Lines of JSON, one message each; others are counted and left out."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._tail = b""
         self._epochs = _Epochs()
         self.skipped: dict[str, int] = {}
@@ -146,7 +147,7 @@ class JsonDecoder(ABC):
         return [done for row in rows for done in self._epochs.add(row)]
 
     @abstractmethod
-    def _rows(self, message) -> list[InputRow]:
+    def _rows(self, message: dict[str, Any]) -> list[InputRow]:
         """The rows of a message."""
 
 

@@ -8,6 +8,7 @@ import os
 import queue
 import sys
 import threading
+from typing import Any
 
 from steerway.live.links.link import WAITING, Sink
 from steerway.live.uri import Uri
@@ -22,7 +23,9 @@ class FileSink(Sink):
     `lost`, and a line in the log at its beginning and its end; with `whole` it ends the file at the message before.
     """
 
-    def __init__(self, file, lossless: bool = False, uri: Uri | None = None, name: str = "", whole: bool = False):
+    def __init__(
+        self, file: Any, lossless: bool = False, uri: Uri | None = None, name: str = "", whole: bool = False
+    ) -> None:
         super().__init__(uri)
         self.lossless, self.whole = lossless, whole
         self.broken = False  # nothing more is written
@@ -30,7 +33,7 @@ class FileSink(Sink):
         self._name = name or str(getattr(file, "name", "output"))
         self._has_reader = True
         self._fails = ""  # why messages are being lost
-        self._lines: queue.Queue = queue.Queue(WAITING)
+        self._lines: queue.Queue[bytes | None] = queue.Queue(WAITING)
         self._thread = threading.Thread(target=self._write, daemon=True)
         self._thread.start()
 
@@ -52,7 +55,7 @@ class FileSink(Sink):
         if self.lost:
             LOG.warning("%s: %d messages are missing", self._name, self.lost)
 
-    def _write(self):
+    def _write(self) -> None:
         while (line := self._lines.get()) is not None:
             if self.broken:
                 self.lost += self._has_reader
@@ -70,7 +73,7 @@ class FileSink(Sink):
         with contextlib.suppress(OSError, ValueError):
             self.file.flush()
 
-    def _put(self, line):
+    def _put(self, line: bytes) -> None:
         """Write a message, or nothing of it."""
         if not isinstance(self.file, io.FileIO) or not self.file.seekable():
             self.file.write(line)
@@ -87,7 +90,7 @@ class FileSink(Sink):
             self.file.truncate(begin)
             raise
 
-    def _lose(self, why):
+    def _lose(self, why: str) -> None:
         self.lost += 1
         if self.whole:
             self.broken = True
@@ -96,7 +99,7 @@ class FileSink(Sink):
             self._fails = why
             LOG.error("%s: %s; what cannot be written is lost, the run goes on", self._name, why)
 
-    def _resume(self):
+    def _resume(self) -> None:
         if self._fails:
             LOG.warning("%s: can be written again, %d messages are missing", self._name, self.lost)
             self._fails = ""

@@ -6,9 +6,11 @@ Of several, and of other receivers, gpsd's own reports are read.
 
 import json
 import math
+from collections.abc import Callable
+from typing import Any
 
 from steerway.live.links.decoding import JsonDecoder, ReceiverDecoder, angle, moment
-from steerway.live.links.link import Input
+from steerway.live.links.link import Feed, Input
 from steerway.live.links.transport import Transport
 from steerway.live.rows import InputRow
 
@@ -17,14 +19,14 @@ _READ_AS_THEY_ARE = ("NMEA0183", "Garmin NMEA", "MTK-3301", "u-blox")
 """gpsd's drivers of receivers whose bytes are read."""
 
 
-class GpsdInput(Input):
+class GpsdInput(Input["GpsdDecoder"]):
     """Reads a receiver through gpsd."""
 
-    def _decoder(self):
+    def _decoder(self) -> "GpsdDecoder":
         return GpsdDecoder(self.place)
 
-    async def _read(self, feed):
-        def receive(data, answer):
+    async def _read(self, feed: Feed["GpsdDecoder"]) -> None:
+        def receive(data: bytes, answer: Callable[[bytes], object]) -> None:
             feed.feed(data)
             if feed.decoder.request:
                 answer(feed.decoder.request)
@@ -61,7 +63,7 @@ class GpsdDecoder(JsonDecoder):
         """See Decoder."""
         return super().complete_on_silence() if self._receiver is None else self._receiver.complete_on_silence()
 
-    def _rows(self, message):
+    def _rows(self, message: dict[str, Any]) -> list[InputRow]:
         if self._receiver is not None:  # the rest of a piece that came before the receiver's bytes
             return []
         if message["class"] in ("DEVICES", "DEVICE"):
@@ -70,13 +72,13 @@ class GpsdDecoder(JsonDecoder):
             return []
         if not self._drivers.get(message.get("device", ""), "unlisted"):
             return []  # until gpsd knows what it is, which may then be read as it is
-        speed = {"sog": message["speed"]} if "speed" in message else {}
-        course = {"cog": angle(message["track"])} if "track" in message else {}
+        sog = message.get("speed", math.nan)
+        cog = angle(message["track"]) if "track" in message else math.nan
         place = math.radians(message["lat"]), angle(message["lon"])
         name = f"gpsd {message.get('device', '')}".strip()
-        return [InputRow(name, moment(message["time"]), *place, _gpsd_deviation(message), **speed, **course)]
+        return [InputRow(name, moment(message["time"]), *place, _gpsd_deviation(message), sog, cog)]
 
-    def _devices(self, devices):
+    def _devices(self, devices: list[dict[str, Any]]) -> None:
         self._drivers |= {each["path"]: each.get("driver", "") for each in devices if "path" in each}
         if len(self._drivers) == 1:
             ((path, driver),) = self._drivers.items()
@@ -86,7 +88,7 @@ class GpsdDecoder(JsonDecoder):
                 self._receiver = ReceiverDecoder(self._place)
 
 
-def _gpsd_deviation(message):
+def _gpsd_deviation(message: dict[str, Any]) -> float:
     """Standard deviation of north and of east by a radius, or by its parts; gpsd does not define their probability."""
     if "eph" in message:
         return message["eph"] / math.sqrt(2.0)

@@ -6,9 +6,11 @@ import logging
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
+from typing import Generic, TypeVar
 
 from steerway.core.errors import InputError
-from steerway.live.links.decoding import Decoder, ReceiverDecoder
+from steerway.live.links.decoding import Decoder
+from steerway.live.rows import InputRow
 from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
@@ -26,10 +28,13 @@ Tap = Callable[[bytes], None]
 """Gets the bytes of a link as they come."""
 
 
-class Feed:
+D = TypeVar("D", bound=Decoder)
+
+
+class Feed(Generic[D]):
     """Feeds a decoder and delivers the rows that it makes."""
 
-    def __init__(self, decoder: Decoder, deliver: Deliver, tap: Tap | None = None):
+    def __init__(self, decoder: D, deliver: Deliver, tap: Tap | None = None):
         self.decoder, self._deliver, self._tap = decoder, deliver, tap
         self._timer: asyncio.TimerHandle | None = None
         self._arrived = math.nan
@@ -39,7 +44,7 @@ class Feed:
         """A piece of the stream has come."""
         if self._tap is not None:
             self._tap(data)
-        rows: list = []
+        rows: list[InputRow] = []
         try:
             rows = self.decoder.feed(data)
         except Exception:  # nothing that a link sends ends the service
@@ -48,7 +53,7 @@ class Feed:
             self._has_failed = True
         self.deliver(rows)
 
-    def deliver(self, rows: list) -> None:
+    def deliver(self, rows: list[InputRow]) -> None:
         """Deliver complete rows; incomplete ones follow when nothing comes for `SILENCE`."""
         if rows:
             self._deliver(rows)
@@ -65,7 +70,7 @@ class Feed:
             self._deliver(rows, self._arrived)
 
 
-class Input(ABC):
+class Input(ABC, Generic[D]):
     """A link that is read. `place` is appended to the names of its sources where there are several links."""
 
     def __init__(self, uri: Uri, place: str = ""):
@@ -80,11 +85,12 @@ class Input(ABC):
         finally:
             feed.complete_on_silence()
 
-    def _decoder(self) -> Decoder:
-        return ReceiverDecoder(self.place)
+    @abstractmethod
+    def _decoder(self) -> D:
+        """A decoder for what comes."""
 
     @abstractmethod
-    async def _read(self, feed: Feed) -> None:
+    async def _read(self, feed: Feed[D]) -> None:
         """Open the link and feed what comes, until it ends."""
 
 

@@ -3,12 +3,14 @@
 import asyncio
 import contextlib
 import json
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import Any
 
 from steerway.core.extras import require
 from steerway.formats.signalk import DILUTION, PATHS, source_of, values_of
 from steerway.live.links.decoding import JsonDecoder, moment
-from steerway.live.links.link import WAITING, Input, Sink, kept_open
+from steerway.live.links.link import WAITING, Feed, Input, Sink, kept_open
 from steerway.live.rows import InputRow
 from steerway.live.uri import Uri, secret_in
 
@@ -33,7 +35,7 @@ def token_of(uri: Uri) -> str:
 
 
 @asynccontextmanager
-async def connected(uri: Uri):
+async def connected(uri: Uri) -> AsyncIterator[Any]:
     """The stream's WebSocket without a subscription; its failures are OSError as those of any link."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
@@ -49,13 +51,13 @@ async def connected(uri: Uri):
         raise ConnectionError(str(error)) from None
 
 
-class SignalKInput(Input):
+class SignalKInput(Input["SignalKDecoder"]):
     """Reads deltas of the own vessel from a Signal K server."""
 
-    def _decoder(self):
+    def _decoder(self) -> "SignalKDecoder":
         return SignalKDecoder()
 
-    async def _read(self, feed):
+    async def _read(self, feed: Feed["SignalKDecoder"]) -> None:
         wanted = [{"path": path, "policy": "instant"} for path in SUBSCRIBED]
         async with connected(self.uri) as socket:
             await socket.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
@@ -68,12 +70,13 @@ class SignalKSink(Sink):
 
     def __init__(self, uri: Uri):
         super().__init__(uri)
-        self._waiting: asyncio.Queue = asyncio.Queue(WAITING)
+        self._server = uri
+        self._waiting: asyncio.Queue[str] = asyncio.Queue(WAITING)
         self.has_peer = False
 
     async def run(self) -> None:
         """See Sink."""
-        await kept_open(self.uri.text, self._write)
+        await kept_open(self._server.text, self._write)
 
     def send(self, message: bytes) -> None:
         """See Sink."""
@@ -82,8 +85,8 @@ class SignalKSink(Sink):
             return
         self._waiting.put_nowait(message.decode())
 
-    async def _write(self):
-        async with connected(self.uri) as connection:
+    async def _write(self) -> None:
+        async with connected(self._server) as connection:
             self.has_peer = True
             discard = asyncio.create_task(_discard(connection))
             try:
@@ -97,7 +100,7 @@ class SignalKSink(Sink):
                 discard.cancel()
 
 
-async def _discard(connection):
+async def _discard(connection: Any) -> None:
     """Read what the server sends, so that it does not block, and drop it."""
     async for _ in connection:
         pass
@@ -110,13 +113,14 @@ class SignalKDecoder(JsonDecoder):
         super().__init__()
         self._own_label = own_label
 
-    def _rows(self, message):
+    def _rows(self, message: dict[str, Any]) -> list[InputRow]:
         rows = []
         for update in message.get("updates", ()):
             source = source_of(update)
             if self._own_label in source.split("."):
                 continue
             time = moment(update["timestamp"])
-            if values := values_of(update):
+            values: dict[str, Any] = values_of(update)
+            if values:
                 rows.append(InputRow(source, time, **values))
         return rows

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import io
 import os
 import termios
 import tty
@@ -16,7 +17,9 @@ BACKLOG = 1 << 16
 Write = Callable[[bytes], object]
 Receive = Callable[[bytes, Write], None]
 """Takes a piece of a stream, or a datagram, and what answers its sender. An OSError ends the connection."""
-_SPEEDS = {int(name[1:]): value for name, value in vars(termios).items() if name[0] == "B" and name[1:].isdigit()}
+_SPEEDS: dict[float, int] = {
+    int(name[1:]): value for name, value in vars(termios).items() if name[0] == "B" and name[1:].isdigit()
+}
 
 
 class Transport:
@@ -60,6 +63,7 @@ class Transport:
         if self.kind == "tcp-server":
             async with await loop.create_server(lambda: _Peer(self), *there) as server:
                 await server.serve_forever()
+        transport: asyncio.BaseTransport
         if self.kind == "tcp":
             transport, _ = await loop.create_connection(lambda: peer, *there)
         elif self.kind == "udpout":
@@ -74,7 +78,7 @@ class Transport:
         for peer in self.peers:
             peer.close()
 
-    async def _serial(self, peer):
+    async def _serial(self, peer: "_Peer") -> None:
         loop = asyncio.get_running_loop()
         with opened(self.uri) as port:
             writing = os.fdopen(os.dup(port.fileno()), "wb", buffering=0)
@@ -88,7 +92,7 @@ class Transport:
                 if reading is not None:
                     reading.close()
 
-    async def _until_gone(self, gone, transport):
+    async def _until_gone(self, gone: asyncio.Future[None], transport: Any) -> None:
         try:
             await gone
         finally:
@@ -100,16 +104,16 @@ class Transport:
 class _Peer(asyncio.Protocol):
     """One connection."""
 
-    def __init__(self, owner):
+    def __init__(self, owner: Transport) -> None:
         self.owner = owner
-        self.gone = asyncio.get_running_loop().create_future()
+        self.gone: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
-    def connection_made(self, transport):
+    def connection_made(self, transport: Any) -> None:
         self.transport = transport
         self.owner.peers.add(transport)
         self.owner.opened()
 
-    def data_received(self, data):
+    def data_received(self, data: bytes) -> None:
         if self.owner.receive is None:
             return
         try:
@@ -118,11 +122,11 @@ class _Peer(asyncio.Protocol):
             self.end(error)
             self.transport.abort()
 
-    def connection_lost(self, exc):
+    def connection_lost(self, exc: Exception | None) -> None:
         self.owner.peers.discard(self.transport)
         self.end(exc)
 
-    def end(self, error):
+    def end(self, error: Exception | None) -> None:
         """The connection has ended, or failed."""
         if self.gone.done():
             return
@@ -136,29 +140,29 @@ class _Peer(asyncio.Protocol):
 class _Reader(asyncio.Protocol):
     """What comes on a serial line whose other half is a peer."""
 
-    def __init__(self, peer):
+    def __init__(self, peer: "_Peer") -> None:
         self._peer = peer
 
-    def data_received(self, data):
+    def data_received(self, data: bytes) -> None:
         self._peer.data_received(data)
 
-    def connection_lost(self, exc):
+    def connection_lost(self, exc: Exception | None) -> None:
         self._peer.end(exc)
 
 
 class _Datagrams(asyncio.DatagramProtocol):
     """A socket of datagrams; one that sends first is a peer."""
 
-    def __init__(self, owner):
+    def __init__(self, owner: Transport) -> None:
         self.owner = owner
 
-    def connection_made(self, transport):
+    def connection_made(self, transport: Any) -> None:
         self._transport = transport
         if self.owner.kind == "udpout":
             transport.write = transport.sendto
             self.owner.peers.add(transport)
 
-    def datagram_received(self, data, addr):
+    def datagram_received(self, data: bytes, addr: Any) -> None:
         if self.owner.receive is not None:
             self.owner.receive(data, lambda packet: self._transport.sendto(packet, addr))
 
@@ -172,7 +176,7 @@ def speed_of(uri: Uri) -> int:
     return _SPEEDS[baud]
 
 
-def opened(uri: Uri):
+def opened(uri: Uri) -> io.FileIO:
     """An unbuffered, non-blocking file on the port of an address, set to its speed."""
     descriptor = os.open(uri.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     try:

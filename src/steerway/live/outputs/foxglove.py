@@ -8,6 +8,7 @@ import asyncio
 import json
 import math
 import socket
+from typing import Any
 
 from steerway.core.extras import require
 from steerway.core.leg import Leg
@@ -64,7 +65,7 @@ class FoxgloveServer(Output):
             self._position.log(_location(row, moment), log_time=moment)
         self._estimate.log(json_line(row, order), log_time=moment)
 
-    async def _serve(self):
+    async def _serve(self) -> None:
         import foxglove
 
         host, port = self.uri.host or "127.0.0.1", self.uri.port
@@ -81,7 +82,7 @@ class FoxgloveServer(Output):
             server.stop()
 
 
-def _location(row, moment):
+def _location(row: Row, moment: int) -> Any:
     """The position in Foxglove's form; the height is unknown."""
     from foxglove.messages import LocationFix, LocationFixPositionCovarianceType, Timestamp, Vector3
 

@@ -35,7 +35,7 @@ class JsonLines(SinkOutput):
 
 def json_line(row: Row, order: Order | None = None) -> bytes:
     """A row under the outward names of its columns, null for unknown, with its line end."""
-    columns = {}
+    columns: dict[str, float | str | None] = {}
     for name, (field, convert) in MOTION_COLUMNS.items():
         value = float(convert(getattr(row, field)))
         columns[name] = value if math.isfinite(value) else None

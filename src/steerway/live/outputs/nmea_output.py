@@ -2,7 +2,8 @@
 
 import math
 
-from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
+from steerway.core.leg import Leg
+from steerway.formats.nmea0183.writing import apb, rmb, rmc, rot, vtg, xte
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import Rhythm, SinkOutput
 from steerway.live.rows import FIT, Order, Row

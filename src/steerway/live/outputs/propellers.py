@@ -9,7 +9,7 @@ import json
 from steerway.core.leg import Leg
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import Rhythm, SinkOutput
-from steerway.live.rows import Order, Row
+from steerway.live.rows import Order, Row, State
 
 PERIOD = 0.1
 """s between two commands."""
@@ -21,7 +21,7 @@ class PropellerCommands(SinkOutput):
     def __init__(self, sink: Sink, period: float = PERIOD):
         super().__init__(sink)
         self._rhythm = Rhythm(period)
-        self._state = None
+        self._state: State | None = None
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""

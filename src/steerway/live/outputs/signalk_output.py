@@ -7,8 +7,9 @@ Paths and states are those of the Signal K specification 1.5.1, groups navigatio
 
 import json
 import math
+from typing import Any
 
-from steerway.core.leg import Leg
+from steerway.core.leg import UNKNOWN_LEG, Leg
 from steerway.core.timestamps import iso
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import Rhythm, SinkOutput
@@ -49,15 +50,15 @@ class Deltas(SinkOutput):
         """See Output."""
         before, self._leg, self._order = self._order, leg, order
         self._on_route |= leg is not None
-        changed = order is not None and (before is None or before.state is not order.state)
+        changed = order if order is not None and (before is None or before.state is not order.state) else None
         if changed or row.time - self._last >= 1.5 * self.period:
-            self._send(row, notification(order) if changed and _alarms(before, order) else {})
+            self._send(row, notification(changed) if changed and _alarms(before, changed) else {})
 
     def leg_unreachable(self) -> str:
         """Why another autopilot does not get the leg, "" as far as the link shows."""
         return "" if self.has_peer else "the Signal K server is not connected"
 
-    def _send(self, row, more=None):
+    def _send(self, row: Row, more: dict[str, Any] | None = None) -> None:
         self._last = row.time
         values = motion(row)
         if not self.positions:
@@ -75,7 +76,7 @@ class Deltas(SinkOutput):
             self.sink.send(delta(row.time, sent))
 
 
-def delta(time: float, values: dict) -> bytes:
+def delta(time: float, values: dict[str, Any]) -> bytes:
     """A delta of values by path at a time."""
     update = {
         "$source": "steerway",
@@ -85,7 +86,7 @@ def delta(time: float, values: dict) -> bytes:
     return json.dumps({"context": "vessels.self", "updates": [update]}).encode()
 
 
-def motion(row: Row) -> dict:
+def motion(row: Row) -> dict[str, Any]:
     """The motion of a row by path; course in [0, 2π)."""
     return {
         POSITION: _place(row.latitude, row.longitude),
@@ -95,9 +96,9 @@ def motion(row: Row) -> dict:
     }
 
 
-def course(leg: Leg | None) -> dict:
+def course(leg: Leg | None) -> dict[str, Any]:
     """The leg by path, all of it null for none."""
-    leg = leg or Leg(*[math.nan] * 8)
+    leg = leg or UNKNOWN_LEG
     return {
         "navigation.courseGreatCircle.crossTrackError": _or_null(leg.cross_track),
         "navigation.courseGreatCircle.bearingTrackTrue": _angle(leg.direction),
@@ -108,7 +109,7 @@ def course(leg: Leg | None) -> dict:
     }
 
 
-def autopilot(order: Order) -> dict:
+def autopilot(order: Order) -> dict[str, Any]:
     """The state of the autopilot by path.
 
     Signal K has a target heading only; as in NMEA's APB, whose field has the same name, it is the course to steer.
@@ -119,7 +120,7 @@ def autopilot(order: Order) -> dict:
     }
 
 
-def notification(order: Order) -> dict:
+def notification(order: Order) -> dict[str, Any]:
     """An alarm for an autopilot that has stopped, and the end of it for any other."""
     stopped = order.state is State.STOPPED
     value = {
@@ -130,20 +131,20 @@ def notification(order: Order) -> dict:
     return {"notifications.steering.autopilot": value}
 
 
-def _alarms(before, order):
+def _alarms(before: Order | None, order: Order) -> bool:
     """Whether an alarm begins or ends."""
     return order.state is State.STOPPED or (before is not None and before.state is State.STOPPED)
 
 
-def _place(latitude, longitude):
+def _place(latitude: float, longitude: float) -> dict[str, float] | None:
     if math.isnan(latitude) or math.isnan(longitude):
         return None
     return {"latitude": math.degrees(latitude), "longitude": math.degrees(longitude)}
 
 
-def _angle(value):
+def _angle(value: float) -> float | None:
     return _or_null(value % (2.0 * math.pi))
 
 
-def _or_null(value):
+def _or_null(value: float) -> float | None:
     return value if math.isfinite(value) else None

@@ -1,11 +1,13 @@
 """A table of the whole run, written to the disk row by row while it grows."""
 
+import io
 import logging
 import os
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from steerway.core.records import Motion
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output
 from steerway.live.rows import Order, Row, State
+
+if TYPE_CHECKING:
+    import polars as pl
 
 LOG = logging.getLogger("steerway.live")
 _REASON = 160  # bytes stored of a reason
@@ -69,7 +74,7 @@ class TableFile(Output):
         else:
             self._part.unlink(missing_ok=True)
 
-    def _store(self, row):
+    def _store(self, row: Row) -> None:
         if self._sink is None:
             self._sink = FileSink(_whole_rows(self._part), self.lossless, name=str(self._part))
         if not self._sink.broken:
@@ -78,7 +83,7 @@ class TableFile(Output):
             self._sink.send(_ROW.pack(*row, state, reason.encode()[:_REASON]))
 
 
-def _whole_rows(part):
+def _whole_rows(part: Path) -> io.FileIO:
     """The file to append to, without the incomplete row of a run that was cut off."""
     file = open(part, "ab", buffering=0)
     file.truncate(file.tell() // _ROW.size * _ROW.size)
@@ -92,7 +97,7 @@ class SteeredMotion(Motion):
     states: Sequence[str | None] = ()
     reasons: Sequence[str | None] = ()
 
-    def to_frame(self):
+    def to_frame(self) -> "pl.DataFrame":
         """As of `Motion`, with the columns `state` and `reason`."""
         import polars as pl
 
@@ -100,7 +105,7 @@ class SteeredMotion(Motion):
         return super().to_frame().with_columns(*texts)
 
 
-def _motion(kept) -> Motion:
+def _motion(kept: np.ndarray) -> Motion:
     columns = dict(zip(Row._fields, kept["row"].T, strict=True))
     columns["status"] = columns["status"].astype(np.uint8)
     if np.all(kept["state"] == _NO_AUTOPILOT):
