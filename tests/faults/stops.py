@@ -18,7 +18,7 @@ BEGIN, END = "<!-- stops: python -m tests.faults.stops -->", "<!-- end of stops 
 HEAD = ("| what happens | what is said | after | off the route |", "|---|---|---|---|")
 LEG = ((0.0, 0.0), (200.0, 0.0))
 FULL_SPEED, DEAD = 2.0, 40.0  # m/s of the motorboat; s after its start at which its motor dies
-TOWARDS = (45.0, 180.0)  # degrees, of currents: abeam of the first leg and against it
+AGAINST, ABEAM = 180.0, 45.0  # degrees towards which the current sets, of the first leg
 BEFORE, AFTER, FAR = 20.0, 90.0, 5000.0  # s of a sortie before and after the answer; m
 
 
@@ -39,14 +39,14 @@ def line(name: str, found: list[Stop]) -> str:
 
 
 def too_strong(share: float) -> list[Stop]:
-    """In a current of this share of the boat's speed, with and without compass."""
-    cases = [Case(share * FULL_SPEED, each, compass) for compass in (True, False) for each in TOWARDS]
+    """In a current of this share of the boat's speed against the first leg, with and without compass."""
+    cases = [Case(share * FULL_SPEED, AGAINST, compass) for compass in (True, False)]
     return [Stop(_reason(found.why), found.seconds, found.off) for found in map(sail, cases)]
 
 
 def dead_motor() -> list[Stop]:
     """From `DEAD` s on, in a current of 0.5 m/s."""
-    cases = [Case(0.5, each, compass, dead=DEAD) for compass in (True, False) for each in TOWARDS]
+    cases = [Case(0.5, each, compass, dead=DEAD) for compass in (True, False) for each in (AGAINST, ABEAM)]
     return [Stop(_reason(found.why), found.seconds - DEAD, found.off) for found in map(sail, cases)]
 
 
