@@ -2,11 +2,8 @@
 
     python -m tests.bench --directions 16 --current 0 0.5 1.0 1.3 --seeds 1 2 3
 
-    python -m tests.bench --safety
-
 Each run sails a route of four legs of 80 m with a motorboat of 2 m/s like ArduPilot's, positions 0.2 s late, in a
-current. A line a run: what each corner was, and the legs. Exits with 1 where one misses a limit of `Limits`. With
---safety a table of what stops the boat, when and where: currents above its speed, and a motor that dies.
+current. A line a run: what each corner was, and the legs. Exits with 1 where one misses a limit of `Limits`.
 """
 
 import argparse
@@ -117,7 +114,6 @@ class Found(NamedTuple):
     corners: list[Corner]
     why: str = ""
     off: float = math.nan  # m, largest distance from the route while steered
-    engaged: float = math.nan  # s after the start from which on it was steered
 
     def misses(self, limits: Limits) -> list[str]:
         """What is beyond a limit, in words."""
@@ -199,8 +195,7 @@ def sail(case: Case) -> Found:
     steered = run.filter(run["mode"] == GUIDED)
     seconds = float(steered["time_s"][-1] - steered["time_s"][0]) if len(steered) else math.nan
     off = _off_route(steered, course.corners) if len(steered) else math.nan
-    engaged = float(steered["time_s"][0] - run["time_s"][0]) if len(steered) else math.nan
-    return Found(case, finished, seconds, legs, corners_of(steered, course.corners, log), why, off, engaged)
+    return Found(case, finished, seconds, legs, corners_of(steered, course.corners, log), why, off)
 
 
 def _dying(dead):
@@ -272,29 +267,6 @@ def _outside(place, points, side):
     return min(first, math.hypot(off[1][1], min(off[1][0], 0.0)))
 
 
-def safety_cases() -> dict[str, Case]:
-    """Currents of 1.02 to 1.2 of the boat's speed, against and across the first leg, and a motor that dies on it."""
-    strong = {
-        f"{share:g} of the boat's speed, {words}": Case(2.0 * share, direction)
-        for share in (1.02, 1.05, 1.1, 1.2)
-        for words, direction in (("against the leg", 180.0), ("across it", 90.0))
-    }
-    dead = {
-        f"the motor dies, current of {current:g} m/s": Case(current, 90.0, dead=60.0) for current in (0.0, 0.5, 1.0)
-    }
-    return strong | dead
-
-
-def print_safety(jobs: int) -> None:
-    """A line a case: s from its beginning to the stop, m off the route, and the reason."""
-    cases = safety_cases()
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as workers:
-        for words, found in zip(cases, workers.map(sail, cases.values()), strict=True):
-            since = found.seconds - (found.case.dead - found.engaged if math.isfinite(found.case.dead) else 0.0)
-            off = "never on the route" if math.isnan(found.off) else f"{found.off:.1f} m off the route"
-            print(f"{words}: stops after {since:.0f} s, {off}: {found.why}", flush=True)
-
-
 def main() -> None:
     options = argparse.ArgumentParser("python -m tests.bench", description=__doc__.partition("\n")[0])
     options.add_argument("--current", type=float, nargs="+", default=[0.5], help="m/s")
@@ -308,12 +280,8 @@ def main() -> None:
     options.add_argument("--dead", type=float, default=math.inf, help="s after the start at which the motor dies")
     options.add_argument("--speed", type=float, default=2.0, help="of the route, m/s")
     options.add_argument("--acceptance", type=float, default=4.0, help="m")
-    options.add_argument("--safety", action="store_true", help="what stops the boat, when and where, as a table")
     options.add_argument("--jobs", type=int, default=1)
     chosen = options.parse_args()
-    if chosen.safety:
-        print_safety(chosen.jobs)
-        return
     cases = [
         Case(current, (chosen.first + 360.0 * k / chosen.directions) % 360.0, compass, seed, corner, rate)._replace(
             dead=chosen.dead, told=chosen.told, speed=chosen.speed, acceptance=chosen.acceptance

@@ -209,7 +209,7 @@ def steering_pilot(
     """
     position_std, slow_std = position_stds
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
-    estimator = SteeringEstimator(filtering, known.yaw_response.gain, slow_std=slow_std)
+    estimator = SteeringEstimator(filtering, known.yaw_response.gain, slow_std)
     return build_pilot(known, mission, law, estimator, kinds=kinds, radius=radius, steer_by=steer_by)
 
 

@@ -10,13 +10,12 @@ import time
 from dataclasses import asdict, dataclass, replace
 
 import steerway
-from steerway.estimation.log.compare import SWING
 from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study
 from steerway_studies.unseen_logs import page, rounded
 from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, SMOOTHED, contestants
-from steerway_studies.unseen_logs.judging import Verdict, held_back, judged_rows, verdict, worse
+from steerway_studies.unseen_logs.judging import SWING, Verdict, held_back, judged_rows, verdict, worse
 from steerway_studies.unseen_logs.recordings import FOLDER, opened, path_of
 
 

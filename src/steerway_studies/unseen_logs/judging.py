@@ -20,6 +20,9 @@ FEWEST = 100
 """Rows from which an error is worth a number."""
 _RIGHT = 0.99
 
+SWING = 4.0
+"""s over which a reference is averaged too: longer than an antenna swings. Chosen, as `compare` has it."""
+
 
 @dataclass(frozen=True)
 class Verdict:

@@ -2,10 +2,10 @@
 
 import math
 
-from steerway.estimation.log.compare import SWING
 from steerway_studies.study import Results
 from steerway_studies.unseen_logs.catalogue import DEVELOP, REPORT
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, SMOOTHED, TUNED, WORDS
+from steerway_studies.unseen_logs.judging import SWING
 
 LEAD = (
     "Logs from public repositories, judged by the receiver's Doppler velocity or by a better instrument. The develop "

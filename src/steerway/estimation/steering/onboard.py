@@ -11,17 +11,14 @@ from steerway.estimation.steering.filter import SteeringFilter
 class SteeringEstimator:
     """Measurements in, estimate out; `order` after each step tells what was ordered.
 
-    gain: yaw rate (rad/s) that the boat settles at for a unit of the autopilot's output. follows_orders False: as if
-    someone else steered. slow_std: 1σ (m) of the receiver's slow error, see `core.slow_error`.
+    gain: yaw rate (rad/s) that the boat settles at for a unit of the autopilot's output. slow_std: 1σ (m) of the
+    receiver's slow error, see `core.slow_error`.
     """
 
-    def __init__(
-        self, filter: SteeringFilter, gain: float = 1.0, follows_orders: bool = True, slow_std: float = USUAL_STD
-    ):
+    def __init__(self, filter: SteeringFilter, gain: float = 1.0, slow_std: float = USUAL_STD):
         self.filter = filter
         self._slow_std = not_negative("slow_std", slow_std)
         self._gain = positive("steering_estimator.gain", gain)
-        self.follows_orders = follows_orders
         self._now = 0.0
         self._heading = self._yaw_rate = math.nan
 
@@ -42,5 +39,4 @@ class SteeringEstimator:
 
     def order(self, yaw: float, speed: float) -> None:
         """What the actuators made of the autopilot's output, and the ordered speed through the water (m/s, or NaN)."""
-        if self.follows_orders:
-            self.filter.order(self._now, self._gain * yaw, speed)
+        self.filter.order(self._now, self._gain * yaw, speed)
