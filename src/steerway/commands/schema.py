@@ -16,7 +16,7 @@ _BY_ENDING = {"deg": "°", "dps": "°/s", "mps": "m/s", "m": "m", "s": "s", "hou
 _BY_KEY = {
     **dict.fromkeys(("duration", "step", "time_constant", "gust_time", "drift_time", "stay", "latency"), "s"),
     **dict.fromkeys(("propeller_lag", "yaw_time", "surge_time", "max_dead_reckoning", "start", "nomoto_time"), "s"),
-    **dict.fromkeys(("slip_time", "operator_lost"), "s"),
+    **dict.fromkeys(("slip_time", "operator_lost", "lag"), "s"),
     **dict.fromkeys(("speed", "cruise", "cruise_speed", "gust_std", "velocity_std"), "m/s"),
     **dict.fromkeys(("north", "east", "arm", "acceptance", "lookahead", "radius", "white", "lever_arm"), "m"),
     **dict.fromkeys(("payload_position", "displacement_std", "cross_track"), "m"),
@@ -35,6 +35,7 @@ _BY_KEY = {
     "per_hour": "1/h",
     "damping": "1",
     "scale": "1",
+    "dynamics": "1",
     "seed": "1",
     "integral_gain": "m/s",
     "adaptive_gain": "1/(m s)",

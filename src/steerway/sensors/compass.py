@@ -81,7 +81,6 @@ class CompassTable(InstrumentTable):
     std_deg: NotNegative = 0.5
     bias_deg: Number = 0.0
     deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
-
     dynamics: tuple[Number, Number, Number, Number] | None = None
 
     def build(self) -> "Compass | TickingCompass":
@@ -92,7 +91,6 @@ class CompassTable(InstrumentTable):
 
             return TickingCompass(DynamicCompass(CompassModel(*self.dynamics), (a, b, c, d, e)), self.rate)
         instrument = Instrument(self.rate, white=math.radians(self.std_deg), bias=math.radians(self.bias_deg))
-        a, b, c, d, e = map(math.radians, self.deviation_deg)
         return Compass(instrument, (a, b, c, d, e))
 
     @staticmethod

@@ -41,7 +41,6 @@ _PLAIN = (
     "estimated_yaw_gain",
     "estimated_yaw_damping",
     "estimated_yaw_time",
-    "estimated_slip_time",
 )
 if TYPE_CHECKING:
     import polars as pl
@@ -58,6 +57,7 @@ _SPECIAL: dict[str, Outward] = {
     "estimated_current_north": ("estimated_current_north_mps", None),
     "estimated_current_east": ("estimated_current_east_mps", None),
     "estimated_current_std": ("estimated_current_std_mps", None),
+    "estimated_slip_time": ("estimated_slip_time_s", None),
     "read_age": ("read_age_s", None),
     "force_north": ("force_north_n", None),
     "force_east": ("force_east_n", None),
