@@ -53,7 +53,7 @@ class ExactTurn:
 
 def covariance_of_noise(rate, dt):
     """Covariance of a decaying state and its two integrals after dt of unit white noise (3, 3)."""
-    long = dt > 1.0 and rate * dt > 0.5  # where the kernel takes the integral itself
+    long = rate * dt > 0.1  # where the kernel takes the integral itself
     nodes, weights = np.polynomial.legendre.leggauss(40 if long else 3)
     spent = [responses(rate, 0.5 * dt * (1.0 + node)) for node in nodes]
     return 0.5 * dt * sum(weight * np.outer(each, each) for weight, each in zip(weights, spent, strict=True))

@@ -56,11 +56,11 @@ def test_a_stranger_costs_no_message_of_the_vehicle(signed, stranger, tmp_path):
     assert heard == ["SYSTEM_TIME"] * 500
 
 
-def test_a_signed_packet_that_is_sent_again_is_dropped():
+def test_a_signed_packet_that_is_sent_again_is_dropped(tmp_path):
     m, heard = dialect("a test"), []
-    (uri,), _ = addresses.sources(["mavlink:udpin:127.0.0.1:1"])
+    (tmp_path / "key").write_text(KEY.hex())
+    (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:1?signing={tmp_path / 'key'}"])
     link = MavlinkLink(uri, lambda message: heard.append(message.get_type()) or True)
-    link.sign(KEY)
     vehicle = m.MAVLink(None, 1, 1)
     vehicle.signing.secret_key, vehicle.signing.sign_outgoing = KEY, True
     vehicle.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)

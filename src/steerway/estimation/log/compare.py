@@ -8,6 +8,7 @@ import numpy as np
 
 from steerway.core.angles import wrap_array
 from steerway.core.arrays import Floats
+from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.core.statistics import DEVIATION_OF_MEDIAN
 
@@ -160,6 +161,9 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED, swin
 
 def _averaged(table, span):
     """Fixes or Motion with the mean velocity over so many seconds around every row that has SOG and COG."""
+    if not len(table.time) == len(table.sog) == len(table.cog):
+        sizes = f"{len(table.time)}, {len(table.sog)} and {len(table.cog)} rows"
+        raise InputError(f"time, sog and cog of {type(table).__name__} have {sizes}, expected as many")
     sog, cog = table.sog.copy(), table.cog.copy()
     whole = np.ones(len(sog), bool)
     for vessel in [whole] if table.mmsi is None else [table.mmsi == each for each in np.unique(table.mmsi)]:
