@@ -161,9 +161,9 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED, swin
 
 def _averaged(table, span):
     """Fixes or Motion with the mean velocity over so many seconds around every row that has SOG and COG."""
-    if not len(table.time) == len(table.sog) == len(table.cog):
-        sizes = f"{len(table.time)}, {len(table.sog)} and {len(table.cog)} rows"
-        raise InputError(f"time, sog and cog of {type(table).__name__} have {sizes}, expected as many")
+    columns = [table.time, table.sog, table.cog, table.time if table.mmsi is None else table.mmsi]
+    if len(shapes := {np.shape(each) for each in columns}) > 1:
+        raise InputError(f"columns of {type(table).__name__} have the shapes {sorted(shapes)}, expected one")
     sog, cog = table.sog.copy(), table.cog.copy()
     whole = np.ones(len(sog), bool)
     for vessel in [whole] if table.mmsi is None else [table.mmsi == each for each in np.unique(table.mmsi)]:
