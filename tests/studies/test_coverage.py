@@ -28,7 +28,9 @@ def test_two_sigma_hold_the_truth(coverage, name):
 
 
 @pytest.mark.xfail(
-    strict=True, reason="σ of SOG counts on 5 % of unsteady speed, which a simulated Otter does not have"
+    strict=True,
+    raises=AssertionError,
+    reason="σ of SOG counts on 5 % of unsteady speed, which a simulated Otter does not have",
 )
 def test_two_sigma_of_sog_are_no_wider_than_needed(coverage):
     assert coverage("sog") < 99.0

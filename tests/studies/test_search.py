@@ -10,7 +10,9 @@ from tests.scenes import turning
 pytestmark = pytest.mark.study
 MOVED, SEARCHES = 1e-6, 4
 """m, far below any digit; searches of each log."""
-SHORT = pytest.mark.xfail(strict=True, reason="after four rounds 5 to 22 apart: more rounds meet, and cost a quarter")
+SHORT = pytest.mark.xfail(
+    strict=True, raises=AssertionError, reason="after four rounds 5 to 22 apart: more rounds meet, and cost a quarter"
+)
 LOGS = (
     ("furuno_scx20_n2k/furuno-130842-figure8-fast.raw", "src 52"),
     ("furuno_scx20_n2k/furuno-130842-wide-turn.raw", "src 52"),
@@ -22,6 +24,8 @@ LOGS = (
 )
 APART = 5.0
 """Log evidence by which the best of several searches may differ: more is called strong (`selection.BETTER` is 3)."""
+FURTHEST = 23.0
+"""The most that was measured where it is missed (tomales)."""
 
 
 def searches(fixes):
@@ -38,7 +42,10 @@ def searches(fixes):
 
 def assert_alike(found):
     evidence = [each for _, each in found]
-    assert max(evidence) - min(evidence) < APART, found
+    apart = max(evidence) - min(evidence)
+    if apart > FURTHEST:
+        pytest.fail(f"further apart than they were: {found}")
+    assert apart < APART, found
 
 
 @pytest.mark.parametrize(("log", "source"), LOGS)
