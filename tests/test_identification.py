@@ -1,11 +1,14 @@
 """Yaw, heading and surge models from manoeuvres of known boats, and logs that cannot tell."""
 
 import math
+import tomllib
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
 import pytest
 
+import steerway
 from steerway import InputError
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, place_poles
 from steerway.core import wrap_array
@@ -13,6 +16,7 @@ from steerway.identification import (
     SurgeIdentification,
     SurgeModel,
     YawModel,
+    identify_compass,
     identify_heading,
     identify_surge,
     identify_yaw,
@@ -20,10 +24,11 @@ from steerway.identification import (
 )
 from steerway.identification.testing import Interval, following, read_steering
 from steerway.sensors import white
+from steerway.sensors.testing import CompassTable, deviation
 from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
 from steerway_studies.testing import sailing
 from tests.command_line import run
-from tests.scenes import binary_sequence
+from tests.scenes import binary_sequence, sailed
 
 PLANTS = {"otter": (0.5, 1.0, 1.3, -0.03, 0.1, 80.0), "boat": (0.185, 10.0, 2.0, 0.05, 0.2, 240.0)}
 TWENTY = math.radians(20.0)
@@ -336,3 +341,46 @@ def test_a_log_of_sentences_is_no_table_of_a_manoeuvre(tmp_path):
     for arguments, columns in ((("yaw", log, "--bandwidth", "0.5"), "for time, rudder"), (("surge", log), "time_s")):
         code, _, err = run("identify", *arguments)
         assert code == 2 and "is no table, expected a CSV" in err and f"columns {columns}" in err, err
+
+
+CARD = np.radians([2.0, 5.0, -3.0, 1.0, 0.5])
+
+
+def circles(seed, card=CARD, lag=0.4, turns=2.0):
+    """Fixes at 5 Hz and a compass of 1°, in circles to both sides at 1.5 m/s in a current of 0.25 m/s."""
+    time = np.arange(0.0, 480.0, 0.2)
+    heading = np.cumsum(np.where(time % 240.0 < 120.0, 0.2, -0.2) * turns * math.pi / 120.0)
+    north, east = 1.5 * np.cos(heading) + 0.2, 1.5 * np.sin(heading) - 0.15
+    fixes = sailed(np.hypot(north, east), np.unwrap(np.arctan2(east, north))).fixes(0.3, seed)
+    bow = np.interp(time - lag, time, heading)
+    read = bow + deviation(bow, *card) + math.radians(1.0) * np.random.default_rng([seed, 1]).standard_normal(len(time))
+    return replace(fixes, heading=np.mod(read, 2.0 * math.pi))
+
+
+@pytest.mark.parametrize("seed", [31, 32])
+def test_a_compass_is_found_from_circles_in_a_current(seed):
+    fixes = circles(seed)
+    found = identify_compass(fixes, steerway.estimate(fixes, "small-usv"))
+    around = np.linspace(0.0, 2.0 * math.pi, 73)
+    off = deviation(around, *(each.value for each in found.card)) - deviation(around, *CARD)
+    assert np.abs(off).max() < math.radians(0.6)
+    assert sum(true in each for true, each in zip(CARD.tolist(), found.card, strict=True)) >= 4
+    assert found.lag.value == pytest.approx(0.4, abs=0.1) and found.noise == pytest.approx(math.radians(1.0), rel=0.1)
+    assert found.speed == pytest.approx(1.5, abs=0.02) and found.current == pytest.approx((0.2, -0.15), abs=0.01)
+
+
+def test_half_a_circle_tells_no_card():
+    fixes = circles(31, turns=0.4)
+    with pytest.raises(InputError, match="of 8 sectors of the circle"):
+        identify_compass(fixes, steerway.estimate(fixes, "small-usv"))
+    with pytest.raises(InputError, match="the log has 0 headings"):
+        identify_compass(replace(fixes, heading=None), steerway.estimate(fixes, "small-usv"))
+
+
+def test_identify_compass_prints_the_table_of_a_scenario(tmp_path):
+    fixes = circles(33)
+    columns = {"time_s": fixes.time, "lat_deg": np.degrees(fixes.latitude), "lon_deg": np.degrees(fixes.longitude)}
+    pl.DataFrame(columns | {"heading_deg": np.degrees(fixes.heading)}).write_csv(tmp_path / "circles.csv")
+    code, told, _ = run("identify", "compass", tmp_path / "circles.csv")
+    table = tomllib.loads(told[told.index("[compass]") :])["compass"]
+    assert code == 0 and CompassTable(**table).deviation_deg == pytest.approx(np.degrees(CARD), abs=0.7)

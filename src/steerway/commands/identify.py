@@ -1,4 +1,4 @@
-"""The commands that identify a model of a boat from a manoeuvre: identify yaw, heading, surge."""
+"""The commands that identify a model of a boat from a manoeuvre: identify yaw, heading, surge, compass."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +10,7 @@ from steerway.commands.terminal import print_notes, print_pairs
 app = typer.Typer(no_args_is_help=True, help="Identify a model of the boat from a log of a manoeuvre.")
 
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="CSV or Parquet with named columns.")]
+CompassLog = Annotated[Path, typer.Argument(metavar="LOG", help="A log with positions and headings.")]
 
 
 @app.command()
@@ -154,3 +155,25 @@ def surge(
         ("verdict", found.verdict),
     ]
     print_pairs(rows)
+
+
+@app.command()
+def compass(log: CompassLog) -> None:
+    """Identify a compass's deviation card, lag and noise from circles to both sides, with 95 % intervals.
+
+    The log is any that `estimate` reads, with positions and headings. Sail two whole circles to each side, at one
+    setting of the throttle: a current is found too. The last lines are the [compass] table of a scenario.
+
+    Example:
+
+        steerway identify compass circles.nmea
+    """
+    import steerway
+    from steerway.commands.options import read_logs
+    from steerway.identification import identify_compass
+
+    fixes = read_logs([str(log)], None, None, None)
+    found = identify_compass(fixes, steerway.estimate(fixes))
+    print_notes(fixes.notes)
+    print_pairs(found.rows())
+    typer.echo(found.toml(), nl=False)

@@ -6,7 +6,7 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.sensors import gnss
-    from steerway.sensors.compass import deviation
+    from steerway.sensors.compass import CompassTable, deviation
     from steerway.sensors.faults import Fault
     from steerway.sensors.gnss import GnssTable
     from steerway.sensors.kinds import INSTRUMENTS
