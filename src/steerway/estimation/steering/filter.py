@@ -35,12 +35,12 @@ from steerway.estimation.steering.motion import (
     TIME,
     WATER_SPEED,
     YAW_RATE,
-    Response,
     moved_by_orders,
-    predict_bank,
     yaw_bias,
 )
+from steerway.estimation.steering.prediction import predict_bank
 from steerway.estimation.steering.receiver import ReceiverNoise
+from steerway.estimation.steering.response import Response
 from steerway.estimation.steering.start import any_heading, departing, drifting, hypotheses, straight_line
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
