@@ -131,7 +131,7 @@ def test_an_estimate_that_is_no_number_stops_and_begins_anew():
     desk = Desk(square())
     desk.start()
     desk.sail(1.0)
-    desk.autopilot.pilot.estimator.filter._states[:] = math.nan
+    desk.autopilot.pilot.estimator.filter._mixture.states[:] = math.nan
     orders = desk.sail(0.5)
     assert all(math.isfinite(each.yaw_rate + each.thrust) for each in orders)
     assert desk.order.state is State.STOPPED and desk.order.reason == "the estimate is no number"

@@ -7,7 +7,7 @@ import typer
 import typer.core
 import typer.main
 
-from steerway.commands import archive, demo, identify, logs, plot, profile, sailing, schema, study
+from steerway.commands import archive, demo, identify, info, logs, plot, profile, sailing, schema, study
 from steerway.commands.live import LiveCommand, live, replay, warm
 
 app = typer.Typer(
@@ -22,7 +22,7 @@ app = typer.Typer(
 START, LOGS, BOAT, SIMULATION, RESEARCH = "Start here", "Logs", "On the boat", "Simulation", "Research"
 for panel, commands in (
     (START, (demo.demo,)),
-    (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune, plot.plot, archive.encounters)),
+    (LOGS, (logs.estimate, info.info, logs.compare, logs.predict, logs.tune, plot.plot, archive.encounters)),
     (BOAT, (replay, warm)),
     (SIMULATION, (sailing.simulate, sailing.advise, schema.schema)),
     (RESEARCH, (study.study,)),

@@ -19,8 +19,9 @@ from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.fit.selection import infer
 from steerway.estimation.log.digits import quantum_of
 from steerway.estimation.log.record import Measurements, extrapolated, measurements
-from steerway.estimation.stream import FiveStateFilter, Set, set_of
-from steerway.estimation.stream_row import ELAPSED, LATITUDE, LONGITUDE
+from steerway.estimation.running import Set, set_of
+from steerway.estimation.stream import FiveStateFilter
+from steerway.estimation.stream_row import LATITUDE, LONGITUDE
 from steerway.estimation.vessel.aids import AIDS
 from steerway.estimation.vessel.inferred import InferredProfile, prior_profile
 
@@ -73,7 +74,7 @@ class LearningFilter(FiveStateFilter):
     def restore(self, snapshot: tuple[Set, Floats]) -> None:
         """Return to the state of a `snapshot`."""
         super().restore(snapshot)
-        while self._rows and self._rows[-1][0] > self._state[ELAPSED]:
+        while self._rows and self._rows[-1][0] > self._running.elapsed:
             self._rows.pop()
 
     def row(
@@ -94,13 +95,13 @@ class LearningFilter(FiveStateFilter):
         return found
 
     def _advance(self, dt, first, second, excess, aids):
-        measured = self._measured(self._state[ELAPSED] + dt, first)
+        measured = self._measured(self._running.elapsed + dt, first)
         super()._advance(dt, measured, second, excess, aids)
         if np.isfinite(first) or len(aids):
             given = aids[0] if len(aids) else _UNKNOWN
-            place = self._state[[LATITUDE, LONGITUDE]] if self._geodetic and np.isfinite(first) else _UNKNOWN
-            self._rows.append(_row(self._state[ELAPSED], first, second, excess, given, place))
-            while self._rows[0][0] < self._state[ELAPSED] - _WINDOW:
+            place = self._running.state[[LATITUDE, LONGITUDE]] if self._geodetic and np.isfinite(first) else _UNKNOWN
+            self._rows.append(_row(self._running.elapsed, first, second, excess, given, place))
+            while self._rows[0][0] < self._running.elapsed - _WINDOW:
                 self._rows.popleft()
 
     def _measured(self, time, first):
@@ -113,7 +114,7 @@ class LearningFilter(FiveStateFilter):
         return first
 
     def _infer_if_due(self):
-        elapsed = self._state[ELAPSED]
+        elapsed = self._running.elapsed
         if self._thread is not None or self._found is not None or elapsed < self._due or len(self._rows) < _FEWEST:
             return
         self._due = min(_LATER * elapsed, elapsed + _LATEST)
@@ -150,16 +151,16 @@ class LearningFilter(FiveStateFilter):
 
     def _go_over(self):
         """Take up what was found, with the fixes that came meanwhile."""
-        if self._found is None or self._set.fading:
+        if self._found is None or self._running.set.fading:
             return
         (running, banks, until, self._measurements), self._found = self._found, None
         since = [each.copy() for each in self._rows if each[0] > until]
         for each in since:
             each[1] = self._measured(each[0], each[1])
-        record = _columns([_row(until), *since, _row(self._state[ELAPSED])])
+        record = _columns([_row(until), *since, _row(self._running.elapsed)])
         for each, bank in zip(running.structures, banks, strict=True):
             _run(record, each, bank)
-        self.take_up(running, banks)
+        self._running.take_up(running, banks)
 
 
 def _run(record, model, bank):

@@ -1,98 +1,52 @@
 """FiveStateFilter: a profile as a filter, fix by fix, by the arithmetic of `estimate`.
 
-Its whole state is one array, so that a snapshot is one copy. Rows between and ahead of fixes are predicted with another
-filter that is given the snapshot. A profile of one mode without extras runs by the paper's Table 1
-(`filter.five_state`), all others by the general filter (`filter.row`).
+Its structures and their whole state are `Running`, so that a snapshot is one copy. Rows between and ahead of fixes are
+predicted with another filter that is given the snapshot. A profile of one mode without extras runs by the paper's
+Table 1 (`filter.five_state`), all others by the general filter (`filter.row`).
 """
 
 import math
 from collections.abc import Sequence
-from itertools import groupby
-from typing import NamedTuple
+from copy import copy
 
 import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.checks import elapsed, not_negative
 from steerway.core.errors import InputError
-from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
-from steerway.estimation.filter import five_state
-from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.fixed_lag import FixedLag
 from steerway.estimation.log.accuracy import variance_scale
-from steerway.estimation.log.copies import FEW_STEPS, HELD
 from steerway.estimation.log.course import (
     COG,
-    EAST,
-    NORTH,
-    POSITION_STD,
     RATE,
     SOG,
-    average,
-    least_course_speed,
 )
-from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.log.record import LONG
 from steerway.estimation.log.run import motion_of
 from steerway.estimation.log_estimate import estimate
-from steerway.estimation.moments import motion_moments
+from steerway.estimation.running import Running, Set, output_of, set_of
 from steerway.estimation.stream_row import (
-    AZIMUTH,
-    COARSE,
     ELAPSED,
-    FADED,
-    HEADER,
     KNOWN,
-    LAST_SOG,
-    LATITUDE,
-    LOG_DENSITY,
-    LONGITUDE,
     NIS,
     SINCE,
     USUAL,
     USUAL_COUNT,
     WRONG,
-    Alike,
-    doubt_slide,
     note_fix,
     note_interval,
-    place_of,
     predict_plain,
-    read,
-    read_plain,
-    settle,
     take_plain,
     true_course,
     walk,
 )
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS, expect_aids
-from steerway.estimation.vessel.flat import WeighedModel
 from steerway.estimation.vessel.inferred import InferredProfile, prior_profile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
-FADE = 10.0
-"""s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
-LEAST_LOG_WEIGHT = -40.0
-"""No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though. Chosen:
-e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
 _NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9
 """rad: latitudes and longitudes that are possible, but for rounding."""
-
-
-class Set(NamedTuple):
-    """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
-
-    structures: tuple[Model, ...]
-    weights: tuple[float, ...]
-    fading: int
-    fading_weights: tuple[float, ...]
-    learns: bool
-
-
-def set_of(structures, learns: bool = False) -> Set:
-    """The set of weighed structures."""
-    return Set(tuple(each.model for each in structures), tuple(each.weight for each in structures), 0, (), learns)
 
 
 class FiveStateFilter:
@@ -129,44 +83,14 @@ class FiveStateFilter:
         self.aid, self._infers = tuple(aid), profile is None
         self.profile = prior_profile(self.aid) if profile is None else profile_of(profile)
         self._geodetic = True
-        self._arrange(set_of(self.profile.models(self.aid), learns or self._infers), None)
+        self._begin(set_of(self.profile.models(self.aid), learns or self._infers))
 
-    def _arrange(self, running: Set, header: Floats | None) -> None:
-        """Make room for a set of structures."""
-        self._set = running
-        n = len(running.structures)
-        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
-        space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
-        self._state = np.zeros(HEADER + n + sum(space))
-        if header is not None:
-            self._state[:HEADER] = header
-        self._weights, memory = self._state[HEADER : HEADER + n], self._state[HEADER + n :]
-        self._weights[:] = running.weights
-        self._outs = np.full((n, FUSED + 3), np.nan)
-        self._banks, self._groups = [], []
-        for (sizes, models), size in zip(groups, space, strict=True):
-            banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
-            outs = self._outs[len(self._banks) : len(self._banks) + len(models)]
-            plain = all(five_state.is_plain(model, NO_AIDS) for model in models) and not self.aid and not running.learns
-            plain = plain and self._waiting is None
-            self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs, plain))
-            self._banks += [bank_in(bank, sizes.modes, sizes.states) for bank in banks]
-        only = self._groups[0]
-        self._plain = only.models[0] if n == 1 and only.is_plain else None
-        self._estimate = np.full(POSITION_STD + 1, np.nan)
-        weighed = [WeighedModel(*each) for each in zip(running.weights, running.structures, strict=True)]
-        self._least_speed = least_course_speed(weighed, self.profile.steerageway)
-        self._is_current = False
+    def _begin(self, running: Set) -> None:
+        may_be_plain = not self.aid and self._waiting is None
+        self._running = Running(running, self.profile.steerageway, may_be_plain)
 
     def __getstate__(self) -> dict:
-        views = "_state", "_weights", "_outs", "_banks", "_groups", "_plain", "_estimate"
-        return {name: value for name, value in self.__dict__.items() if name not in views} | {"own": self.snapshot()}
-
-    def __setstate__(self, state: dict) -> None:
-        snapshot = state.pop("own")
-        self.__dict__.update(state)
-        self._arrange(snapshot[0], None)  # views, which copies and pickles would make arrays of their own
-        self.restore(snapshot)
+        return self.__dict__ | {"_running": copy(self._running)}  # its own of a copy, too
 
     def __repr__(self) -> str:
         aided = f", aid={self.aid}" if self.aid else ""
@@ -184,38 +108,35 @@ class FiveStateFilter:
 
     def reset(self) -> None:
         """Return to the state before the first fix."""
-        self._arrange(self._set, None)
+        self._begin(self._running.set)
         if self._waiting is not None:
             self._waiting.drop_after(-math.inf)
 
     def snapshot(self) -> tuple[Set, Floats]:
         """The whole state, for `restore`, of this filter or another."""
-        return self._set, self._state.copy()
+        return self._running.snapshot()
 
     def restore(self, snapshot: tuple[Set, Floats]) -> None:
         """Return to the state of a `snapshot`."""
-        if snapshot[0] is not self._set:
-            self._arrange(snapshot[0], None)
-        self._state[:] = snapshot[1]
-        for each in self._groups:
-            read(each.banks, each.models, each.outs)
-        self._is_current = False
+        self._running.restore(snapshot)
         if self._waiting is not None:
-            self._waiting.drop_after(self._state.item(ELAPSED))
+            self._waiting.drop_after(self._running.elapsed)
 
     def change_receiver(self) -> None:
         """Fixes come from another receiver from now on: the usual accuracy of the last one does not apply to it."""
-        self._state[USUAL] = self._state[USUAL_COUNT] = 0.0
+        self._running.state[USUAL : USUAL_COUNT + 1] = 0.0
 
     def predict(self, dt: float) -> None:
         """Advance by dt seconds, by none where a clock was set back. Raises InputError where dt is not finite."""
         if not 0.0 <= dt < math.inf:
             dt = elapsed("dt", dt)
-        if self._plain is not None:
-            self._is_current = False
-            predict_plain(self._state, self._plain, dt)
+        running = self._running
+        plain = running.plain
+        if plain is not None:  # here, not in a method of `running`: a call more is a tenth of the time
+            running.is_current = False
+            predict_plain(running.state, plain, dt)
             return
-        self._state[SINCE] += dt
+        running.state[SINCE] += dt
         self._advance(dt, math.nan, math.nan, 1.0, NO_AIDS)
 
     def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
@@ -231,7 +152,7 @@ class FiveStateFilter:
                 f"±π/2 and ±2π (math.radians of degrees)"
             )
         self._geodetic = True
-        return self._take(*walk(self._state, latitude, longitude), position_std)
+        return self._take(*walk(self._running.state, latitude, longitude), position_std)
 
     def update_north_east(self, north: float, east: float, position_std: float | None = None) -> float:
         """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
@@ -240,27 +161,26 @@ class FiveStateFilter:
 
     def _take(self, first, second, position_std) -> float:
         reported = math.nan if position_std is None else position_std
-        if self._plain is not None:
-            self._is_current = True
-            return take_plain(self._state, self._plain, first, second, reported, self._least_speed, self._estimate)
-        excess = variance_scale(self._state[USUAL : USUAL_COUNT + 1], reported)
+        running = self._running
+        plain = running.plain
+        if plain is not None:
+            running.is_current = True
+            return take_plain(running.state, plain, first, second, reported, running.least_speed, running.room)
+        excess = variance_scale(running.state[USUAL : USUAL_COUNT + 1], reported)
         nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
         return nis
 
     def _fix(self, dt, first, second, excess, aids) -> tuple[float, float]:
         """Advance by dt and take a fix of the plane. Returns its NIS and the probability that it is an outlier."""
-        state = self._state
+        state = self._running.state
         if state[SINCE] > LONG:
             state[KNOWN] = 0.0
         note_interval(state, state[SINCE], state[ELAPSED] + dt)
         state[SINCE] = 0.0
         self._advance(dt, first, second, excess, aids)
-        self._settle()
-        note_fix(self._state, self._estimate)
-        return self._weighed(NIS), self._weighed(WRONG)
-
-    def _weighed(self, column) -> float:
-        return float(self._weights @ self._outs[:, column])
+        running = self._running
+        note_fix(running.state, running.settle())
+        return running.weighed(NIS), running.weighed(WRONG)
 
     def aid_by(self, *values: float, **named: float) -> None:
         """Take measurements of other instruments (SI, true angles in rad; NaN or nothing for unknown).
@@ -296,12 +216,12 @@ class FiveStateFilter:
 
         Returns what `output` returns, the NIS (NaN without a fix) and the status, an index into `records.STATUSES`.
         """
-        state, dt = self._state, elapsed("dt", dt)
+        state, dt = self._running.state, elapsed("dt", dt)
         self._geodetic = True
         table = self._aids(aids)
         fixed = math.isfinite(latitude) and math.isfinite(longitude)
         state[SINCE] += dt
-        if fixed and self.profile.recognises and self._is_copy(latitude, longitude):
+        if fixed and self.profile.recognises and self._running.is_copy(latitude, longitude):
             fixed = False
         nis = wrong = math.nan
         if fixed:
@@ -309,7 +229,7 @@ class FiveStateFilter:
             nis, wrong = self._fix(dt, *walk(state, latitude, longitude), excess, table)
         else:
             self._advance(dt, math.nan, math.nan, 1.0, table)
-            self._settle()
+            self._running.settle()
         return self.output(), nis, self._status(fixed and not math.isnan(nis), wrong)
 
     def _status(self, fixed, wrong) -> int:
@@ -321,30 +241,12 @@ class FiveStateFilter:
             return NO_COURSE
         return OK if fixed else PREDICTED
 
-    def _is_copy(self, latitude, longitude):
-        """Whether a fix is the one before once more, though the boat has moved on by steps that fixes resolve."""
-        state = self._state
-        if latitude != state[LATITUDE] or longitude != state[LONGITUDE] or not 0.0 < state[SINCE] <= HELD:
-            return False
-        return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
-
     def _advance(self, dt, first, second, excess, aids):
-        self._is_current = False
-        if dt > LONGEST_GAP:
-            self._state[KNOWN] = 0.0
-            for bank in self._banks:
-                bank.run["started"] = 0
-            dt = 0.0
-        if self._set.fading:
-            self._fade(dt)
-        for each in self._groups:
-            each.step(dt, first, second, excess, aids)
-        self._state[ELAPSED] += dt  # another array where the older structures have just gone
-        if self._set.learns and math.isfinite(first):
-            self._learn()
+        running = self._running
+        running.advance(dt, first, second, excess, aids)
         if self._waiting is not None and (math.isfinite(first) or len(aids)):
             table = aids if len(aids) or not self.aid else np.full((1, len(AIDS)), math.nan)
-            self._waiting.add(self._state, self._set.structures, self._banks, (first, second, excess, table))
+            self._waiting.add(running.state, running.set.structures, running.banks, (first, second, excess, table))
 
     def wait(self, lag: float) -> None:
         """Begin anew, with another `lag` (s)."""
@@ -359,88 +261,34 @@ class FiveStateFilter:
         """
         if self._waiting is None:
             return []
-        now = self._state.item(ELAPSED)
-        ready = self._waiting.due(math.inf if rest else now, self._least_speed)
-        return [(now - each.time, self._outward(each.header, each.estimate)) for each in ready]
-
-    def _learn(self):
-        logs = np.log(self._weights) + self._outs[:, LOG_DENSITY]
-        logs = np.maximum(logs - logs.max(), LEAST_LOG_WEIGHT)
-        weights = np.exp(logs)
-        self._weights[:] = weights / weights.sum()
-
-    def _fade(self, dt):
-        """Let the weight go over to the newer structures."""
-        running, state = self._set, self._state
-        state[FADED] += dt
-        share = min(state[FADED] / FADE, 1.0)
-        if share == 1.0:
-            left, kept = self._banks[running.fading :], running.structures[running.fading :]
-            newer = running.weights[running.fading :]
-            self._arrange(Set(kept, newer, 0, (), False), state[:HEADER].copy())
-            for bank, old in zip(self._banks, left, strict=True):
-                for part, other in zip(bank, old, strict=True):
-                    part[...] = other
-            return
-        self._weights[: running.fading] = (1.0 - share) * np.array(running.fading_weights)
-        self._weights[running.fading :] = share * np.array(running.weights[running.fading :])
-
-    def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
-        """Go over to other structures without a jump; their banks know the fixes so far in the plane of this filter."""
-        older, old, weights = self._set, self._banks, self._weights.copy()
-        n = len(older.structures)
-        joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
-        self._arrange(joined, self._state[:HEADER].copy())
-        for bank, from_ in zip(self._banks, [*old, *banks], strict=True):
-            for part, other in zip(bank, from_, strict=True):
-                part[...] = other
-        self._weights[:n], self._weights[n:] = weights, 0.0
-        self._state[FADED] = 0.0
-
-    def _read(self) -> Floats:
-        """The estimate now (9,), in the plane."""
-        if not self._is_current:
-            self._combine()
-            doubt_slide(self._state, self._estimate)
-            self._is_current = True
-        return self._estimate
-
-    def _combine(self) -> None:
-        if self._plain is not None:
-            read_plain(self._state, self._plain, self._least_speed, self._estimate)
-        else:
-            average(self._outs, self._weights, self._least_speed, self._estimate)
-
-    def _settle(self) -> None:
-        """Note the speed, whether it is known from now on, and whether the receiver may slide in."""
-        self._combine()
-        settle(self._state, self._estimate)
-        self._is_current = True
+        now = self._running.elapsed
+        ready = self._waiting.due(math.inf if rest else now, self._running.least_speed)
+        return [(now - each.time, output_of(each.header, each.estimate, self._geodetic)) for each in ready]
 
     @property
     def sog(self) -> float:
         """Speed over ground, m/s; NaN while it is not known."""
-        return self._read().item(SOG) if self.started else math.nan
+        return self._running.estimate().item(SOG) if self.started else math.nan
 
     @property
     def cog(self) -> float:
         """Course over ground, rad in [−π, π); NaN while it is not defined."""
-        return true_course(self._state, self._read()) if self.started else math.nan
+        return true_course(self._running.state, self._running.estimate()) if self.started else math.nan
 
     @property
     def course_rate(self) -> float:
         """Rate of the course, rad/s, + to starboard; NaN while the course is not defined."""
-        return self._read().item(RATE) if self.started else math.nan
+        return self._running.estimate().item(RATE) if self.started else math.nan
 
     @property
     def underway(self) -> bool:
         """Whether the vessel has steerageway: whether course is defined."""
-        return self.started and not math.isnan(self._read().item(COG))
+        return self.started and not math.isnan(self._running.estimate().item(COG))
 
     @property
     def started(self) -> bool:
         """Whether the first fixes have determined the velocity."""
-        return self._state.item(KNOWN) == 1.0
+        return self._running.state.item(KNOWN) == 1.0
 
     @property
     def position(self) -> tuple[float, float]:
@@ -459,48 +307,27 @@ class FiveStateFilter:
 
         The last is relative to the receiver's slow error, which positions cannot show: see `core.slow_error`.
         """
-        return self._outward(self._state, self._read())
-
-    def _outward(self, state, estimate) -> list[float]:
-        """An estimate (9,) in the plane, of which `state` is the place and whether the speed is known."""
-        place = estimate.item(NORTH), estimate.item(EAST)
-        if self._geodetic:
-            place = place_of(state, estimate)
-        if state[KNOWN] != 1.0:
-            return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
-        return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
+        return output_of(self._running.state, self._running.estimate(), self._geodetic)
 
     @property
     def state(self) -> Floats:
         """(n,) copy: [x^n y^n U χ ω_χ …] in the plane of the fixes; (5,) of several modes or structures together."""
-        return self._moments()[0]
+        return self._running.moments()[0]
 
     @property
     def covariance(self) -> Floats:
         """(n, n) covariance of `state`."""
-        return self._moments()[1]
-
-    def _moments(self) -> tuple[Floats, Floats]:
-        return motion_moments(self._set.structures, self._banks, self._weights)
+        return self._running.moments()[1]
 
     @property
     def position_covariance(self) -> Floats:
         """(2, 2) covariance of the position north and east, m²."""
-        moments = np.zeros((len(self._banks), MOMENTS))
-        for bank, out in zip(self._banks, moments, strict=True):
-            place_moments(bank, out)
-        nn, ne, ee = rotated(mixed(moments, self._weights), self._state[AZIMUTH])
-        return np.array([[nn, ne], [ne, ee]])
+        return self._running.position_covariance()
 
     @property
     def gyro_bias(self) -> float:
         """Estimated bias of the yaw gyro, rad/s; NaN where the profile or the aids have no such state."""
-        which = AIDS.index("yaw_rate")
-        places = [int(each.aids["companion"][which]) for each in self._set.structures]
-        if not all(places):
-            return math.nan
-        each = zip(self._weights, self._banks, places, strict=True)
-        return float(sum(weight * bank.probability @ bank.x[:, place] for weight, bank, place in each))
+        return self._running.gyro_bias()
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""
@@ -518,7 +345,3 @@ class FiveStateFilter:
 
 InferredFilter = FiveStateFilter
 """The name that filters of inferred profiles had."""
-
-
-def _sizes(model):
-    return model.sizes

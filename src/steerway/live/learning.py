@@ -36,7 +36,7 @@ class RecordedLearning(LearningFilter):
             self._report(BEGINS)
 
     def _go_over(self):
-        waits = self._found is not None and not self._set.fading
+        waits = self._found is not None and not self._running.set.fading
         super()._go_over()
         if waits:
             self._report(TAKES)

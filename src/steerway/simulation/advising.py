@@ -25,7 +25,8 @@ from steerway.core.kinematics import course_per_heading, heading_for
 from steerway.core.leg import LegState
 from steerway.estimation.steering import Response
 from steerway.estimation.steering.filter import MODEL_SHARE, MODEL_TIME
-from steerway.estimation.steering.motion import ERROR_TIME, bias_density, rate_density
+from steerway.estimation.steering.motion import ERROR_TIME
+from steerway.estimation.steering.prediction import bias_density, rate_density
 from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 from steerway.sensors.gnss import GnssTable

@@ -26,8 +26,8 @@ from steerway.estimation.steering.motion import (
     TIME,
     WATER_SPEED,
     YAW_RATE,
-    predict_bank,
 )
+from steerway.estimation.steering.prediction import predict_bank
 from steerway.simulation import assembly
 from steerway.simulation.loop import Run
 from steerway.simulation.outcome import evaluated

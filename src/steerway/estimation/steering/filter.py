@@ -9,10 +9,8 @@ from collections import deque
 
 import numpy as np
 
-from steerway.core.angles import wrap
 from steerway.core.checks import positive
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
-from steerway.core.kinematics import turning_rate
 from steerway.estimation.steering.correction import (
     GOOD,
     REFUSED,
@@ -20,27 +18,17 @@ from steerway.estimation.steering.correction import (
     take_number,
     take_position,
     take_velocity,
-    velocity_of,
 )
+from steerway.estimation.steering.mixture import Mixture, estimate_of, over_ground
 from steerway.estimation.steering.motion import (
-    CURRENT_E,
-    CURRENT_N,
-    DAMPING,
-    EAST,
-    GAIN,
     HEADING,
-    NORTH,
-    SLIP,
-    SPEED_GAIN,
-    TIME,
     WATER_SPEED,
     YAW_RATE,
-    Response,
     moved_by_orders,
-    predict_bank,
-    yaw_bias,
 )
+from steerway.estimation.steering.prediction import predict_bank
 from steerway.estimation.steering.receiver import ReceiverNoise
+from steerway.estimation.steering.response import Response
 from steerway.estimation.steering.start import any_heading, departing, drifting, hypotheses, straight_line
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
@@ -51,18 +39,12 @@ then known to 6° at that speed."""
 _LOST = 3.0
 """s of refused fixes after which they are believed: the receiver's position has jumped. Chosen: longer than
 `core.statistics.UNBROKEN_REJECTION`, as the orders give the motion."""
-_IMPROBABLE = -9.0
-"""Log weight at which a hypothesis is dropped: 1.2·10⁻⁴ of the most probable one's. Chosen: its mean moves
-by less than that part of the distance."""
 _LEAST_STD, _MOST_STD, _FIRST_SLOW = 0.01, 3.0, 0.1
 """m: limits of what is learned of the receiver, and its slow error before it is learned. Chosen:
 receivers from real-time kinematics to one under trees."""
 MODEL_TIME, MODEL_SHARE = 0.05, 0.05
 """s, and share, of the usual speed: position and velocity are not known better than the model of the motion.
 Chosen after a ship's sideslip of 4°, 0.07 of the speed, was estimated as current."""
-_RATE_SHARE = 0.15
-"""Share of its course rate that a hull's slip adds or takes in and out of a turn, 1σ. Chosen on ten seeds of the
-example `otter-mission`: in turns of 5 °/s and more the error was 1.1 °/s RMS where σ was 0.3."""
 _LATELY, _WORST, _LARGEST_MISFIT = 0.1, 50.0, 9.0
 """Part of a fix in the mean NIS, the largest that counts, and the mean above which the hypotheses are made anew.
 Chosen: 9.2 is the 99 % quantile of χ² with 2 degrees of freedom for a single fix."""
@@ -119,7 +101,7 @@ class SteeringFilter:
         self._begun = -math.inf  # when the hypotheses were made
         self._orders: deque[tuple[float, float, float]] = deque([(-math.inf, math.nan, math.nan)])
         self._table = np.array(self._orders)
-        self._states = np.empty((0, 0))
+        self._mixture = Mixture(np.empty((0, 0)), np.empty((0, 0, 0)), np.empty(0))
         self._time = math.nan
         self._ahead = (math.nan, np.empty(0))
         self._sureness: tuple[float, float] | None = None
@@ -130,7 +112,7 @@ class SteeringFilter:
     @property
     def started(self) -> bool:
         """Whether the motion is known."""
-        return len(self._states) > 0
+        return len(self._mixture.states) > 0
 
     def order(self, time: float, yaw_rate: float, speed: float) -> None:
         """What is ordered from now on: yaw rate (rad/s) as the boat settles at, speed through the water (m/s).
@@ -172,13 +154,13 @@ class SteeringFilter:
             return GOOD
         interval = max(time - self._time, 0.0)
         parameters = self._at_first if time - self._taken < _SETTLING else self._parameters
-        predict_bank(self._states, self._covariances, self._table, parameters, self.slow_std**2, self._time, time)
+        predict_bank(
+            self._mixture.states, self._mixture.covariances, self._table, parameters, self.slow_std**2, self._time, time
+        )
         self._time = time
         self._drift_or_depart(time)
         kind, nis = take_position(
-            self._states,
-            self._covariances,
-            self._weights,
+            *self._mixture,
             north,
             east,
             self.position_std,
@@ -197,14 +179,14 @@ class SteeringFilter:
             return kind
         if math.isfinite(north_velocity + east_velocity) and kind != REFUSED:
             measured = north_velocity, east_velocity, self.velocity_std, self.response.pivot
-            take_velocity(self._states, self._covariances, self._weights, *measured)
+            take_velocity(*self._mixture, *measured)
         self._read(heading, _COMPASS_STD, HEADING)
         change = (yaw_rate - self._measured_rate) / max(interval, 0.1)
         self._read(yaw_rate, math.hypot(_GYRO_STD, _GYRO_LATE * change if math.isfinite(change) else 0.0), YAW_RATE)
         self._measured_rate = yaw_rate
-        fold(self._states, self._covariances, self.response.linear)
-        if len(self._weights) > 1:
-            self._prune()
+        fold(self._mixture.states, self._mixture.covariances, self.response.linear)
+        if len(self._mixture.weights) > 1:
+            self._mixture = self._mixture.pruned(0.05 * self.response.speed)
         self._forget_heading()
         self._ahead = (math.nan, self._ahead[1])
         self._sureness = None
@@ -215,7 +197,7 @@ class SteeringFilter:
         if not math.isfinite(number):
             return
         larger = max(1.0, self._larger[what])
-        nis = take_number(self._states, self._covariances, self._weights, number, math.sqrt(larger) * std, what)
+        nis = take_number(*self._mixture, number, math.sqrt(larger) * std, what)
         self._larger[what] += _LEARNED * (min(larger * nis, _WORST) - self._larger[what])
 
     def _way(self, time):
@@ -236,11 +218,11 @@ class SteeringFilter:
         way, drifted = self._way(time), self._drifts
         self._drifts = self.started and math.isfinite(way)
         if drifted and not self._drifts:
-            departing(self._covariances, self.response)
+            departing(self._mixture.covariances, self.response)
         if self._drifts:
             if not drifted:
-                take_number(self._states, self._covariances, self._weights, 0.0, way, WATER_SPEED)
-            drifting(self._states, self._covariances, way)
+                take_number(*self._mixture, 0.0, way, WATER_SPEED)
+            drifting(self._mixture.states, self._mixture.covariances, way)
 
     def _forget_heading(self):
         """Without an order and at rest in the water nothing tells the heading.
@@ -248,38 +230,38 @@ class SteeringFilter:
         The current does not change: a boat whose velocity over ground does is under way, and the hypotheses begin anew.
         """
         slow = _REST * self.response.speed
-        if math.isfinite(self._orders[-1][1]) or np.any(self._states[:, WATER_SPEED] > slow):
+        if math.isfinite(self._orders[-1][1]) or np.any(self._mixture.states[:, WATER_SPEED] > slow):
             self._drift = None
             return
         if self._is_driven(self._time):
             self._begin(self._time, 0.5 * START_TIME)
             return
-        best = int(np.argmax(self._weights))
-        x = self._states[best]
-        velocity = _over_ground(x)
+        best = self._mixture.best
+        x = self._mixture.states[best]
+        velocity = over_ground(x)
         self._drift = self._drift or velocity
         if math.dist(velocity, self._drift) > slow:
             self._begin(self._time, 0.5 * START_TIME)
-        elif self._heading_std(best) < _UNKNOWN_STD:
-            found = any_heading(x, self._covariances[best], self.response, self._way(self._time))
-            self._states, self._covariances, self._weights = found
+        elif self._mixture.heading_std() < _UNKNOWN_STD:
+            found = any_heading(x, self._mixture.covariances[best], self.response, self._way(self._time))
+            self._mixture = Mixture(*found)
 
     def at(self, time: float) -> Estimate:
         """The motion at a time, by the orders since the last fix; the heading is that through the water."""
         if not self.started:
             return NOTHING_KNOWN
-        best = int(np.argmax(self._weights))
+        best = self._mixture.best
         age, pivot = time - self._time, self.response.pivot
-        x, p = self._moved(best, time), self._covariances[best]
+        x, p = self._moved(best, time), self._mixture.covariances[best]
         if self._sureness is None:  # the same until the next fix
-            self._sureness = self._heading_std(best), self._current_std(best)
-        return _estimate(x, p, *self._sureness, age, pivot)
+            self._sureness = self._mixture.heading_std(), self._mixture.current_std()
+        return estimate_of(x, p, *self._sureness, age, pivot)
 
     def _moved(self, best, time):
         """The state at a time, from the state asked for last where that was earlier."""
         before, x = self._ahead
         if not before <= time:
-            before, x = self._time, self._states[best]
+            before, x = self._time, self._mixture.states[best]
         x = moved_by_orders(x, self._table, self._parameters, before, time)
         self._ahead = time, x
         return x
@@ -312,7 +294,7 @@ class SteeringFilter:
             return
         way = self._way(time)
         self._drifts = math.isfinite(way)
-        self._states, self._covariances, self._weights = hypotheses(*line, self.response, way, self._is_driven(time))
+        self._mixture = Mixture(*hypotheses(*line, self.response, way, self._is_driven(time)))
         self._time = self._begun = time
         self._misfit, self.refused_for, self._drift = 2.0, 0.0, None
         self._ahead = (math.nan, self._ahead[1])
@@ -325,80 +307,6 @@ class SteeringFilter:
         if not math.isnan(self._noise.slow):
             self.slow_std = min(_MOST_STD, max(_LEAST_STD, self._noise.slow))
 
-    def _prune(self):
-        """Drop what is improbable, or the same as a more probable one."""
-        top = self._weights.max()
-        kept: list[int] = []
-        for k in np.argsort(-self._weights):
-            near = any(self._alike(self._states[k], self._states[j]) for j in kept)
-            if self._weights[k] > top + _IMPROBABLE and not near:
-                kept.append(int(k))
-        self._states, self._covariances = self._states[kept], self._covariances[kept]
-        weights = self._weights[kept]
-        self._weights = weights - (weights.max() + np.log(np.sum(np.exp(weights - weights.max()))))
-
-    def _alike(self, one, other):
-        near = 0.05 * self.response.speed
-        current = math.hypot(one[CURRENT_N] - other[CURRENT_N], one[CURRENT_E] - other[CURRENT_E])
-        return current < near and abs(wrap(one[HEADING] - other[HEADING])) < 0.05
-
-    def _heading_std(self, best):
-        share = np.exp(self._weights)
-        apart = np.array([wrap(each - self._states[best, HEADING]) for each in self._states[:, HEADING]])
-        return math.sqrt(float(np.sum(share * (self._covariances[:, HEADING, HEADING] + apart**2))))
-
-    def _current_std(self, best):
-        """1σ in the direction in which the current is known least, that of all hypotheses about the best one's."""
-        share = np.exp(self._weights)
-        apart = self._states[:, CURRENT_N : CURRENT_E + 1] - self._states[best, CURRENT_N : CURRENT_E + 1]
-        within = self._covariances[:, CURRENT_N : CURRENT_E + 1, CURRENT_N : CURRENT_E + 1]
-        (nn, ne), (_, ee) = np.einsum("m,mij->ij", share, within + apart[:, :, None] * apart[:, None, :])
-        return math.sqrt(0.5 * (nn + ee) + math.hypot(0.5 * (nn - ee), ne))
-
-
-def _over_ground(x):
-    """Velocity over ground, north and east."""
-    c, s, u = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED]
-    return float(x[CURRENT_N] + u * c), float(x[CURRENT_E] + u * s)
-
 
 def _same(one, other):
     return one == other or (math.isnan(one) and math.isnan(other))
-
-
-def _estimate(x, p, heading_std, current_std, age, pivot):
-    c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
-    u, rate = x[WATER_SPEED], x[YAW_RATE]
-    north, east, along, across = velocity_of(x, p, pivot)
-    acceleration = rate * (pivot * rate * c - u * s), rate * (pivot * rate * s + u * c)
-    sog, cog = math.hypot(north, east), math.atan2(east, north)
-    course_rate = turning_rate(north, east, *acceleration) if sog > 0.0 else 0.0
-    turned = u * (north * c + east * s) / max(sog * sog, 1e-6)  # course rate of a unit of yaw rate
-    rate_std = math.hypot(turned * math.sqrt(max(p[YAW_RATE, YAW_RATE], 0.0)), _RATE_SHARE * course_rate)
-    position_std = math.sqrt(max(0.5 * (p[NORTH, NORTH] + p[EAST, EAST]), 0.0))
-    position_std += math.hypot(along, across) * max(age, 0.0)
-    return Estimate(
-        float(x[NORTH]) - pivot * c,
-        float(x[EAST]) - pivot * s,
-        sog,
-        cog,
-        course_rate,
-        along,
-        min(math.pi, across / max(sog, 1e-6)),
-        rate_std,
-        position_std,
-        wrap(float(x[HEADING])),
-        float(rate),
-        heading_std,
-        float(u),
-        float(x[CURRENT_N]),
-        float(x[CURRENT_E]),
-        yaw_bias(x),
-        float(x[SPEED_GAIN]),
-        float(x[GAIN]),
-        float(x[DAMPING]),
-        float(x[TIME]),
-        current_std,
-        position_std,
-        float(x[SLIP]),
-    )

@@ -13,7 +13,6 @@ from steerway.estimation.steering.motion import (
     CURRENT_N,
     DAMPING,
     DEVIATION,
-    DEVIATION_STD,
     EAST,
     GAIN,
     GYRO,
@@ -28,8 +27,9 @@ from steerway.estimation.steering.motion import (
     WIND_E,
     WIND_N,
     YAW_RATE,
-    Response,
 )
+from steerway.estimation.steering.prediction import DEVIATION_STD
+from steerway.estimation.steering.response import Response
 
 _DIRECTIONS = 8
 _SHARES = 0.45, 0.9

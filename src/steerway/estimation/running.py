@@ -1,0 +1,252 @@
+"""Running: weighed structures that run together, fix by fix, with their whole state in one array."""
+
+import math
+from collections.abc import Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.core.gaps import LONGEST_GAP
+from steerway.estimation.filter import five_state
+from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
+from steerway.estimation.log.copies import FEW_STEPS, HELD
+from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, average, least_course_speed
+from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
+from steerway.estimation.moments import motion_moments
+from steerway.estimation.stream_row import (
+    AZIMUTH,
+    COARSE,
+    ELAPSED,
+    FADED,
+    HEADER,
+    KNOWN,
+    LAST_SOG,
+    LATITUDE,
+    LOG_DENSITY,
+    LONGITUDE,
+    SINCE,
+    Alike,
+    doubt_slide,
+    place_of,
+    read,
+    read_plain,
+    settle,
+    true_course,
+)
+from steerway.estimation.vessel.aids import AIDS, NO_AIDS
+from steerway.estimation.vessel.flat import WeighedModel
+
+FADE = 10.0
+"""s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
+LEAST_LOG_WEIGHT = -40.0
+"""No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though. Chosen:
+e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
+
+
+class Set(NamedTuple):
+    """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
+
+    structures: tuple[Model, ...]
+    weights: tuple[float, ...]
+    fading: int
+    fading_weights: tuple[float, ...]
+    learns: bool
+
+
+def set_of(structures, learns: bool = False) -> Set:
+    """The set of weighed structures."""
+    return Set(tuple(each.model for each in structures), tuple(each.weight for each in structures), 0, (), learns)
+
+
+class Running:
+    """A `Set` and what it has made of the fixes so far.
+
+    `set`, its `banks` and `weights` (structures,) are those of now; `state` is everything in one array: a header (see
+    `stream_row`), of which banks and weights are what follows. `plain` is the model of a single structure that the
+    paper's Table 1 serves, None of others: its kernels are called with `state`, `least_speed` (m/s, below which no
+    course is stated) and `room` for the estimate, with `is_current` set to whether that is the one of now.
+
+    steerageway: of the profile, m/s. may_be_plain: whether Table 1 may serve at all, without aids and lag.
+    """
+
+    def __init__(self, running: Set, steerageway: float, may_be_plain: bool):
+        self._steerageway, self._may_be_plain = steerageway, may_be_plain
+        self._arrange(running, None)
+
+    def _arrange(self, running: Set, header: Floats | None) -> None:
+        """Make room for a set of structures."""
+        self.set = running
+        n = len(running.structures)
+        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
+        space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
+        self.state = np.zeros(HEADER + n + sum(space))
+        if header is not None:
+            self.state[:HEADER] = header
+        self.weights, memory = self.state[HEADER : HEADER + n], self.state[HEADER + n :]
+        self.weights[:] = running.weights
+        self._outs = np.full((n, FUSED + 3), np.nan)
+        self.banks: list[Bank] = []
+        self._groups = []
+        for (sizes, models), size in zip(groups, space, strict=True):
+            banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
+            outs = self._outs[len(self.banks) : len(self.banks) + len(models)]
+            plain = all(five_state.is_plain(model, NO_AIDS) for model in models) and not running.learns
+            plain = plain and self._may_be_plain
+            self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs, plain))
+            self.banks += [bank_in(bank, sizes.modes, sizes.states) for bank in banks]
+        only = self._groups[0]
+        self.plain = only.models[0] if n == 1 and only.is_plain else None
+        self.room = np.full(POSITION_STD + 1, np.nan)
+        weighed = [WeighedModel(*each) for each in zip(running.weights, running.structures, strict=True)]
+        self.least_speed = least_course_speed(weighed, self._steerageway)
+        self.is_current = False
+
+    def __getstate__(self) -> dict:
+        return {"made": (self._steerageway, self._may_be_plain), "own": self.snapshot()}
+
+    def __setstate__(self, state: dict) -> None:
+        self._steerageway, self._may_be_plain = state["made"]
+        snapshot = state["own"]
+        self._arrange(snapshot[0], None)  # views, which copies and pickles would make arrays of their own
+        self.restore(snapshot)
+
+    @property
+    def elapsed(self) -> float:
+        """s since the first row."""
+        return self.state.item(ELAPSED)
+
+    def snapshot(self) -> tuple[Set, Floats]:
+        """The whole state, for `restore`, of these structures or others."""
+        return self.set, self.state.copy()
+
+    def restore(self, snapshot: tuple[Set, Floats]) -> None:
+        """Return to the state of a `snapshot`."""
+        if snapshot[0] is not self.set:
+            self._arrange(snapshot[0], None)
+        self.state[:] = snapshot[1]
+        for each in self._groups:
+            read(each.banks, each.models, each.outs)
+        self.is_current = False
+
+    def advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
+        """Advance by dt (s) and take what is measured then: a place in the plane (m) and aids (1 or 0, a).
+
+        The place is NaN for none; excess: its variance over the usual one.
+        """
+        self.is_current = False
+        if dt > LONGEST_GAP:
+            self.state[KNOWN] = 0.0
+            for bank in self.banks:
+                bank.run["started"] = 0
+            dt = 0.0
+        if self.set.fading:
+            self._fade(dt)
+        for each in self._groups:
+            each.step(dt, first, second, excess, aids)
+        self.state[ELAPSED] += dt  # another array where the older structures have just gone
+        if self.set.learns and math.isfinite(first):
+            self._learn()
+
+    def _learn(self):
+        logs = np.log(self.weights) + self._outs[:, LOG_DENSITY]
+        logs = np.maximum(logs - logs.max(), LEAST_LOG_WEIGHT)
+        weights = np.exp(logs)
+        self.weights[:] = weights / weights.sum()
+
+    def _fade(self, dt):
+        """Let the weight go over to the newer structures."""
+        running, state = self.set, self.state
+        state[FADED] += dt
+        share = min(state[FADED] / FADE, 1.0)
+        if share == 1.0:
+            left, kept = self.banks[running.fading :], running.structures[running.fading :]
+            newer = running.weights[running.fading :]
+            self._arrange(Set(kept, newer, 0, (), False), state[:HEADER].copy())
+            self._copy_banks(left)
+            return
+        self.weights[: running.fading] = (1.0 - share) * np.array(running.fading_weights)
+        self.weights[running.fading :] = share * np.array(running.weights[running.fading :])
+
+    def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
+        """Go over to other structures without a jump; their banks know the fixes so far in the plane of these."""
+        older, old, weights = self.set, self.banks, self.weights.copy()
+        n = len(older.structures)
+        joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
+        self._arrange(joined, self.state[:HEADER].copy())
+        self._copy_banks([*old, *banks])
+        self.weights[:n], self.weights[n:] = weights, 0.0
+        self.state[FADED] = 0.0
+
+    def _copy_banks(self, banks):
+        for bank, from_ in zip(self.banks, banks, strict=True):
+            for part, other in zip(bank, from_, strict=True):
+                part[...] = other
+
+    def is_copy(self, latitude: float, longitude: float) -> bool:
+        """Whether a fix is the one before once more, though the boat has moved on by steps that fixes resolve."""
+        state = self.state
+        if latitude != state[LATITUDE] or longitude != state[LONGITUDE] or not 0.0 < state[SINCE] <= HELD:
+            return False
+        return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
+
+    def weighed(self, column: int) -> float:
+        """Mean of a column of the last row, NIS or WRONG of `stream_row`."""
+        return float(self.weights @ self._outs[:, column])
+
+    def estimate(self) -> Floats:
+        """The estimate now (9,), in the plane."""
+        if not self.is_current:
+            self._combine()
+            doubt_slide(self.state, self.room)
+            self.is_current = True
+        return self.room
+
+    def settle(self) -> Floats:
+        """As `estimate`, behind a row: notes the speed, whether it is known from now on, and whether the receiver may
+        slide in."""
+        self._combine()
+        settle(self.state, self.room)
+        self.is_current = True
+        return self.room
+
+    def _combine(self) -> None:
+        if self.plain is not None:
+            read_plain(self.state, self.plain, self.least_speed, self.room)
+        else:
+            average(self._outs, self.weights, self.least_speed, self.room)
+
+    def moments(self) -> tuple[Floats, Floats]:
+        """State and covariance as of `motion_moments`."""
+        return motion_moments(self.set.structures, self.banks, self.weights)
+
+    def position_covariance(self) -> Floats:
+        """(2, 2) covariance of the position north and east, m²."""
+        moments = np.zeros((len(self.banks), MOMENTS))
+        for bank, out in zip(self.banks, moments, strict=True):
+            place_moments(bank, out)
+        nn, ne, ee = rotated(mixed(moments, self.weights), self.state[AZIMUTH])
+        return np.array([[nn, ne], [ne, ee]])
+
+    def gyro_bias(self) -> float:
+        """Estimated bias of the yaw gyro, rad/s; NaN where a structure has no such state."""
+        which = AIDS.index("yaw_rate")
+        places = [int(each.aids["companion"][which]) for each in self.set.structures]
+        if not all(places):
+            return math.nan
+        each = zip(self.weights, self.banks, places, strict=True)
+        return float(sum(weight * bank.probability @ bank.x[:, place] for weight, bank, place in each))
+
+
+def output_of(state: Floats, estimate: Floats, is_geodetic: bool) -> list[float]:
+    """An estimate (9,) in the plane, of which `state` is the place and whether the speed is known, as a list: position
+    (rad, or m in the plane), SOG, COG, course rate and 1σ of these three and of position."""
+    place = place_of(state, estimate) if is_geodetic else (estimate.item(NORTH), estimate.item(EAST))
+    if state[KNOWN] != 1.0:
+        return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
+    return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
+
+
+def _sizes(model):
+    return model.sizes

@@ -1,0 +1,280 @@
+"""Uncertainty of the motion: the covariance of the states of `motion` from one time to another."""
+
+import math
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.core.compiled import kernel, lean_kernel
+from steerway.estimation.steering import response
+from steerway.estimation.steering.motion import (
+    BIAS,
+    CURRENT_E,
+    CURRENT_N,
+    DAMPING,
+    DEVIATION,
+    EAST,
+    ERROR_E,
+    ERROR_N,
+    ERROR_TIME,
+    GAIN,
+    GYRO,
+    HEADING,
+    HELM_TIME,
+    LEAST_SLIP,
+    NORTH,
+    SLIP,
+    SPEED_GAIN,
+    STATES,
+    SWAY,
+    TIME,
+    WATER_SPEED,
+    WIND_E,
+    WIND_N,
+    YAW_RATE,
+    along,
+    fastest_of,
+    move,
+    responding,
+    steps_of,
+)
+
+_IDENTIFIED, _TIMES = 300.0, 100.0
+"""s, and time constants of the yaw rate, in which the response may drift by their first deviations; the bias in
+ten times that. Chosen."""
+_BEHIND = 1.0
+"""s for which a vehicle's yaw rate is behind its order at a time: the integral of her own loop, which may be none or
+twice as declared, adds that much more or less. Chosen: four times as long gains nothing.
+"""
+DEVIATION_STD = math.radians(10.0)
+"""rad of a compass, 1σ. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""
+_DEVIATES = 1.0
+"""rad of heading by which a deviation is another, a factor of e. Chosen: cards have terms of one circle and of two."""
+_GYRO_WALK = math.radians(0.01)
+"""rad/s in a root of seconds by which the bias of a gyro drifts. Chosen."""
+_UNLIKE = 0.2
+"""Share of the sway that is not as modelled. Chosen."""
+
+
+@lean_kernel
+def predict(
+    x: Floats,
+    p: Floats,
+    order: float,
+    speed: float,
+    parameters: Floats,
+    wander: float,
+    dt: float,
+    f: Floats,
+    work: Floats,
+) -> None:
+    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (20,
+    20) of scratch.
+    """
+    known = math.isfinite(order)
+    left, angle_left, to_rate, to_angle, steady, slower_rate, slower_angle = responding(x, order, parameters, dt)
+    rate, water, sway = x[YAW_RATE], x[WATER_SPEED], x[SWAY]
+    abeam_n, abeam_e = -math.sin(x[HEADING]), math.cos(x[HEADING])
+    weathercock = x[WIND_E] * abeam_n - x[WIND_N] * abeam_e  # change of the wind's part with heading
+    turned = rate * angle_left + steady * to_angle
+    mean = x[HEADING] + 0.5 * turned
+    c, s = math.cos(mean), math.sin(mean)
+    asked = x[SPEED_GAIN] * speed - along(x)
+    fastest = fastest_of(x, parameters)
+    beyond = max(0.0, asked - fastest) if math.isfinite(speed) else 0.0
+    move(x, order, speed, parameters, dt)
+
+    for i in range(STATES):
+        for j in range(STATES):
+            f[i, j] = 1.0 if i == j else 0.0
+    f[ERROR_N, ERROR_N] = f[ERROR_E, ERROR_E] = math.exp(-dt / ERROR_TIME)
+    f[NORTH, CURRENT_N] = f[EAST, CURRENT_E] = dt
+    f[HEADING, YAW_RATE], f[YAW_RATE, YAW_RATE] = angle_left, left
+    if known:
+        f[HEADING, GAIN], f[YAW_RATE, GAIN] = to_angle * order, to_rate * order
+        f[HEADING, BIAS], f[YAW_RATE, BIAS] = to_angle, to_rate
+        f[HEADING, WIND_N], f[YAW_RATE, WIND_N] = to_angle * abeam_n, to_rate * abeam_n
+        f[HEADING, WIND_E], f[YAW_RATE, WIND_E] = to_angle * abeam_e, to_rate * abeam_e
+        f[HEADING, HEADING] += to_angle * weathercock
+        f[YAW_RATE, HEADING] = to_rate * weathercock
+        f[HEADING, DAMPING], f[YAW_RATE, DAMPING] = -to_angle * rate, -to_rate * rate
+        f[HEADING, TIME], f[YAW_RATE, TIME] = slower_angle, slower_rate
+        for k in range(HEADING, SPEED_GAIN):
+            f[BIAS, k] -= parameters[response.INTEGRAL] * (f[HEADING, k] - (k == HEADING))
+    _slide(x, f, water, sway, turned, c, s, dt)
+    if math.isfinite(speed):
+        kept = math.exp(-dt / parameters[response.SPEED_TIME])
+        over_ground = parameters[response.OVER_GROUND] > 0.0
+        limited = over_ground and not 0.0 < asked < fastest
+        f[WATER_SPEED, WATER_SPEED] = 1.0 if limited and asked > water > parameters[response.TOP] else kept
+        f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
+        if over_ground and not limited:
+            f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -(1.0 - kept) * c, -(1.0 - kept) * s
+            f[WATER_SPEED, HEADING] = (1.0 - kept) * (x[CURRENT_N] * s - x[CURRENT_E] * c)
+
+    _transform(f, p, work)
+    _add_noise(x, p, order, math.isfinite(speed), beyond, parameters, wander, dt)
+    _add_slip_and_instruments(x, p, turned, parameters, dt)
+
+
+@lean_kernel
+def _slide(x, f, water, sway, turned, c, s, dt):
+    """Rows of F of the sway and the position, those of the heading being complete; x after the step of dt, speeds
+    before it; c and s of the mean heading.
+    """
+    slips = max(x[SLIP], LEAST_SLIP)
+    kept = math.exp(-dt / slips)
+    outwards = slips * (1.0 - kept) * water / dt  # for a unit of turn
+    f[SWAY, SWAY], f[SWAY, WATER_SPEED] = kept, -outwards * turned / max(water, 1e-6)
+    abeam = 0.5 * (sway + x[SWAY])
+    f[NORTH, WATER_SPEED], f[EAST, WATER_SPEED] = dt * c, dt * s
+    f[NORTH, HEADING], f[EAST, HEADING] = -dt * (water * s + abeam * c), dt * (water * c - abeam * s)
+    half = 0.5 * dt * (1.0 + kept)
+    f[NORTH, SWAY], f[EAST, SWAY] = -half * s, half * c
+    for k in range(YAW_RATE, SPEED_GAIN):
+        half = 0.5 * f[HEADING, k] * dt * water
+        f[NORTH, k], f[EAST, k] = -half * s, half * c
+        f[SWAY, k] = -outwards * f[HEADING, k]
+    share = kept * dt / slips
+    f[SWAY, SLIP] = share * (sway / slips + water * turned / dt) - water * turned / dt * (1.0 - kept)
+
+
+@lean_kernel
+def _transform(f, p, work):
+    """P ← F P Fᵀ, by the rows of F that differ from those of the identity."""
+    for i in range(STATES):
+        own = _is_own(f, i)
+        for j in range(STATES):
+            total = p[i, j]
+            if not own:
+                total = 0.0
+                for k in range(STATES):
+                    total += f[i, k] * p[k, j]
+            work[i, j] = total
+    for j in range(STATES):
+        own = _is_own(f, j)
+        for i in range(j + 1):
+            total = work[i, j]
+            if not own:
+                total = 0.0
+                for k in range(STATES):
+                    total += work[i, k] * f[j, k]
+            p[i, j] = total
+            p[j, i] = total
+
+
+@lean_kernel
+def _is_own(f, i):
+    """Whether a row is that of the identity."""
+    for k in range(STATES):
+        if f[i, k] != (1.0 if k == i else 0.0):
+            return False
+    return True
+
+
+@lean_kernel
+def rate_density(known: bool, parameters: Floats) -> float:
+    """Spectral density of what moves the yaw rate beside a known order, or without one, rad²/s³."""
+    aside = (parameters[response.WANDER] if known else parameters[response.MANUAL]) * parameters[response.RATE]
+    return 2.0 * aside * aside / (max(parameters[response.TIME], 0.3) if known else HELM_TIME)
+
+
+@lean_kernel
+def _identified(parameters):
+    """s in which gain, damping and time constant may drift by their first deviations."""
+    return max(_IDENTIFIED, _TIMES * parameters[response.TIME])
+
+
+@lean_kernel
+def bias_density(parameters: Floats) -> float:
+    """Spectral density of the drift of the rate's bias and of the wind's part of it, rad²/s³."""
+    return (parameters[response.BIAS_STD] * parameters[response.RATE]) ** 2 / (10.0 * _identified(parameters))
+
+
+@lean_kernel
+def _add_noise(x, p, order, has_speed, beyond, parameters, wander, dt):
+    known = math.isfinite(order)
+    rate, time = parameters[response.RATE], parameters[response.TIME]
+    q = rate_density(known, parameters)
+    p[YAW_RATE, YAW_RATE] += q * dt
+    p[HEADING, YAW_RATE] += 0.5 * q * dt * dt
+    p[YAW_RATE, HEADING] = p[HEADING, YAW_RATE]
+    # In a turn the boat loses speed and slips sideways, which neither lasts.
+    turning, speed_time = min(1.0, abs(x[YAW_RATE]) / rate), parameters[response.SPEED_TIME]
+    unsteady = parameters[response.SPEED_NOISE] * parameters[response.SPEED] * (1.0 if has_speed else 2.0)
+    slip = parameters[response.SLIP] * x[WATER_SPEED] * turning
+    power = parameters[response.TIME_STD] * beyond  # the top speed is not as declared
+    p[HEADING, HEADING] += dt * ((0.02 * turning) ** 2 / max(time, 1.0) + q * dt * dt / 3.0)
+    p[WATER_SPEED, WATER_SPEED] += dt * 2.0 / speed_time * (unsteady * unsteady + slip * slip + power * power)
+    for k in (CURRENT_N, CURRENT_E):
+        p[k, k] += dt * parameters[response.CURRENT_NOISE]
+    identified = _identified(parameters)
+    p[SPEED_GAIN, SPEED_GAIN] += dt * parameters[response.SPEED_GAIN_STD] ** 2 / identified
+    p[GAIN, GAIN] += dt * parameters[response.GAIN_STD] ** 2 / identified
+    p[DAMPING, DAMPING] += dt * parameters[response.DAMPING_STD] ** 2 / identified
+    p[TIME, TIME] += dt * parameters[response.TIME_STD] ** 2 / identified
+    if known:
+        added = parameters[response.INTEGRAL] * (order - x[YAW_RATE])
+        p[BIAS, BIAS] += dt * _BEHIND * added * added
+    for k in (BIAS, WIND_N, WIND_E):
+        p[k, k] += dt * bias_density(parameters)
+    # A receiver that wanders in seconds wanders in minutes too: by the same density.
+    for k in (NORTH, EAST):
+        p[k, k] += wander * 2.0 * dt / ERROR_TIME
+    for k in (ERROR_N, ERROR_E):
+        p[k, k] += wander * -math.expm1(-2.0 * dt / ERROR_TIME)
+
+
+@lean_kernel
+def _add_slip_and_instruments(x, p, turned, parameters, dt):
+    """Noise of the sway and its time, of the bias of the gyro, and of the deviation in a turn of this angle."""
+    slips = x[SLIP]
+    if slips > LEAST_SLIP:
+        unlike = _UNLIKE * slips * x[WATER_SPEED] * turned / dt
+        p[SWAY, SWAY] += unlike * unlike * -math.expm1(-2.0 * dt / slips)
+    p[SLIP, SLIP] += dt * parameters[response.SLIP_STD] ** 2 / _identified(parameters)
+    p[GYRO, GYRO] += dt * _GYRO_WALK**2
+    left = math.exp(-abs(turned) / _DEVIATES)
+    x[DEVIATION] *= left
+    for k in range(STATES):
+        p[DEVIATION, k] *= left
+        p[k, DEVIATION] *= left
+    p[DEVIATION, DEVIATION] += DEVIATION_STD**2 * (1.0 - left * left)
+
+
+@kernel
+def predict_bank(
+    states: Floats,
+    covariances: Floats,
+    orders: Floats,
+    parameters: Floats,
+    wander: float,
+    start: float,
+    stop: float,
+) -> None:
+    """All states (m, 20) and covariances (m, 20, 20) from time start to stop, in place.
+
+    orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
+    """
+    f, work = np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
+    k = 0
+    now = start
+    while now < stop:
+        while k + 1 < len(orders) and orders[k + 1, 0] <= now:
+            k += 1
+        until = min(stop, orders[k + 1, 0]) if k + 1 < len(orders) else stop
+        n = steps_of(parameters, until - now)
+        for _ in range(n):
+            for m in range(len(states)):
+                predict(
+                    states[m],
+                    covariances[m],
+                    orders[k, 1],
+                    orders[k, 2],
+                    parameters,
+                    wander,
+                    (until - now) / n,
+                    f,
+                    work,
+                )
+        now = until
