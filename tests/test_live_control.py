@@ -275,7 +275,7 @@ def test_the_port_answers_who_knows_the_token_and_sends_the_state():
     assert not any("ok" in answer for answers in others for answer in answers)
 
 
-def test_silent_connections_do_not_keep_others_out():
+def test_silent_connections_to_the_port_do_not_keep_others_out():
     async def run():
         async with listening(Steered()) as port:
             silent = [await asyncio.open_connection("127.0.0.1", port) for _ in range(30)]
@@ -288,7 +288,7 @@ def test_silent_connections_do_not_keep_others_out():
     assert {"id": 1, "ok": True} in hastened.run(run())
 
 
-def test_strangers_that_come_again_and_again_do_not_keep_others_out():
+def test_strangers_that_come_to_the_port_again_and_again_do_not_keep_others_out():
     async def run():
         async with listening(Steered()) as port:
             strangers = [await asyncio.open_connection("127.0.0.1", port) for _ in range(40)]
@@ -300,7 +300,7 @@ def test_strangers_that_come_again_and_again_do_not_keep_others_out():
     assert {"id": 1, "ok": True} in hastened.run(run())
 
 
-def test_deep_json_and_a_client_that_does_not_read_end_their_connection_only(caplog):
+def test_deep_json_and_a_client_that_does_not_read_end_their_connection_to_the_port_only(caplog):
     deep = b'{"token": ' + b"[" * 4000 + b"\n"
     request = json.dumps({"id": "x" * 3000, "do": "stop"}).encode() + b"\n"
 

@@ -148,7 +148,7 @@ FAULTS = (
     _tests("an output of mode 0600 is replaced", "becomes 0644", "stays 0600", "tests/test_writing.py -k permissions"),
     _tests("a token that other users can read", "taken in silence", "named", "tests/test_live_control.py -k secret"),
     _tests("deep JSON, forged lines, idle strangers and deaf clients of the control port", "block it",
-           "end their own connection", "tests/test_live_control.py"),
+           "end their own connection", "tests/test_live_control.py -k port"),
     Fault("a current of 3.5 m/s, boat of 3 m/s", "stopped after 71 s and 226 m", "within 60 m", _strong_current),
 )  # fmt: skip
 
