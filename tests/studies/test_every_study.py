@@ -18,8 +18,8 @@ KEYS = {
     "otter-course": """verbatim_sog_rms_mps verbatim_cog_rms_deg verbatim_rate_rms_dps verbatim_overshoot_pct
         verbatim_settling_s noisy_0p1_course_rms_deg noisy_0p5_course_rms_deg""",
     "otter-path": "cross_track_rms_m_0p1 cross_track_rms_m_0p5 heading_los_offset_ratio adaptive_los_rms_m",
-    "springer-mission": """ideal_reached ideal_time_s nominal_reached nominal_heading_rms_deg circuits_ideal_all_pct
-        circuits_nominal_mean_reached weight_net_heading_rms_deg scale_state_heading_rms_deg
+    "springer-mission": """ideal_reached ideal_time_s nominal_reached nominal_heading_rms_deg
+        weight_net_heading_rms_deg scale_state_heading_rms_deg
         product_s2_reached_all_pct product_s2_heading_median_deg interval_inclusion_pct deviation_printed_ideal_m
         deviation_printed_nominal_m interval_width_1pct_deg literal_1pct_diverged_s""",
 }

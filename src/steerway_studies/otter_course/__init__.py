@@ -67,6 +67,8 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
         progress(0.85, "real logs")
     results.remarks += REMARKS
     add_logs(results)
+    if progress:
+        progress(1.0, "real logs")
     return results
 
 
