@@ -15,7 +15,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.formats import dilution
 from steerway.formats.gps_time import utc_of_week
-from steerway.formats.places import places
+from steerway.formats.places import number, places
 from steerway.formats.recording import Recording
 
 _FORMAT = re.compile(rb"^FMT,\s*\d+,\s*\d+,\s*(GPS\d?),\s*\w+,\s*([\w,]+)", re.M)
@@ -60,13 +60,6 @@ def read(data: bytes) -> Recording:
     return Recording("ArduPilot log", {n: f for n, f in sources.items() if len(f)}, counts, dict(skipped))
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return np.nan
-
-
 def _names(text: str) -> list[str]:
     """The columns that a message declares, by their names of today. Raises InputError where a needed one is missing."""
     names = [_OLDER.get(each, each) for each in text.strip().split(",")]
@@ -84,7 +77,7 @@ def _text(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, f
     columns = {kind: _names(names.decode()) for kind, names in _FORMAT.findall(data)}
     for kind, text in _DUMPED.findall(data):
         pairs = (each.split(":") for each in text.decode("ascii", "replace").split(","))
-        row = {name.strip(): _number(value) for name, value in pairs}
+        row = {name.strip(): number(value) for name, value in pairs}
         _expect_columns(row)
         yield kind.decode(), row
     for kind, text in _LINE.findall(data):
@@ -107,11 +100,11 @@ def _binary(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str,
             at = data.find(_HEAD, at + 1)
             continue
         if kind == _FMT:
-            number, length, *texts = _FMT_LAYOUT.unpack_from(data, at + 3)
+            message, length, *texts = _FMT_LAYOUT.unpack_from(data, at + 3)
             name, codes, names = (each.rstrip(b"\0").decode("ascii", "replace") for each in texts)
-            sizes[number] = max(length, 3)
+            sizes[message] = max(length, 3)
             if re.fullmatch(r"GPS\d?", name) and set(codes) <= _CODES.keys():
-                layouts[number] = (
+                layouts[message] = (
                     name,
                     codes,
                     _names(names),

@@ -5,7 +5,6 @@ What FitCSVTool of the FIT SDK makes of a file is read too: a line a message, or
 
 import csv
 import io
-import math
 from collections import Counter
 from typing import Any
 
@@ -15,7 +14,7 @@ from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.core.records import Fixes
 from steerway.formats.columns import SEMICIRCLE
-from steerway.formats.places import places
+from steerway.formats.places import number, places
 from steerway.formats.recording import Recording
 
 _TABLES = b"Type,Local Number,Message", b"record.timestamp[s]"
@@ -80,18 +79,11 @@ def _tabled(data: bytes, counts: Counter[str]) -> list[tuple[float, ...]]:
             values = {
                 name.removeprefix("record.").split("[")[0]: value for name, value in zip(head, line, strict=False)
             }
-        numbers = [_number(values.get(name)) for name in ("timestamp", *_FIELDS)]
+        numbers = [number(values.get(name)) for name in ("timestamp", *_FIELDS)]
         if np.isfinite(numbers[0]):
             counts["record"] += 1
             rows.append((numbers[0] + _EPOCH, *numbers[1:]))
     return rows
-
-
-def _number(text: str | None) -> float:
-    try:
-        return math.nan if text is None else float(text)
-    except ValueError:
-        return np.nan
 
 
 def _row(frame: Any) -> tuple[float, ...]:

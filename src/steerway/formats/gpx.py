@@ -5,23 +5,21 @@ power) reading goes on at the next track point, where a library gives up the fil
 Schemas: topografix.com/GPX/1/0 and /1/1.
 """
 
-import math
 import re
 import xml.parsers.expat
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NoReturn
 from xml.parsers.expat import XMLParserType
 
 import numpy as np
 import polars as pl
 
-from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Record
 from steerway.core.timestamps import iso, unix_times
 from steerway.formats import dilution
-from steerway.formats.places import places
+from steerway.formats.places import numbers, places
 from steerway.formats.recording import Recording
 
 _ROOT = re.compile(rb"<gpx[\s>]")
@@ -54,29 +52,17 @@ def read(data: bytes) -> Recording:
     if not points:
         return Recording("GPX", {}, counts, dict(skipped))
     latitudes, longitudes, stamps, speeds, courses, dilutions, track = zip(*points, strict=True)
-    place, time = places(_numbers(latitudes), _numbers(longitudes)), unix_times(stamps)
-    numbers = [int(name.group(1)) for name in map(_MMSI.match, track) if name]
-    mmsi = np.array(numbers) if len(numbers) == len(track) else None
-    sog, cog = _numbers(speeds), np.radians(_numbers(courses))
-    std = np.array([dilution.deviation(each) for each in _numbers(dilutions)])
+    place, time = places(numbers(latitudes), numbers(longitudes)), unix_times(stamps)
+    vessels = [int(name.group(1)) for name in map(_MMSI.match, track) if name]
+    mmsi = np.array(vessels) if len(vessels) == len(track) else None
+    sog, cog = numbers(speeds), np.radians(numbers(courses))
+    std = np.array([dilution.deviation(each) for each in numbers(dilutions)])
     fixes = Fixes(time, *place, position_std=std, sog=sog, cog=cog, mmsi=mmsi, source="GPX")
     for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
         if not good.all():
             skipped[reason] += int((~good).sum())
     fixes = fixes.rows(np.isfinite(time) & fixes.has_position).in_order()
     return Recording("GPX", {"GPX": fixes} if len(fixes) else {}, counts, dict(skipped))
-
-
-def _numbers(texts: Iterable[str | None]) -> Floats:
-    return np.array([_number(text) for text in texts])
-
-
-def _number(text: str | None) -> float:
-    try:
-        number = float(text or "nan")
-    except ValueError:
-        return math.nan
-    return number if math.isfinite(number) else math.nan
 
 
 def _points(data: bytes, skipped: Counter[str]) -> list[Point]:

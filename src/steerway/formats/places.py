@@ -1,6 +1,7 @@
-"""Latitude and longitude as files give them, to the radians of `Fixes`."""
+"""Numbers as files write them, and their latitudes and longitudes in the radians of `Fixes`."""
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,20 @@ _MARKS = "[°º'′’\"″”]"
 _NUMBER = r"([0-9]{1,2}(?:\.[0-9]*)?)"
 _DEGREES = rf"^([NSEW])?\s*(-)?([0-9]{{1,3}}(?:\.[0-9]*)?)(?:\s+{_NUMBER})?(?:\s+{_NUMBER})?\s*([NSEW])?$"
 """Degrees, minutes and seconds, the last of them with decimals, with a sign or the letter of a hemisphere."""
+
+
+def number(text: str | None) -> float:
+    """The finite number that a text is, else NaN."""
+    try:
+        found = float(text or "nan")
+    except ValueError:
+        return math.nan
+    return found if math.isfinite(found) else math.nan
+
+
+def numbers(texts: Iterable[str | None]) -> np.ndarray:
+    """`number` of each of n texts (n,)."""
+    return np.array([number(text) for text in texts], np.float64)
 
 
 def on_earth(latitude: float, longitude: float) -> tuple[float, float]:

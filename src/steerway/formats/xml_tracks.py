@@ -14,7 +14,7 @@ import numpy as np
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
-from steerway.formats.places import places
+from steerway.formats.places import numbers, places
 from steerway.formats.recording import Recording
 
 _ROOT = re.compile(rb"<(TrainingCenterDatabase|kml)[\s>]")
@@ -41,8 +41,8 @@ def read(data: bytes) -> Recording:
         return Recording(kind, {}, counts, dict(skipped))
     stamps, latitude, longitude, speed = zip(*rows, strict=True)
     time = unix_times(stamps)
-    place = places(*(_numbers(each) for each in (latitude, longitude)))
-    fixes = Fixes(time, *place, sog=_numbers(speed), source=kind)
+    place = places(*(numbers(each) for each in (latitude, longitude)))
+    fixes = Fixes(time, *place, sog=numbers(speed), source=kind)
     for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
         if not good.all():
             skipped[reason] += int((~good).sum())
@@ -97,16 +97,6 @@ class _Points:
     def _place(self, when: str, parts: Sequence[str]) -> None:
         if len(parts) >= 2:
             self.found.append((when, parts[1], parts[0], None))
-
-
-def _numbers(texts: Sequence[str | None]) -> np.ndarray:
-    numbers = np.full(len(texts), np.nan)
-    for k, text in enumerate(texts):
-        try:
-            numbers[k] = float(text or "nan")
-        except ValueError:
-            continue
-    return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
 def _refuse(*_: object) -> NoReturn:
