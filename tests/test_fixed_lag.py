@@ -68,6 +68,15 @@ def test_a_second_of_delay_is_worth_a_fifth_of_the_courses_error():
     assert second < 0.8 * now and within > 0.9
 
 
+def test_a_filter_that_begins_anew_gives_what_a_new_one_does():
+    fixes, estimator = turning(1.3, 0.4, 20.0, rate=1.0).fixes(0.2, 85), FiveStateFilter(OTTER, lag=1.0)
+    for k in range(10):
+        estimator.row(7.0, fixes.latitude[k], fixes.longitude[k])
+    estimator.reset()
+    for again, new in zip(delayed(estimator, fixes), delayed(FiveStateFilter(OTTER, lag=1.0), fixes), strict=True):
+        np.testing.assert_array_equal(again, new)
+
+
 def test_fixes_that_are_taken_back_are_not_smoothed_by():
     fixes = turning(1.3, 0.4, 30.0).fixes(0.2, 84)
     (straight_on, again), outputs = (FiveStateFilter(OTTER, lag=1.0) for _ in range(2)), []

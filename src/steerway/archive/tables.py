@@ -1,4 +1,4 @@
-"""What a unit writes: its tables, and the numbers that the page adds up; and the trips that go on at the end."""
+"""The tables and counts that a unit writes, and the trips that go on after its last report."""
 
 import math
 from typing import TYPE_CHECKING, Any

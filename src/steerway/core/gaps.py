@@ -1,4 +1,4 @@
-"""What a gap in a record is: one definition for summaries, episodes, surveys of logs and archives."""
+"""The definition of a gap in a record. Summaries, episodes, surveys of logs and archives use this one."""
 
 import math
 
@@ -14,11 +14,11 @@ GAP_INTERVALS = 3.0
 
 
 def shortest_gap(intervals: Floats, reports: bool) -> float:
-    """s from which on an interval between fixes is a gap: three times the median of those above 0.
+    """The shortest interval (s) between fixes that is a gap: three times the median of the intervals above 0.
 
-    Of AIS reports it is `LONGEST_GAP`: they come every 2 s to 6 min as the vessel moves, so that no interval is usual.
+    AIS reports have no usual interval, because vessels report every 2 s to 6 min as they move: `LONGEST_GAP`.
     """
-    known = intervals[intervals > 0.0]
     if reports:
         return LONGEST_GAP
+    known = intervals[intervals > 0.0]
     return GAP_INTERVALS * float(np.median(known)) if len(known) else math.inf

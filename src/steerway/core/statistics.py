@@ -22,7 +22,8 @@ NORMAL_95 = 1.959963984540054
 _ANGLES = sorted([10.0**-k for k in range(2, 10)] + [10.0**-k / 60.0 for k in range(8)], reverse=True)
 """Last decimals of a written angle in degrees, of degrees or of minutes."""
 _LEFT, _SHARE = 2e-3, 0.98
-"""What is left of a decimal's rounding after degrees, minutes and radians, and the share of values that have it."""
+"""Steps of the last decimal by which a value may be off after conversions between degrees, minutes and radians; and the
+share of values that have to be within that."""
 
 
 def share_within(errors: ArrayLike, std: ArrayLike) -> float:

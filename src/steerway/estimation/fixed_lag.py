@@ -1,4 +1,4 @@
-"""Fixed-lag smoothing of a stream: the estimate of a fix from all fixes of the seconds behind it too.
+"""Fixed-lag smoothing of a stream: the estimate at a fix also uses the fixes of the seconds after it.
 
 A structure of one mode is smoothed by Rauch, Tung and Striebel's recursion from the latest row back. With several modes
 the state at the fix meets a filter that comes backwards from the latest one, as in a whole record (`filter.smoother`).
@@ -53,7 +53,7 @@ class Lagged(NamedTuple):
 
 
 class FixedLag:
-    """Rows of the last `lag` s; `due` gives those that are older, each with what is known by now."""
+    """The rows of the last `lag` s. `due` returns those that are older, each smoothed by all rows after it."""
 
     def __init__(self, lag: float):
         self.lag = lag
@@ -80,7 +80,7 @@ class FixedLag:
             self._rows.pop()
 
     def due(self, elapsed: float, steerageway: float) -> list[Lagged]:
-        """What is `lag` s old by now, oldest first; all that is left for an infinite time."""
+        """The smoothed rows that are `lag` s old or older by now, oldest first; all rows for an infinite time."""
         while self._rows and self._rows[0].time <= elapsed - self.lag + _SLACK:
             self._smooth_first()
         found, self._ready = self._ready, []

@@ -108,9 +108,7 @@ class FiveStateFilter:
 
     def reset(self) -> None:
         """Return to the state before the first fix."""
-        self._begin(self._running.set)
-        if self._waiting is not None:
-            self._waiting.drop_after(-math.inf)
+        self.wait(0.0 if self._waiting is None else self._waiting.lag)
 
     def snapshot(self) -> tuple[Set, Floats]:
         """The whole state, for `restore`, of this filter or another."""
@@ -251,7 +249,7 @@ class FiveStateFilter:
     def wait(self, lag: float) -> None:
         """Begin anew, with another `lag` (s)."""
         self._waiting = FixedLag(lag) if not_negative("lag", lag) > 0.0 else None
-        self.reset()
+        self._begin(self._running.set)
 
     def lagged(self, rest: bool = False) -> list[tuple[float, list[float]]]:
         """(age in s, `output`) of the fixes that have become `lag` s old since it was last asked, oldest first.

@@ -200,9 +200,9 @@ BOAT_IN_CURRENT = BOAT.but(
     yaw_wander=math.radians(0.055),
 )
 """The yaw response fits the first acceleration and the rates that rudders of 5° to 20° reach, in a minute, before the
-turn has cost her speed. A rudder of 15° holds the turn rate, which is 0.9 of the largest that any rudder holds.
+turn has slowed the ship. A rudder of 15° holds the turn rate, which is 0.9 of the largest that any rudder holds.
 What the response lacks is chosen as a tenth of that: with a fiftieth the first turn of one run in ten of `steerway
-study at-sea` showed a current that is not there, and the ship was up to two lengths off her leg."""
+study at-sea` showed a current that is not there, and the ship was up to two lengths off its leg."""
 
 
 class MarinerTable(VesselTable):

@@ -141,10 +141,10 @@ def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple
 
 
 def with_resolved_surge(fit: Fit, rows, shortest) -> Fit:
-    """A fit without the surge of its waves where the record does not tell it from noise, which some period always has.
+    """The fit, without the surge of its waves if the record does not show one.
 
-    What is evidence for the yaw of waves is none for their surge: a slalom may be yawed by a wave of its period, and
-    its smoothed speed would follow noise.
+    Waves may be found by their yaw alone: a slalom looks like the yaw of a wave with its period. Noise then passes for
+    the surge of that wave, because noise has a part at every period, and the smoothed speed follows it.
     """
     if "wave_surge" not in fit.values:
         return fit

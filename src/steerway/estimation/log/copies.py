@@ -6,10 +6,12 @@ import numpy as np
 def without_copies(time, north, east, digits=(0.0, 0.0)):
     """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
 
-    Positions that are written in coarse steps repeat themselves as well, of a vessel that hardly moves; such a repeat
-    is followed by a step or two, a copy by all the way since. A vessel that went at `REST_SPEED` or less since the
-    first of the repeats was at rest, however far the next step. Of a vessel that is so fast that rounding alone cannot
-    repeat a fix, every repeat is a copy (digits: last ones north and east, m, 0 where fixes are not rounded).
+    Coarse positions of a vessel that hardly moves repeat themselves too. After such a repeat the position moves by a
+    step or two; after a copy it moves by the whole way since. A vessel that made `REST_SPEED` or less since the first
+    repeat was at rest, whatever the next step is. If a vessel is too fast for rounding to repeat a fix, each repeat is
+    a copy.
+
+    digits: steps of the last digit north and east, m; 0 for positions that are not rounded.
     """
     north, east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
     known = np.flatnonzero(np.isfinite(north) & np.isfinite(east))
@@ -55,8 +57,8 @@ def _under_way(north, east, digits):
 _STEPS_BESIDE = 2, 3, 4
 """Steps beside a repeat over which a vessel has to be under way. Chosen: in longer ones it may stop and go."""
 REST, REST_SPEED = 10.0, 0.3
-"""s and m/s: a vessel that was so long before and will be so long after no farther off than this speed takes her is at
-rest. Chosen: the speed is `course.STEERAGEWAY`."""
+"""s and m/s: a vessel is at rest that, so long before and so long after, is no farther off than this speed carries it.
+Chosen: the speed is `course.STEERAGEWAY`."""
 HELD = 1.0
 """s for which a fix may be a copy of the one before as long as no other follows: loggers stutter for less, and a boat
 that is longer at one place has stopped. Chosen."""

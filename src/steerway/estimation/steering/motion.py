@@ -57,12 +57,12 @@ ERROR_TIME = 5.0
 """s, time constant of the receiver's slow error: two receivers of one boat drift apart by 0.05 m in 1 s
 and 0.25 m in 10 s. Chosen between the two."""
 LEAST_SLIP = 1e-3
-"""s, time constant of the sway below which there is none."""
+"""s: with a shorter time constant the boat has no sway."""
 
 
 @lean_kernel
 def yaw_bias(x: Floats) -> float:
-    """The yaw rate (rad/s) that a boat settles at without an order: her own and the wind's, at unit damping."""
+    """The yaw rate (rad/s) that a boat settles at without an order: its own and the wind's, at unit damping."""
     return x[BIAS] + x[WIND_E] * math.cos(x[HEADING]) - x[WIND_N] * math.sin(x[HEADING])
 
 
@@ -140,6 +140,14 @@ def steps_of(parameters: Floats, dt: float) -> int:
     return max(1, math.ceil(dt / longest - 1e-9))
 
 
+@lean_kernel
+def in_force(orders: Floats, k: int, now: float, stop: float) -> tuple[int, float]:
+    """The order in force now, of `orders` as of `predict_bank` and from the k-th on, and the time until which it is."""
+    while k + 1 < len(orders) and orders[k + 1, 0] <= now:
+        k += 1
+    return k, min(stop, orders[k + 1, 0]) if k + 1 < len(orders) else stop
+
+
 @kernel
 def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
     """One state (20,) from time start to stop under orders as of `predict_bank`."""
@@ -147,9 +155,7 @@ def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float,
     k = 0
     now = start
     while now < stop:
-        while k + 1 < len(orders) and orders[k + 1, 0] <= now:
-            k += 1
-        until = min(stop, orders[k + 1, 0]) if k + 1 < len(orders) else stop
+        k, until = in_force(orders, k, now, stop)
         n = steps_of(parameters, until - now)
         for _ in range(n):
             move(after, orders[k, 1], orders[k, 2], parameters, (until - now) / n)

@@ -34,6 +34,7 @@ from steerway.estimation.steering.motion import (
     YAW_RATE,
     along,
     fastest_of,
+    in_force,
     move,
     responding,
     steps_of,
@@ -43,9 +44,8 @@ _IDENTIFIED, _TIMES = 300.0, 100.0
 """s, and time constants of the yaw rate, in which the response may drift by their first deviations; the bias in
 ten times that. Chosen."""
 _BEHIND = 1.0
-"""s for which a vehicle's yaw rate is behind its order at a time: the integral of her own loop, which may be none or
-twice as declared, adds that much more or less. Chosen: four times as long gains nothing.
-"""
+"""s by which a vehicle's yaw rate lags its order. The integral of its own yaw-rate loop may be absent or twice as large
+as declared; what it adds in this time is uncertain. Chosen: four times as long gains nothing."""
 DEVIATION_STD = math.radians(10.0)
 """rad of a compass, 1σ. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""
 _DEVIATES = 1.0
@@ -260,9 +260,7 @@ def predict_bank(
     k = 0
     now = start
     while now < stop:
-        while k + 1 < len(orders) and orders[k + 1, 0] <= now:
-            k += 1
-        until = min(stop, orders[k + 1, 0]) if k + 1 < len(orders) else stop
+        k, until = in_force(orders, k, now, stop)
         n = steps_of(parameters, until - now)
         for _ in range(n):
             for m in range(len(states)):

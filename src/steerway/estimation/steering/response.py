@@ -1,10 +1,10 @@
-"""What a boat makes of its orders: the declared response, and its numbers in the order in which kernels have them."""
+"""The declared response of a boat to orders, and the places of its numbers in the array that kernels take."""
 
 from typing import NamedTuple
 
 
 class Response(NamedTuple):
-    """What a boat makes of its orders, and how well that is known; SI, rad. Deviations are 1σ.
+    """The response of a boat to orders, and how uncertain it is; SI, rad. Deviations are 1σ.
 
     time T (s), linear d_0, munk m (s²/m²) and quadratic n (s/rad) of the yaw rate; rate: the largest that is ordered;
     speed: usual through the water, top_speed the largest; speed_time: its time constant, s; wander: of the yaw rate

@@ -41,7 +41,7 @@ Chosen: the deviations are as of `course.steerageway.COURSE_GAINED`."""
 _REST_STD, _CURRENT_STD = 0.05, 0.1
 """1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
 speed. Chosen: where 0, 0.1 or 0.2 m/s of a drift of 1 m/s was wind, a boat of 2 m/s finds the current to 0.12, 0.12 and
-0.13 m/s RMS 5 s after she departs, all within 2σ; with half of it to 0.10, 0.11 and 0.14, 92 %.
+0.13 m/s RMS 5 s after it departs, all within 2σ; with half of it to 0.10, 0.11 and 0.14, 92 %.
 """
 _GYRO_STD = math.radians(0.3)
 """rad/s of the bias of a gyro. Chosen: vehicles calibrate theirs at the start."""
