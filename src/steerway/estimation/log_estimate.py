@@ -74,11 +74,6 @@ class LogEstimator:
             if AUTO in aid:
                 self.aid = tuple(dict.fromkeys((*self.aid, *velocity_parts(self.profile))))
 
-    @property
-    def is_inferred(self) -> bool:
-        """Whether the profile is one of structures, from this log or another."""
-        return isinstance(self.profile, InferredProfile)
-
     def motion(self, fixes: Fixes, rate: float | None = None, smooth: bool = False) -> Motion:
         """The estimate of the log or a part of it. Raises InputError for an impossible rate."""
         return motion_of(fixes, self.profile, self.aid, rate, smooth)
