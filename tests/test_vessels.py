@@ -430,7 +430,7 @@ def test_three_degrees_of_freedom_straight_ahead_are_the_surge_boat_and_unstable
     [
         (lambda: Otter(payload_mass=46.0), "payload_mass is 46.0"),
         (lambda: Otter(edition="2030"), "edition is '2030'"),
-        (lambda: Nomoto(1.0, 0.0, 1.0), "time_constant is 0.0"),
+        (lambda: Nomoto(1.0, 0.0, 1.0), "time_constant is 0, expected a number above 0"),
         (lambda: CyberShip2("printed"), r"cybership2\.identification is 'printed'"),
         (lambda: Propeller(advance=(0.0, 0.0), coefficient=(0.3, 0.1)), "expected rising ratios"),
     ],

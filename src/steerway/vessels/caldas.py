@@ -8,7 +8,6 @@ State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground al
 """
 
 import math
-from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -18,7 +17,7 @@ from steerway.control.boats import Boat
 from steerway.core.actuator_lag import follow
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
-from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.core.settings import Positive
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.surge import (
@@ -36,9 +35,11 @@ from steerway.vessels.vessel import (
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
-    Actuated,
     Actuator,
+    CompiledVessel,
     check_shapes,
+    moving,
+    runge_kutta,
 )
 
 MASS = (CALDAS_MASS, 29277.3, 331146.3)
@@ -53,49 +54,23 @@ _D1, _D2, _D3 = LINEAR_DRAG
 _B1, _B2, _B3 = QUADRATIC_DRAG
 
 
-class Caldas(Actuated):
-    """The 15 m USV for the loop. Command: shaft speed (rev/s) and yaw moment (N·m). State (7,): see the module."""
-
-    def __init__(self, propeller: Propeller | None = None, shaft: Actuator = SHAFT, moment_limit: float = math.inf):
-        self.actuators = (shaft, Actuator("yaw moment", -moment_limit, moment_limit))
-        self._machine = np.array([shaft.low, shaft.high, shaft.rate, shaft.lag, moment_limit])
-        self._curve = (propeller or Propeller()).curve()
-
-    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
-        return np.array([north, east, heading, speed, 0.0, 0.0, 0.0], dtype=np.float64)
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 7, conditions)
-        shaft, moment = command
-        return _step(state, shaft, moment, self._machine, self._curve, conditions, step)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 7, conditions)
-        return _motion(state, self._curve, conditions)
-
-    def rates(self, state: Floats, moment: float, conditions: Floats) -> np.ndarray:
-        """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
-        state = np.asarray(state, dtype=np.float64)
-        check_shapes(state, 7, conditions)
-        return _rates(state, state[6], moment, self._curve, conditions)
-
-
 @kernel
-def _rates(state: Floats, shaft: float, moment: float, curve: Floats, conditions: Floats) -> Floats:
+def _rates(state: Floats, shaft_rate: float, moment: float, curve: Floats, conditions: Floats) -> Floats:
     heading, u, v, r = state[2], state[3], state[4], state[5]
     stream, set_across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
     force, side = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
     a, b = u - stream, v - set_across
-    out = np.zeros(7)
+    out = np.empty(7)
     out[0], out[1] = over_ground(u, v, heading)
     out[2] = r
-    ahead = thrust(a, shaft, curve) + force + _M2 * b * r - (_D1 + _B1 * abs(a)) * a
+    ahead = thrust(a, state[6], curve) + force + _M2 * b * r - (_D1 + _B1 * abs(a)) * a
     abeam = side - _M1 * a * r - (_D2 + _B2 * abs(b)) * b
     turn = moment + conditions[MOMENT] + (_M1 - _M2) * a * b - (_D3 + _B3 * abs(r)) * r
     # A current that is steady over ground turns in the axes of a hull that turns.
     out[3] = ahead / _M1 + r * set_across
     out[4] = abeam / _M2 - r * stream
     out[5] = turn / _M3
+    out[6] = shaft_rate
     return out
 
 
@@ -103,43 +78,39 @@ def _rates(state: Floats, shaft: float, moment: float, curve: Floats, conditions
 def _step(
     state: Floats, command: float, moment: float, machine: Floats, curve: Floats, conditions: Floats, step: float
 ) -> Floats:
-    before = state[6]
-    after = follow(before, command, machine[0], machine[1], machine[2], machine[3], step)
+    after = follow(state[6], command, machine[0], machine[1], machine[2], machine[3], step)
     if machine[3] == 0.0 and machine[2] == math.inf:
-        before = after
-    middle = 0.5 * (before + after)
+        state = state.copy()
+        state[6] = after
     moment = min(max(moment, -machine[4]), machine[4])
-    k1 = _rates(state, before, moment, curve, conditions)
-    k2 = _rates(state + 0.5 * step * k1, middle, moment, curve, conditions)
-    k3 = _rates(state + 0.5 * step * k2, middle, moment, curve, conditions)
-    k4 = _rates(state + step * k3, after, moment, curve, conditions)
-    out = state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    out = runge_kutta(_rates, state, step, ((after - state[6]) / step, moment, curve, conditions))
     out[6] = after
     return out
 
 
 @kernel
-def _motion(state: Floats, curve: Floats, conditions: Floats) -> GroundMotion:
-    rates = _rates(state, state[6], 0.0, curve, conditions)
-    before = _rates(state - SHORTLY * rates, state[6], 0.0, curve, conditions)
-    after = _rates(state + SHORTLY * rates, state[6], 0.0, curve, conditions)
-    acceleration = (after - before) / (2.0 * SHORTLY)
-    heading = state[2]
-    stream, set_across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
-    return GroundMotion(
-        state[0],
-        state[1],
-        heading,
-        rates[0],
-        rates[1],
-        rates[2],
-        turning_rate(rates[0], rates[1], acceleration[0], acceleration[1]),
-        state[3] - stream,
-        state[4] - set_across,
-        0.0,
-        0.0,
-        state[6],
-    )
+def _motion(state: Floats, _: Floats, curve: Floats, conditions: Floats) -> GroundMotion:
+    stream, set_across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], state[2])
+    through_water = state[3] - stream, state[4] - set_across
+    return moving(_rates, state, (0.0, 0.0, curve, conditions), 0, 2, through_water, (0.0, 0.0), state[6])
+
+
+class Caldas(CompiledVessel):
+    """The 15 m USV for the loop. Command: shaft speed (rev/s) and yaw moment (N·m). State (7,): see the module."""
+
+    size = 7
+    kernels = _step, _motion
+
+    def __init__(self, propeller: Propeller | None = None, shaft: Actuator = SHAFT, moment_limit: float = math.inf):
+        self.actuators = (shaft, Actuator("yaw moment", -moment_limit, moment_limit))
+        machine = np.array([shaft.low, shaft.high, shaft.rate, shaft.lag, moment_limit])
+        self._constants = machine, (propeller or Propeller()).curve()
+
+    def rates(self, state: Floats, moment: float, conditions: Floats) -> np.ndarray:
+        """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
+        state = np.asarray(state, dtype=np.float64)
+        check_shapes(state, 7, conditions)
+        return _rates(state, 0.0, moment, self._constants[1], conditions)
 
 
 _YAW_BANDWIDTH = 2.0

@@ -8,7 +8,6 @@ ship in a marine control laboratory, Automatica 41(2).
 State N E ψ u v r: position in m, heading in rad, surge and sway through the water in m/s, yaw rate in rad/s.
 """
 
-from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -19,7 +18,7 @@ from steerway.control.thrusters import Thrusters
 from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
-from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.low_speed import low_speed_boat
 from steerway.vessels.vessel import (
     CURRENT_EAST,
@@ -27,12 +26,13 @@ from steerway.vessels.vessel import (
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
-    Actuated,
     Actuator,
+    CompiledVessel,
     Positioned,
     VesselTable,
-    check_shapes,
     checked_method,
+    moving,
+    stepped,
 )
 
 LENGTH = 1.255
@@ -68,32 +68,6 @@ def derivatives(
     """
     weather = np.zeros(5) if conditions is None else np.asarray(conditions, dtype=np.float64)
     return _rates(np.asarray(state, float), np.asarray(force, float), identification == "nonlinear", weather)
-
-
-class CyberShip2(Actuated):
-    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
-
-    `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current
-    carries along. Raises InputError for another identification and an unknown method.
-    """
-
-    actuators = THRUST
-
-    def __init__(self, identification: str = "linear", method: str = "rk4"):
-        self._nonlinear = one_of("cybership2.identification", identification, IDENTIFICATIONS) == "nonlinear"
-        self._runge_kutta = checked_method(method)
-
-    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
-        return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 6, conditions)
-        surge, sway, yaw = command
-        return _step(state, surge, sway, yaw, self._nonlinear, conditions, step, self._runge_kutta)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 6, conditions)
-        return _motion(state, self._nonlinear, conditions)
 
 
 @kernel
@@ -143,26 +117,28 @@ def _step(
     by_runge_kutta: bool,
 ) -> Floats:
     force = np.minimum(np.maximum(np.array([surge, sway, yaw]), -_LIMITS), _LIMITS)
-    k1 = _rates(state, force, nonlinear, conditions)
-    if not by_runge_kutta:
-        return state + step * k1
-    k2 = _rates(state + 0.5 * step * k1, force, nonlinear, conditions)
-    k3 = _rates(state + 0.5 * step * k2, force, nonlinear, conditions)
-    k4 = _rates(state + step * k3, force, nonlinear, conditions)
-    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return stepped(_rates, state, step, (force, nonlinear, conditions), by_runge_kutta)
 
 
 @kernel
 def _motion(state: Floats, nonlinear: bool, conditions: Floats) -> GroundMotion:
-    still = np.zeros(3)
-    rates = _rates(state, still, nonlinear, conditions)
-    before = _rates(state - SHORTLY * rates, still, nonlinear, conditions)
-    after = _rates(state + SHORTLY * rates, still, nonlinear, conditions)
-    acceleration = (after - before) / (2.0 * SHORTLY)
-    course_rate = turning_rate(rates[0], rates[1], acceleration[0], acceleration[1])
-    return GroundMotion(
-        state[0], state[1], state[2], rates[0], rates[1], state[5], course_rate, state[3], state[4], 0.0, 0.0
-    )
+    return moving(_rates, state, (np.zeros(3), nonlinear, conditions), 0, 2, (state[3], state[4]))
+
+
+class CyberShip2(CompiledVessel):
+    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
+
+    `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current
+    carries along. Raises InputError for another identification and an unknown method.
+    """
+
+    actuators = THRUST
+    size = 6
+    kernels = _step, _motion
+
+    def __init__(self, identification: str = "linear", method: str = "rk4"):
+        self._constants = (one_of("cybership2.identification", identification, IDENTIFICATIONS) == "nonlinear",)
+        self._options = (checked_method(method),)
 
 
 class CyberShip2Table(VesselTable):

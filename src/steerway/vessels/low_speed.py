@@ -18,7 +18,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.core.settings import NotNegative, Number, Positive, Table, Triple
 from steerway.vessels.vessel import (
     CURRENT_EAST,
@@ -26,44 +26,15 @@ from steerway.vessels.vessel import (
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
-    Actuated,
     Actuator,
+    CompiledVessel,
     Positioned,
     VesselTable,
     check_shapes,
     checked_method,
+    moving,
+    stepped,
 )
-
-
-class LowSpeedVessel(Actuated):
-    """The vessel for the loop. Command: a thrust (N) for each thruster.
-
-    Raises InputError for matrices that are not (3, 3) or that no body has: M and D + Dᵀ have to be positive definite.
-    """
-
-    def __init__(self, inertia: ArrayLike, damping: ArrayLike, thrusters: Thrusters, method: str = "rk4"):
-        inertia, damping = array_of("inertia", inertia, (3, 3)), array_of("damping", damping, (3, 3))
-        for name, matrix in (("inertia", inertia), ("damping", damping)):
-            if not np.linalg.eigvalsh(matrix + matrix.T).min() > 0.0:
-                raise InputError(f"vessel.{name} is {matrix.tolist()}, expected a positive definite matrix")
-        ends = zip(thrusters.low.tolist(), thrusters.high.tolist(), strict=True)
-        self.actuators = tuple(Actuator(f"thruster {k}", low, high) for k, (low, high) in enumerate(ends, 1))
-        self._thrusters = thrusters
-        self._inverse, self._damping = np.ascontiguousarray(np.linalg.inv(inertia)), np.ascontiguousarray(damping)
-        self._runge_kutta = checked_method(method)
-
-    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
-        return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 6, conditions)
-        limits = self._thrusters
-        force = limits.matrix @ np.clip(np.asarray(command, dtype=np.float64), limits.low, limits.high)
-        return _step(state, force, self._inverse, self._damping, conditions, step, self._runge_kutta)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 6, conditions)
-        return _motion(state, self._inverse, self._damping, conditions)
 
 
 @kernel
@@ -93,26 +64,39 @@ def _step(
     step: float,
     by_runge_kutta: bool,
 ) -> Floats:
-    k1 = _rates(state, force, inverse, damping, conditions)
-    if not by_runge_kutta:
-        return state + step * k1
-    k2 = _rates(state + 0.5 * step * k1, force, inverse, damping, conditions)
-    k3 = _rates(state + 0.5 * step * k2, force, inverse, damping, conditions)
-    k4 = _rates(state + step * k3, force, inverse, damping, conditions)
-    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return stepped(_rates, state, step, (force, inverse, damping, conditions), by_runge_kutta)
 
 
 @kernel
 def _motion(state: Floats, inverse: Floats, damping: Floats, conditions: Floats) -> GroundMotion:
-    still = np.zeros(3)
-    rates = _rates(state, still, inverse, damping, conditions)
-    before = _rates(state - SHORTLY * rates, still, inverse, damping, conditions)
-    after = _rates(state + SHORTLY * rates, still, inverse, damping, conditions)
-    acceleration = (after - before) / (2.0 * SHORTLY)
-    course_rate = turning_rate(rates[0], rates[1], acceleration[0], acceleration[1])
-    return GroundMotion(
-        state[0], state[1], state[2], rates[0], rates[1], state[5], course_rate, state[3], state[4], 0.0, 0.0
-    )
+    return moving(_rates, state, (np.zeros(3), inverse, damping, conditions), 0, 2, (state[3], state[4]))
+
+
+class LowSpeedVessel(CompiledVessel):
+    """The vessel for the loop. Command: a thrust (N) for each thruster.
+
+    Raises InputError for matrices that are not (3, 3) or that no body has: M and D + Dᵀ have to be positive definite.
+    """
+
+    size = 6
+    kernels = _step, _motion
+
+    def __init__(self, inertia: ArrayLike, damping: ArrayLike, thrusters: Thrusters, method: str = "rk4"):
+        inertia, damping = array_of("inertia", inertia, (3, 3)), array_of("damping", damping, (3, 3))
+        for name, matrix in (("inertia", inertia), ("damping", damping)):
+            if not np.linalg.eigvalsh(matrix + matrix.T).min() > 0.0:
+                raise InputError(f"vessel.{name} is {matrix.tolist()}, expected a positive definite matrix")
+        ends = zip(thrusters.low.tolist(), thrusters.high.tolist(), strict=True)
+        self.actuators = tuple(Actuator(f"thruster {k}", low, high) for k, (low, high) in enumerate(ends, 1))
+        self._thrusters = thrusters
+        self._constants = np.ascontiguousarray(np.linalg.inv(inertia)), np.ascontiguousarray(damping)
+        self._options = (checked_method(method),)
+
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 6, conditions)
+        limits = self._thrusters
+        force = limits.matrix @ np.clip(np.asarray(command, dtype=np.float64), limits.low, limits.high)
+        return self.kernels[0](state, force, *self._constants, conditions, step, *self._options)
 
 
 _FASTEST = 0.35

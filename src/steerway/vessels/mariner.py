@@ -10,7 +10,6 @@ amidships the ship turns slowly, as single-screw ships do.
 """
 
 import math
-from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -20,9 +19,9 @@ from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
 from steerway.control.in_current import YawResponse
 from steerway.core.arrays import Floats
+from steerway.core.checks import positive
 from steerway.core.compiled import kernel
-from steerway.core.errors import InputError
-from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, over_ground
 from steerway.core.settings import Positive
 from steerway.vessels.vessel import (
     CURRENT_EAST,
@@ -30,11 +29,12 @@ from steerway.vessels.vessel import (
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
-    Actuated,
     Actuator,
+    CompiledVessel,
     VesselTable,
-    check_shapes,
     checked_method,
+    moving,
+    stepped,
 )
 
 LENGTH = 160.93
@@ -109,7 +109,19 @@ def _rates(state: Floats, rudder: float, cruise_speed: float, conditions: Floats
     return out
 
 
-class Mariner(Actuated):
+@kernel
+def _step(
+    state: Floats, rudder: float, cruise_speed: float, conditions: Floats, step: float, by_runge_kutta: bool
+) -> Floats:
+    return stepped(_rates, state, step, (rudder, cruise_speed, conditions), by_runge_kutta)
+
+
+@kernel
+def _motion(state: Floats, cruise_speed: float, conditions: Floats) -> GroundMotion:
+    return moving(_rates, state, (0.0, cruise_speed, conditions), 3, 5, (cruise_speed + state[0], state[1]))
+
+
+class Mariner(CompiledVessel):
     """A Mariner-class ship for the loop. Command: the rudder, rad. State (7,): see `derivatives`.
 
     The velocities are those through the water, which a current carries along. Raises InputError for a cruise speed that
@@ -117,63 +129,19 @@ class Mariner(Actuated):
     """
 
     actuators = (RUDDER,)
+    size = 7
+    kernels = _step, _motion
 
     def __init__(self, cruise_speed: float = CRUISE_SPEED, method: str = "rk4"):
-        if not 0.0 < cruise_speed < math.inf:
-            raise InputError(f"mariner.cruise_speed is {cruise_speed} m/s, expected more than 0")
-        self.cruise_speed = float(cruise_speed)
-        self._runge_kutta = checked_method(method)
+        self.cruise_speed = positive("mariner.cruise_speed", cruise_speed)
+        self._constants, self._options = (self.cruise_speed,), (checked_method(method),)
 
     def start(
         self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
     ) -> np.ndarray:
-        state = np.zeros(7)
-        state[0] = 0.0 if speed is None else speed - self.cruise_speed
-        state[3], state[4], state[5] = north, east, heading
-        return state
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 7, conditions)
-        (rudder,) = command
-        return _step(state, rudder, self.cruise_speed, conditions, step, self._runge_kutta)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 7, conditions)
-        return _motion(state, self.cruise_speed, conditions)
-
-
-@kernel
-def _step(
-    state: Floats, rudder: float, cruise_speed: float, conditions: Floats, step: float, by_runge_kutta: bool
-) -> Floats:
-    k1 = _rates(state, rudder, cruise_speed, conditions)
-    if not by_runge_kutta:
-        return state + step * k1
-    k2 = _rates(state + 0.5 * step * k1, rudder, cruise_speed, conditions)
-    k3 = _rates(state + 0.5 * step * k2, rudder, cruise_speed, conditions)
-    k4 = _rates(state + step * k3, rudder, cruise_speed, conditions)
-    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-
-
-@kernel
-def _motion(state: Floats, cruise_speed: float, conditions: Floats) -> GroundMotion:
-    rates = _rates(state, 0.0, cruise_speed, conditions)
-    before = _rates(state - SHORTLY * rates, 0.0, cruise_speed, conditions)
-    after = _rates(state + SHORTLY * rates, 0.0, cruise_speed, conditions)
-    acceleration = (after - before) / (2.0 * SHORTLY)
-    return GroundMotion(
-        state[3],
-        state[4],
-        state[5],
-        rates[3],
-        rates[4],
-        rates[5],
-        turning_rate(rates[3], rates[4], acceleration[3], acceleration[4]),
-        cruise_speed + state[0],
-        state[1],
-        0.0,
-        0.0,
-    )
+        """The state on a straight course, by default at the cruise speed."""
+        surge = 0.0 if speed is None else speed - self.cruise_speed
+        return np.array([surge, 0.0, 0.0, north, east, heading, 0.0])
 
 
 BOAT = Boat(

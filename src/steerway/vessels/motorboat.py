@@ -7,7 +7,6 @@ the boat's speed: f = min(1, (u/U_max + √n)/2 + 0.1).
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal, NamedTuple
 
@@ -19,7 +18,7 @@ from steerway.control.station import StationGains
 from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
-from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.core.settings import Positive
 from steerway.vessels.vessel import (
     CURRENT_EAST,
@@ -27,13 +26,12 @@ from steerway.vessels.vessel import (
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
-    Actuated,
     Actuator,
+    CompiledVessel,
     VesselTable,
-    check_shapes,
     checked_method,
-    euler,
-    runge_kutta,
+    stepped,
+    turning,
 )
 
 MASS, INERTIA = 20.0, 5.0
@@ -66,53 +64,13 @@ class Outboard:
         return OutboardCommand(steering, force / self.max_force, force, steering)
 
 
-class Motorboat(Actuated):
-    """The boat for the loop. Command: steering, throttle. State (6,): see the module.
-
-    top_speed U_max m/s, turn_rate R rad/s, surge_time T_u and yaw_time T_r in s.
-    """
-
-    actuators = (Actuator("steering", -1.0, 1.0), Actuator("throttle", 0.0, 1.0))
-
-    def __init__(
-        self,
-        top_speed: float = 2.0,
-        turn_rate: float = math.radians(25.0),
-        surge_time: float = 2.0,
-        yaw_time: float = 0.6,
-        method: str = "rk4",
-    ):
-        given = {"top_speed": top_speed, "turn_rate": turn_rate, "surge_time": surge_time, "yaw_time": yaw_time}
-        for name, value in given.items():
-            positive(f"motorboat.{name}", value)
-        self._parameters = np.array([top_speed, turn_rate, surge_time, yaw_time], dtype=np.float64)
-        self._integrate = runge_kutta if checked_method(method) else euler
-
-    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
-        """The state on a straight course through the water."""
-        return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 6, conditions)
-        steering, throttle = command
-        return self._integrate(
-            lambda each: _rates(each, float(steering), float(throttle), self._parameters, conditions), state, step
-        )
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 6, conditions)
-        return _motion(state, self._parameters, conditions)
-
-
 @kernel
 def _rates(state: Floats, steering: float, throttle: float, parameters: Floats, conditions: Floats) -> Floats:
     top, turn_rate, surge_time, yaw_time = parameters[0], parameters[1], parameters[2], parameters[3]
     heading, u, v, r = state[2], state[3], state[4], state[5]
     pushed = math.sqrt(min(1.0, max(0.0, throttle)))
     bite = min(1.0, 0.5 * (max(0.0, u) / top + pushed) + 0.1)
-    c, s = math.cos(heading), math.sin(heading)
-    ahead = conditions[FORCE_NORTH] * c + conditions[FORCE_EAST] * s
-    abeam = conditions[FORCE_EAST] * c - conditions[FORCE_NORTH] * s
+    ahead, abeam = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
     north, east = over_ground(u, v, heading)
     out = np.empty(6)
     out[0], out[1], out[2] = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST], r
@@ -123,12 +81,44 @@ def _rates(state: Floats, steering: float, throttle: float, parameters: Floats, 
 
 
 @kernel
-def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMotion:
-    heading, u, v, r = state[2], state[3], state[4], state[5]
-    north, east = over_ground(u, v, heading)
-    over_north, over_east = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST]
-    course_rate = turning_rate(over_north, over_east, -east * r, north * r)
-    return GroundMotion(state[0], state[1], heading, over_north, over_east, r, course_rate, u, v, 0.0, 0.0)
+def _step(
+    state: Floats,
+    steering: float,
+    throttle: float,
+    parameters: Floats,
+    conditions: Floats,
+    step: float,
+    by_runge_kutta: bool,
+) -> Floats:
+    return stepped(_rates, state, step, (steering, throttle, parameters, conditions), by_runge_kutta)
+
+
+@kernel
+def _motion(state: Floats, _: Floats, conditions: Floats) -> GroundMotion:
+    return turning(state[0], state[1], state[2], state[5], state[3], state[4], conditions)
+
+
+class Motorboat(CompiledVessel):
+    """The boat for the loop. Command: steering, throttle. State (6,): see the module.
+
+    top_speed U_max m/s, turn_rate R rad/s, surge_time T_u and yaw_time T_r in s.
+    """
+
+    actuators = (Actuator("steering", -1.0, 1.0), Actuator("throttle", 0.0, 1.0))
+    size = 6
+    kernels = _step, _motion
+
+    def __init__(
+        self,
+        top_speed: float = 2.0,
+        turn_rate: float = math.radians(25.0),
+        surge_time: float = 2.0,
+        yaw_time: float = 0.6,
+        method: str = "rk4",
+    ):
+        given = {"top_speed": top_speed, "turn_rate": turn_rate, "surge_time": surge_time, "yaw_time": yaw_time}
+        self._constants = (np.array([positive(f"motorboat.{name}", value) for name, value in given.items()]),)
+        self._options = (checked_method(method),)
 
 
 class MotorboatTable(VesselTable):

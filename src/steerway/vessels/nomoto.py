@@ -4,7 +4,6 @@ State x y ψ r δ (m, m, rad, rad/s, the actuator's unit). δ is a rudder angle 
 """
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -14,18 +13,22 @@ from pydantic import Field
 from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
 from steerway.core.arrays import Floats
+from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, over_ground
 from steerway.core.settings import Positive
 from steerway.vessels.vessel import (
+    CALM,
     CURRENT_EAST,
     CURRENT_NORTH,
-    Actuated,
     Actuator,
+    CompiledVessel,
     VesselTable,
-    check_shapes,
+    check_speed,
     checked_method,
+    stepped,
+    turning,
 )
 
 IDEAL = Actuator("rudder", -math.inf, math.inf)
@@ -44,60 +47,13 @@ def derivatives(
 
     `gain` K in rad/s for a unit of rudder, `time_constant` T in s, `speed` in m/s, `bias` in the rudder's unit.
     """
+    parameters = _packed(gain, time_constant, speed, bias, actuator)
+    return _rates(np.asarray(state, dtype=np.float64), float(rudder), parameters, CALM)
+
+
+def _packed(gain: float, time_constant: float, speed: float, bias: float, actuator: Actuator) -> Floats:
     machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
-    parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
-    return _rates(np.asarray(state, dtype=np.float64), float(rudder), parameters, _CALM)
-
-
-_CALM = np.zeros(5)
-
-
-class Nomoto(Actuated):
-    """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see `derivatives`.
-
-    `actuator` holds the rudder's limits, rate and lag; without a lag the rudder equals its command. Raises
-    InputError when gain, time constant, speed, bias or method cannot be used.
-    """
-
-    def __init__(
-        self,
-        gain: float,
-        time_constant: float,
-        speed: float,
-        bias: float = 0.0,
-        actuator: Actuator = IDEAL,
-        method: str = "rk4",
-    ):
-        if not (math.isfinite(gain) and gain != 0.0):
-            raise InputError(f"nomoto.gain is {gain}, expected a number other than 0")
-        if not 0.0 < time_constant < math.inf:
-            raise InputError(f"nomoto.time_constant is {time_constant} s, expected more than 0")
-        if not 0.0 <= speed < math.inf:
-            raise InputError(f"nomoto.speed is {speed} m/s, expected 0 or more")
-        if not math.isfinite(bias):
-            raise InputError(f"nomoto.bias is {bias}, expected a number")
-        self.actuators = (actuator,)
-        machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
-        self._parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
-        self._runge_kutta = checked_method(method)
-
-    def start(
-        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
-    ) -> np.ndarray:
-        """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
-        own = self._parameters[2]
-        if speed is not None and speed != own:
-            raise InputError(f"nomoto: start at {speed} m/s, expected its one speed of {own} m/s")
-        return np.array([north, east, heading, 0.0, 0.0], dtype=np.float64)
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 5, conditions)
-        (rudder,) = command
-        return _step(state, rudder, self._parameters, conditions, step, self._runge_kutta)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 5, conditions)
-        return _motion(state, self._parameters, conditions)
+    return np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
 
 
 @kernel
@@ -125,24 +81,49 @@ def _step(
     if parameters[7] == 0.0:
         state = state.copy()
         state[4] = min(max(rudder, parameters[4]), parameters[5])
-    k1 = _rates(state, rudder, parameters, conditions)
-    if not by_runge_kutta:
-        return state + step * k1
-    k2 = _rates(state + 0.5 * step * k1, rudder, parameters, conditions)
-    k3 = _rates(state + 0.5 * step * k2, rudder, parameters, conditions)
-    k4 = _rates(state + step * k3, rudder, parameters, conditions)
-    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return stepped(_rates, state, step, (rudder, parameters, conditions), by_runge_kutta)
 
 
 @kernel
 def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMotion:
-    speed, heading, yaw_rate = parameters[2], state[2], state[3]
-    north, east = over_ground(speed, 0.0, heading)
-    north_velocity, east_velocity = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST]
-    course_rate = turning_rate(north_velocity, east_velocity, -east * yaw_rate, north * yaw_rate)
-    return GroundMotion(
-        state[0], state[1], heading, north_velocity, east_velocity, yaw_rate, course_rate, speed, 0.0, 0.0, 0.0
-    )
+    return turning(state[0], state[1], state[2], state[3], parameters[2], 0.0, conditions)
+
+
+class Nomoto(CompiledVessel):
+    """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see `derivatives`.
+
+    `actuator` holds the rudder's limits, rate and lag; without a lag the rudder equals its command. Raises
+    InputError when gain, time constant, speed, bias or method cannot be used.
+    """
+
+    size = 5
+    kernels = _step, _motion
+
+    def __init__(
+        self,
+        gain: float,
+        time_constant: float,
+        speed: float,
+        bias: float = 0.0,
+        actuator: Actuator = IDEAL,
+        method: str = "rk4",
+    ):
+        if not (math.isfinite(gain) and gain != 0.0):
+            raise InputError(f"nomoto.gain is {gain}, expected a number other than 0")
+        if not math.isfinite(bias):
+            raise InputError(f"nomoto.bias is {bias}, expected a number")
+        positive("nomoto.time_constant", time_constant)
+        self._speed = not_negative("nomoto.speed", speed)
+        self.actuators = (actuator,)
+        self._constants = (_packed(gain, time_constant, speed, bias, actuator),)
+        self._options = (checked_method(method),)
+
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
+        """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
+        check_speed("nomoto", speed, self._speed)
+        return np.array([north, east, heading, 0.0, 0.0])
 
 
 class NomotoTable(VesselTable):

@@ -17,14 +17,15 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from steerway.control.allocation import OTTER_PROPELLERS
+from steerway.control.allocation import thrust as propeller_thrust
 from steerway.control.boats import Boat
 from steerway.control.in_current import YawResponse
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.control.station import StationGains
 from steerway.core.arrays import Floats
+from steerway.core.checks import not_negative
 from steerway.core.compiled import kernel
-from steerway.core.errors import InputError
-from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
+from steerway.core.kinematics import GroundMotion, in_body
 from steerway.core.settings import NotNegative, Triple
 from steerway.vessels.otter_hull import (
     ADDED,
@@ -57,11 +58,13 @@ from steerway.vessels.vessel import (
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
-    Actuated,
     Actuator,
+    CompiledVessel,
     VesselTable,
-    check_shapes,
     checked_method,
+    conditions,
+    moving,
+    stepped,
 )
 
 _STATION = LENGTH / (STRIPS - 1)
@@ -84,17 +87,17 @@ def derivatives(
 
     Raises InputError for a load beyond the limit and an unknown edition.
     """
-    left, right = propeller_speeds
+    out, (left, right) = np.empty(12), propeller_speeds
+    current = current_speed * math.cos(current_direction), current_speed * math.sin(current_direction)
     hull = loaded(payload_mass, payload_position, edition)
-    return _derivatives(np.asarray(state, dtype=np.float64), left, right, hull, current_speed, current_direction)
+    _rates(np.asarray(state, dtype=np.float64), left, right, hull, conditions(current), out)
+    return out
 
 
 @kernel
 def thrust(speed: float) -> float:
     """Thrust (N) of one propeller at `speed` rad/s, saturated."""
-    speed = min(max(speed, PROPELLER_MIN), PROPELLER_MAX)
-    gain = PROPELLER_GAIN_AHEAD if speed > 0.0 else PROPELLER_GAIN_ASTERN
-    return gain * speed * abs(speed)
+    return propeller_thrust(min(max(speed, PROPELLER_MIN), PROPELLER_MAX), PROPELLER_GAIN_AHEAD, PROPELLER_GAIN_ASTERN)
 
 
 @kernel
@@ -147,23 +150,12 @@ def _cross_flow(v: float, w: float, q: float, r: float) -> tuple[float, float, f
 
 
 @kernel
-def _rates(
-    state: Floats,
-    left: float,
-    right: float,
-    hull: Floats,
-    current_north: float,
-    current_east: float,
-    force_north: float,
-    force_east: float,
-    moment: float,
-    out: Floats,
-) -> None:
-    """Write the 12 rates of the state into `out`; forces (N) and moment (N·m) act in NED besides the propellers'."""
+def _rates(state: Floats, left: float, right: float, hull: Floats, conditions: Floats, out: Floats) -> None:
+    """Write the 12 rates of the state into `out`."""
     u, v, w, p, q, r = state[0], state[1], state[2], state[3], state[4], state[5]
     z, phi, theta, psi = state[8], state[9], state[10], state[11]
-    current_u, current_v = in_body(current_north, current_east, psi)
-    force_u, force_v = in_body(force_north, force_east, psi)
+    current_u, current_v = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], psi)
+    force_u, force_v = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], psi)
     ur, vr = u - current_u, v - current_v
     fx, fy, fz, tx, ty, tz = _inertial_forces(hull, ur, vr, w, p, q, r)
     side, turn, heave, pitch = _cross_flow(vr, w, q, r)
@@ -184,7 +176,7 @@ def _rates(
     tx += lx - hull[STIFFNESS + 1] * phi - hull[d + 3] * p
     ty += ly - hull[STIFFNESS + 2] * theta - CENTRE_OF_FLOTATION * buoyancy - hull[d + 4] * q
     ty -= hull[VERTICAL_DRAG] * pitch + hull[TRIM_MOMENT]
-    tz += PONTOON_ARM * (port - starboard) + moment - hull[SIDE_DRAG] * turn
+    tz += PONTOON_ARM * (port - starboard) + conditions[MOMENT] - hull[SIDE_DRAG] * turn
     tz -= hull[d + 5] * (1.0 + 10.0 * abs(r)) * r
 
     for i in range(6):
@@ -216,62 +208,10 @@ def _to_ned(u: float, v: float, w: float, phi: float, theta: float, psi: float) 
 
 
 @kernel
-def _derivatives(
-    state: Floats, left: float, right: float, hull: Floats, current_speed: float, current_direction: float
-) -> Floats:
-    out = np.empty(12)
-    north, east = current_speed * math.cos(current_direction), current_speed * math.sin(current_direction)
-    _rates(state, left, right, hull, north, east, 0.0, 0.0, 0.0, out)
-    return out
-
-
-class Otter(Actuated):
-    """An Otter for the loop: its load, edition, propeller lag (s) and integration method.
-
-    Command: propeller speeds left and right, rad/s. State (14,): the twelve of `derivatives` and the two propeller
-    speeds, which follow their command with a first-order lag. Raises InputError as `derivatives` does, and for a
-    negative lag or an unknown method.
-    """
-
-    def __init__(
-        self,
-        payload_mass: float = 0.0,
-        payload_position: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        edition: str = "today",
-        propeller_lag: float = 0.1,
-        method: str = "rk4",
-    ):
-        if not 0.0 <= propeller_lag < math.inf:
-            raise InputError(f"otter.propeller_lag is {propeller_lag} s, expected 0 or more")
-        limits = (PROPELLER_MIN, PROPELLER_MAX)
-        names = ("left propeller speed", "right propeller speed")
-        self.actuators = tuple(Actuator(name, *limits, lag=propeller_lag) for name in names)
-        self._hull = loaded(payload_mass, payload_position, edition)
-        self._lag = propeller_lag
-        self._runge_kutta = checked_method(method)
-
-    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
-        state = np.zeros(14)
-        state[0], state[6], state[7], state[11] = speed, north, east, heading
-        return state
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 14, conditions)
-        left, right = command
-        return _step(state, left, right, self._lag, self._hull, conditions, step, self._runge_kutta)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 14, conditions)
-        return _motion(state, self._hull, conditions)
-
-
-@kernel
 def _sailing_rates(state: Floats, left: float, right: float, lag: float, hull: Floats, conditions: Floats) -> Floats:
     """The 14 rates: those of the hull, and of the propellers towards their commands."""
     out = np.zeros(14)
-    north, east, moment = conditions[CURRENT_NORTH], conditions[CURRENT_EAST], conditions[MOMENT]
-    force_north, force_east = conditions[FORCE_NORTH], conditions[FORCE_EAST]
-    _rates(state, state[12], state[13], hull, north, east, force_north, force_east, moment, out)
+    _rates(state, state[12], state[13], hull, conditions, out)
     if lag > 0.0:
         out[12] = (left - state[12]) / lag
         out[13] = (right - state[13]) / lag
@@ -294,36 +234,46 @@ def _step(
     if lag == 0.0:
         state = state.copy()
         state[12], state[13] = left, right
-    k1 = _sailing_rates(state, left, right, lag, hull, conditions)
-    if not by_runge_kutta:
-        return state + step * k1
-    k2 = _sailing_rates(state + 0.5 * step * k1, left, right, lag, hull, conditions)
-    k3 = _sailing_rates(state + 0.5 * step * k2, left, right, lag, hull, conditions)
-    k4 = _sailing_rates(state + step * k3, left, right, lag, hull, conditions)
-    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return stepped(_sailing_rates, state, step, (left, right, lag, hull, conditions), by_runge_kutta)
 
 
 @kernel
-def _motion(state: Floats, hull: Floats, conditions: Floats) -> GroundMotion:
-    rates = _sailing_rates(state, 0.0, 0.0, 0.0, hull, conditions)
-    before = _sailing_rates(state - SHORTLY * rates, 0.0, 0.0, 0.0, hull, conditions)
-    after = _sailing_rates(state + SHORTLY * rates, 0.0, 0.0, 0.0, hull, conditions)
-    acceleration = (after - before) / (2.0 * SHORTLY)
-    heading = state[11]
-    current_u, current_v = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
-    return GroundMotion(
-        state[6],
-        state[7],
-        heading,
-        rates[6],
-        rates[7],
-        rates[11],
-        turning_rate(rates[6], rates[7], acceleration[6], acceleration[7]),
-        state[0] - current_u,
-        state[1] - current_v,
-        state[9],
-        state[10],
-    )
+def _motion(state: Floats, _: float, hull: Floats, conditions: Floats) -> GroundMotion:
+    current_u, current_v = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], state[11])
+    through_water = state[0] - current_u, state[1] - current_v
+    held = 0.0, 0.0, 0.0, hull, conditions
+    return moving(_sailing_rates, state, held, 6, 11, through_water, (state[9], state[10]))
+
+
+class Otter(CompiledVessel):
+    """An Otter for the loop: its load, edition, propeller lag (s) and integration method.
+
+    Command: propeller speeds left and right, rad/s. State (14,): the twelve of `derivatives` and the two propeller
+    speeds, which follow their command with a first-order lag. Raises InputError as `derivatives` does, and for a
+    negative lag or an unknown method.
+    """
+
+    size = 14
+    kernels = _step, _motion
+
+    def __init__(
+        self,
+        payload_mass: float = 0.0,
+        payload_position: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        edition: str = "today",
+        propeller_lag: float = 0.1,
+        method: str = "rk4",
+    ):
+        lag = not_negative("otter.propeller_lag", propeller_lag)
+        names = ("left propeller speed", "right propeller speed")
+        self.actuators = tuple(Actuator(name, PROPELLER_MIN, PROPELLER_MAX, lag=lag) for name in names)
+        self._constants = lag, loaded(payload_mass, payload_position, edition)
+        self._options = (checked_method(method),)
+
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
+        state = np.zeros(14)
+        state[0], state[6], state[7], state[11] = speed, north, east, heading
+        return state
 
 
 BOAT = Boat(

@@ -14,13 +14,13 @@ Two editions are kept because the papers used an older one:
   the current.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 
@@ -36,7 +36,6 @@ GYRATION = np.array([0.4 * BEAM, 0.25 * LENGTH, 0.25 * LENGTH])
 CENTRE_OF_FLOTATION = -0.2  # aft of the origin
 TOP_SPEED = 6.0 * KNOT
 BOLLARD_PULL_AHEAD = 24.4 * GRAVITY
-BOLLARD_PULL_ASTERN = 13.6 * GRAVITY
 MAX_PAYLOAD = 45.0
 
 PONTOON_BEAM = 0.25
@@ -217,7 +216,5 @@ def _steiner(mass: float, arm: Floats) -> Floats:
     return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
-PROPELLER_GAIN_AHEAD = 0.02216 / 2.0  # N·s², one propeller
-PROPELLER_GAIN_ASTERN = 0.01289 / 2.0
-PROPELLER_MAX = math.sqrt(0.5 * BOLLARD_PULL_AHEAD / PROPELLER_GAIN_AHEAD)  # rad/s
-PROPELLER_MIN = -math.sqrt(0.5 * BOLLARD_PULL_ASTERN / PROPELLER_GAIN_ASTERN)
+PROPELLER_GAIN_AHEAD, PROPELLER_GAIN_ASTERN = OTTER_PROPELLERS.gain_ahead, OTTER_PROPELLERS.gain_astern
+PROPELLER_MAX, PROPELLER_MIN = OTTER_PROPELLERS.max_speed, OTTER_PROPELLERS.min_speed

@@ -9,7 +9,6 @@ course at 57° takes −8 rpm; the physical one has 1 there, and heading is an i
 """
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -22,70 +21,25 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, over_ground
 from steerway.core.settings import Positive
 from steerway.estimation.heading.models import PAPER_YAW, PHYSICAL_YAW, RPM, SPEED, HeadingModel, held
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, Actuated, Actuator, VesselTable, check_shapes
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    Actuator,
+    CompiledVessel,
+    VesselTable,
+    check_shapes,
+    check_speed,
+    turning,
+)
 
 LENGTH = 4.2
 MAX_DIFFERENCE_RPM = 300.0
 MAX_CHANGE_RPM = 20.0
 """Limits of n_d and of its change from second to second; P4 (27)."""
 PLANTS = ("paper", "physical")
-
-
-class Springer(Actuated):
-    """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
-
-    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water. yaw:
-    another boat's response, in place of a plant. Raises InputError for what cannot be used.
-    """
-
-    def __init__(
-        self,
-        plant: str = "physical",
-        effectiveness: float = 1.0,
-        bias: float = 0.0,
-        speed: float = SPEED,
-        yaw: HeadingModel | None = None,
-    ):
-        one_of("springer.plant", plant, PLANTS)
-        if not math.isfinite(effectiveness) or not math.isfinite(bias):
-            raise InputError(f"springer: effectiveness {effectiveness} and bias {bias}, expected numbers")
-        not_negative("springer.speed", speed)
-        if yaw is not None and not (np.isfinite(yaw).all() and yaw.outputs[0] != 0.0):
-            raise InputError(f"springer.yaw is {tuple(yaw)}, expected numbers, and a first output other than 0")
-        self.yaw = (yaw or (PAPER_YAW if plant == "paper" else PHYSICAL_YAW)).scaled(effectiveness)
-        limit, rate = MAX_DIFFERENCE_RPM * RPM, MAX_CHANGE_RPM * RPM
-        self.actuators = (Actuator("propeller difference", -limit, limit, rate),)
-        self._parameters = np.array([*self.yaw.poles, *self.yaw.inputs, *self.yaw.outputs, bias, speed, limit, rate])
-
-    def start(
-        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
-    ) -> np.ndarray:
-        """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
-        own = self._parameters[7]
-        if speed is not None and speed != own:
-            raise InputError(f"springer: start at {speed} m/s, expected its one speed of {own} m/s")
-        return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 6, conditions)
-        (difference,) = command
-        return _step(state, difference, self._parameters, conditions, step)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 6, conditions)
-        heading, speed = self.heading(state), self._parameters[7]
-        north, east = over_ground(speed, 0.0, heading)
-        velocity = (north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST])
-        course_rate = turning_rate(*velocity, -east * state[5], north * state[5])
-        return GroundMotion(state[0], state[1], heading, *velocity, state[5], course_rate, speed, 0.0, 0.0, 0.0)
-
-    def heading(self, state: Floats) -> float:
-        """Heading (rad), unwrapped: it counts the turns made."""
-        check_shapes(state, 6)
-        return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
 
 
 @kernel
@@ -105,6 +59,55 @@ def _step(state: Floats, difference: float, parameters: Floats, conditions: Floa
     out[4] = given
     out[5] = (parameters[4] * out[2] + parameters[5] * out[3] - heading) / step
     return out
+
+
+@kernel
+def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMotion:
+    heading = parameters[4] * state[2] + parameters[5] * state[3]
+    return turning(state[0], state[1], heading, state[5], parameters[7], 0.0, conditions)
+
+
+class Springer(CompiledVessel):
+    """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
+
+    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water. yaw:
+    another boat's response, in place of a plant. Raises InputError for what cannot be used.
+    """
+
+    size = 6
+    kernels = _step, _motion
+
+    def __init__(
+        self,
+        plant: str = "physical",
+        effectiveness: float = 1.0,
+        bias: float = 0.0,
+        speed: float = SPEED,
+        yaw: HeadingModel | None = None,
+    ):
+        one_of("springer.plant", plant, PLANTS)
+        if not math.isfinite(effectiveness) or not math.isfinite(bias):
+            raise InputError(f"springer: effectiveness {effectiveness} and bias {bias}, expected numbers")
+        self._speed = not_negative("springer.speed", speed)
+        if yaw is not None and not (np.isfinite(yaw).all() and yaw.outputs[0] != 0.0):
+            raise InputError(f"springer.yaw is {tuple(yaw)}, expected numbers, and a first output other than 0")
+        self.yaw = (yaw or (PAPER_YAW if plant == "paper" else PHYSICAL_YAW)).scaled(effectiveness)
+        limit, rate = MAX_DIFFERENCE_RPM * RPM, MAX_CHANGE_RPM * RPM
+        self.actuators = (Actuator("propeller difference", -limit, limit, rate),)
+        yaw_response = (*self.yaw.poles, *self.yaw.inputs, *self.yaw.outputs)
+        self._constants = (np.array([*yaw_response, bias, speed, limit, rate]),)
+
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
+        """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
+        check_speed("springer", speed, self._speed)
+        return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
+
+    def heading(self, state: Floats) -> float:
+        """Heading (rad), unwrapped: it counts the turns made."""
+        check_shapes(state, 6)
+        return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
 
 
 _FIRST, _SECOND = (g * c / RPM for g, c in zip(PHYSICAL_YAW.inputs, PHYSICAL_YAW.outputs, strict=True))

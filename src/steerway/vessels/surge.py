@@ -5,7 +5,6 @@ State x y ψ u n (m, m, rad, m/s, rev/s). The heading is constant; a current acr
 """
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -26,10 +25,9 @@ from steerway.vessels.vessel import (
     CURRENT_NORTH,
     FORCE_EAST,
     FORCE_NORTH,
-    Actuated,
     Actuator,
+    CompiledVessel,
     VesselTable,
-    check_shapes,
 )
 
 SHAFT = Actuator("shaft speed", 0.0, 17.5)
@@ -66,57 +64,6 @@ def surge_step(
     return speed + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
-class Surge(Actuated):
-    """A surge-only vessel for the loop. Command: the shaft speed, rev/s. State (5,): see the module.
-
-    mass with its added mass in kg; drag linear in N·s/m and quadratic in N·s²/m². As given: P3's USV of Table I.
-    Raises InputError for numbers that cannot be.
-    """
-
-    def __init__(
-        self,
-        mass: float = CALDAS_MASS,
-        linear_drag: float = CALDAS_LINEAR_DRAG,
-        quadratic_drag: float = CALDAS_QUADRATIC_DRAG,
-        propeller: Propeller | None = None,
-        shaft: Actuator = SHAFT,
-    ):
-        positive("surge.mass", mass)
-        not_negative("surge.linear_drag", linear_drag)
-        not_negative("surge.quadratic_drag", quadratic_drag)
-        propeller = propeller or Propeller()
-        self.mass, self.propeller, self.actuators = mass, propeller, (shaft,)
-        machine = (shaft.low, shaft.high, shaft.rate, shaft.lag)
-        self._hull = np.array([mass, linear_drag / mass, quadratic_drag / mass, *machine], dtype=np.float64)
-        self._curve = propeller.curve(propeller.gain / mass)
-
-    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
-        """The state at `speed` with the shaft at rest."""
-        return np.array([north, east, heading, speed, 0.0], dtype=np.float64)
-
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 5, conditions)
-        (shaft,) = command
-        return _step(state, shaft, self._hull, self._curve, conditions, step)
-
-    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
-        check_shapes(state, 5, conditions)
-        return _motion(state, conditions)
-
-    def acceleration(self, speed: float, shaft: float) -> float:
-        """u̇ (m/s²) at a speed through the water (m/s) and a shaft speed (rev/s)."""
-        return surge_rate(speed, shaft, self._hull[1], self._hull[2], self._curve)
-
-
-def published_surrogate() -> Surge:
-    """The boat that P3's published curves show: not the printed one. Fitted to the figures, shaft lag 10.683 s."""
-    mass = CALDAS_MASS
-    propeller = Propeller()
-    share = 0.0373039 * mass / propeller.gain
-    fitted = Propeller(efficiency=propeller.efficiency * share)
-    return Surge(mass, 0.0, 0.0040839 * mass, fitted, Actuator("shaft speed", 0.0, 17.5, lag=10.683))
-
-
 @kernel
 def _step(state: Floats, command: float, hull: Floats, curve: Floats, conditions: Floats, step: float) -> Floats:
     heading, speed, before = state[2], state[3], state[4]
@@ -135,24 +82,53 @@ def _step(state: Floats, command: float, hull: Floats, curve: Floats, conditions
 
 
 @kernel
-def _motion(state: Floats, conditions: Floats) -> GroundMotion:
+def _motion(state: Floats, _: Floats, __: Floats, conditions: Floats) -> GroundMotion:
     heading, speed = state[2], state[3]
     stream, across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
-    north, east = over_ground(speed, across, heading)
-    return GroundMotion(
-        state[0],
-        state[1],
-        heading,
-        north,
-        east,
-        0.0,
-        0.0,
-        speed - stream,
-        0.0,
-        0.0,
-        0.0,
-        state[4],
-    )
+    velocity = over_ground(speed, across, heading)
+    return GroundMotion(state[0], state[1], heading, *velocity, 0.0, 0.0, speed - stream, 0.0, 0.0, 0.0, state[4])
+
+
+class Surge(CompiledVessel):
+    """A surge-only vessel for the loop. Command: the shaft speed, rev/s. State (5,): see the module.
+
+    mass with its added mass in kg; drag linear in N·s/m and quadratic in N·s²/m². As given: P3's USV of Table I.
+    Raises InputError for numbers that cannot be.
+    """
+
+    size = 5
+    kernels = _step, _motion
+
+    def __init__(
+        self,
+        mass: float = CALDAS_MASS,
+        linear_drag: float = CALDAS_LINEAR_DRAG,
+        quadratic_drag: float = CALDAS_QUADRATIC_DRAG,
+        propeller: Propeller | None = None,
+        shaft: Actuator = SHAFT,
+    ):
+        positive("surge.mass", mass)
+        not_negative("surge.linear_drag", linear_drag)
+        not_negative("surge.quadratic_drag", quadratic_drag)
+        propeller = propeller or Propeller()
+        self.mass, self.propeller, self.actuators = mass, propeller, (shaft,)
+        machine = (shaft.low, shaft.high, shaft.rate, shaft.lag)
+        hull = np.array([mass, linear_drag / mass, quadratic_drag / mass, *machine], dtype=np.float64)
+        self._constants = hull, propeller.curve(propeller.gain / mass)
+
+    def acceleration(self, speed: float, shaft: float) -> float:
+        """u̇ (m/s²) at a speed through the water (m/s) and a shaft speed (rev/s)."""
+        hull, curve = self._constants
+        return surge_rate(speed, shaft, hull[1], hull[2], curve)
+
+
+def published_surrogate() -> Surge:
+    """The boat that P3's published curves show: not the printed one. Fitted to the figures, shaft lag 10.683 s."""
+    mass = CALDAS_MASS
+    propeller = Propeller()
+    share = 0.0373039 * mass / propeller.gain
+    fitted = Propeller(efficiency=propeller.efficiency * share)
+    return Surge(mass, 0.0, 0.0040839 * mass, fitted, Actuator("shaft speed", 0.0, 17.5, lag=10.683))
 
 
 _ADVANCE = 0.6

@@ -15,21 +15,14 @@ import numpy as np
 from steerway.control.boats import Boat
 from steerway.control.thrusters import Thrusters
 from steerway.core.arrays import Floats
+from steerway.core.checks import one_of
+from steerway.core.compiled import jitable
 from steerway.core.errors import InputError
-from steerway.core.kinematics import GroundMotion
+from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
 from steerway.core.settings import Table
 
 CURRENT_NORTH, CURRENT_EAST, FORCE_NORTH, FORCE_EAST, MOMENT = range(5)
 """Places in the conditions: current (m/s), forces besides the actuators' (N), their moment in yaw (N·m); NED."""
-
-
-class Actuated:
-    """A vessel, whose representation names its actuators."""
-
-    actuators: tuple["Actuator", ...]
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}: {', '.join(each.name for each in self.actuators)}"
 
 
 @dataclass(frozen=True)
@@ -85,23 +78,103 @@ METHODS = ("rk4", "euler")
 
 def checked_method(method: str) -> bool:
     """True for Runge and Kutta's method, False for Euler's; raises InputError for another name."""
-    if method not in METHODS:
-        raise InputError(f"vessel.method is {method!r}, expected one of {', '.join(METHODS)}")
-    return method == "rk4"
+    return one_of("vessel.method", method, METHODS) == "rk4"
 
 
-def runge_kutta(rates: Callable[[Floats], Floats], state: Floats, step: float) -> Floats:
-    """One step of Runge and Kutta's fourth-order method for ẋ = rates(x), in plain Python."""
-    k1 = rates(state)
-    k2 = rates(state + 0.5 * step * k1)
-    k3 = rates(state + 0.5 * step * k2)
-    k4 = rates(state + step * k3)
+@jitable
+def runge_kutta(rates: Callable[..., Floats], state: Floats, step: float, inputs: tuple[Any, ...] = ()) -> Floats:
+    """One step of Runge and Kutta's fourth-order method for ẋ = rates(x, *inputs), in kernels and in plain Python."""
+    k1 = rates(state, *inputs)
+    k2 = rates(state + 0.5 * step * k1, *inputs)
+    k3 = rates(state + 0.5 * step * k2, *inputs)
+    k4 = rates(state + step * k3, *inputs)
     return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
-def euler(rates: Callable[[Floats], Floats], state: Floats, step: float) -> Floats:
-    """One step of Euler's method for ẋ = rates(x)."""
-    return state + step * rates(state)
+@jitable
+def stepped(
+    rates: Callable[..., Floats], state: Floats, step: float, inputs: tuple[Any, ...], by_runge_kutta: bool
+) -> Floats:
+    """One step for ẋ = rates(x, *inputs), by Runge and Kutta's method or by Euler's."""
+    if by_runge_kutta:
+        return runge_kutta(rates, state, step, inputs)
+    return state + step * rates(state, *inputs)
+
+
+@jitable
+def moving(
+    rates: Callable[..., Floats],
+    state: Floats,
+    inputs: tuple[Any, ...],
+    place: int,
+    heading: int,
+    through_water: tuple[float, float],
+    lean: tuple[float, float] = (0.0, 0.0),
+    shaft: float = math.nan,
+) -> GroundMotion:
+    """The motion of a state that goes on by ẋ = rates(x, *inputs): north is its entry `place`, east the next.
+
+    heading: entry of the state. through_water: surge and sway, m/s. lean: roll and pitch, rad. shaft: rev/s.
+    """
+    now = rates(state, *inputs)
+    before = rates(state - SHORTLY * now, *inputs)
+    after = rates(state + SHORTLY * now, *inputs)
+    acceleration = (after - before) / (2.0 * SHORTLY)
+    north, east = now[place], now[place + 1]
+    course_rate = turning_rate(north, east, acceleration[place], acceleration[place + 1])
+    velocity = north, east, now[heading], course_rate
+    return GroundMotion(state[place], state[place + 1], state[heading], *velocity, *through_water, *lean, shaft)
+
+
+@jitable
+def turning(
+    north: float, east: float, heading: float, yaw_rate: float, surge: float, sway: float, conditions: Floats
+) -> GroundMotion:
+    """The motion of a boat at a place (m), whose velocity through the water (m/s) turns with its bow."""
+    ahead, aside = over_ground(surge, sway, heading)
+    velocity = ahead + conditions[CURRENT_NORTH], aside + conditions[CURRENT_EAST]
+    course_rate = turning_rate(*velocity, -aside * yaw_rate, ahead * yaw_rate)
+    return GroundMotion(north, east, heading, *velocity, yaw_rate, course_rate, surge, sway, 0.0, 0.0)
+
+
+class CompiledVessel:
+    """A vessel by two `kernels`: one makes a step, the other gives the motion.
+
+    Both are called with the state (`size`,), the `_constants` and the conditions; for a step, the command comes behind
+    the state, and the length of the step at the end with `_options`: whether it is one of Runge and Kutta's, for a
+    vessel that has either method.
+    """
+
+    actuators: tuple[Actuator, ...]
+    size: ClassVar[int]
+    kernels: ClassVar[tuple[Callable[..., Floats], Callable[..., GroundMotion]]]
+    _constants: tuple[Any, ...]
+    _options: tuple[bool, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {', '.join(each.name for each in self.actuators)}"
+
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
+        """The state (n,) on a straight course at `speed` through the water."""
+        state = np.zeros(self.size)
+        state[:4] = north, east, heading, speed
+        return state
+
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        """The state (n,) after `step` s of one command, in the conditions (5,)."""
+        check_shapes(state, self.size, conditions)
+        return self.kernels[0](state, *map(float, command), *self._constants, conditions, step, *self._options)
+
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        """Position and motion over ground, in the conditions (5,)."""
+        check_shapes(state, self.size, conditions)
+        return self.kernels[1](state, *self._constants, conditions)
+
+
+def check_speed(kind: str, speed: float | None, own: float) -> None:
+    """Raises InputError for a vessel of one speed that would start at another."""
+    if speed is not None and speed != own:
+        raise InputError(f"{kind}: start at {speed} m/s, expected its one speed of {own} m/s")
 
 
 class Positioned(NamedTuple):
