@@ -144,10 +144,10 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Gnss(rate=0.0), "rate is 0.0"),
+        (lambda: Gnss(rate=0.0), "gnss.rate is 0, expected a number above 0"),
         (lambda: Gnss(markov=((1.0, 0.0),)), "time constant"),
-        (lambda: Instrument(white=-1.0), "white is -1.0"),
-        (lambda: Fault("loss", start=0.0), "'loss' is unknown"),
+        (lambda: Instrument(white=-1.0), "instrument.white is -1, expected a number of at least 0"),
+        (lambda: Fault("loss", start=0.0), "fault.kind is 'loss', expected one of dropout"),
         (lambda: Fault("jump"), "either start or per_hour"),
         (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "comes every 1 s"),
         (lambda: gnss.white(0.1).fixes([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0), "does not rise"),

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from steerway.core.angles import wrap
-from steerway.core.arrays import Floats
+from steerway.core.angles import wrap, wrap_array
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
@@ -41,7 +40,7 @@ class Compass:
         heading = np.asarray(heading, dtype=np.float64)
         read = heading + deviation(heading, *self.deviation)
         time, reading = self.instrument.measured(time, read, seed)
-        return time, _wrapped(reading)
+        return time, wrap_array(reading)
 
 
 class CompassStream:
@@ -60,13 +59,6 @@ class CompassStream:
 def deviation(heading: Any, a: float, b: float, c: float, d: float, e: float) -> Any:
     """The deviation for a heading, or an array of them, by a deviation card; rad."""
     return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
-
-
-@kernel
-def _wrapped(angles: Floats) -> Floats:
-    for k in range(len(angles)):
-        angles[k] = wrap(angles[k])
-    return angles
 
 
 class CompassTable(InstrumentTable):

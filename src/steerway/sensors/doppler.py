@@ -1,4 +1,4 @@
-"""A Doppler log: velocity along and across the hull, through the water or over the ground."""
+"""Speeds: a Doppler log along and across the hull, through the water or over the ground, and the shaft's."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
 from steerway.core.settings import NotNegative, Number, Positive, Rate
-from steerway.sensors.instrument import Instrument, InstrumentTable
+from steerway.sensors.instrument import Instrument, InstrumentStream, InstrumentTable
 
 FIVE_CENTIMETRES = Instrument(rate=5.0, white=0.05)
 
@@ -78,3 +78,18 @@ class BottomLogTable(LogTable):
     def read(stream: DopplerStream, time: float, motion: GroundMotion) -> float | None:
         velocity = stream.step(time, motion.along, 0.0)
         return None if velocity is None else velocity[0]
+
+
+class TachometerTable(InstrumentTable):
+    """The keys of a tachometer in a scenario; `std` in rev/s. Only vessels whose model has a shaft can have one."""
+
+    measures: ClassVar[str] = "shaft"
+    rate: Rate = 10.0
+    std: NotNegative = 0.02
+
+    def build(self) -> Instrument:
+        return Instrument(self.rate, white=self.std)
+
+    @staticmethod
+    def read(stream: InstrumentStream, time: float, motion: GroundMotion) -> float | None:
+        return stream.step(time, motion.shaft)

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from steerway.core.arrays import Floats
+from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.earth import displaced_all
 from steerway.core.errors import InputError
@@ -27,8 +28,7 @@ from steerway.core.noise import Seed
 from steerway.core.records import Fixes
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, Triple
 from steerway.core.slow_error import ALONE, DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
-from steerway.sensors.faults import GOOD, HELD, LOST, Fault, FaultTable
-from steerway.sensors.gnss_errors import Errors
+from steerway.sensors.gnss_errors import GOOD, LOST, Errors, Fault, FaultTable
 from steerway.sensors.instrument import SLACK, Clock, epochs
 
 _LEAST_WHITE = 0.01
@@ -71,17 +71,13 @@ class Gnss:
     velocity_std: float | None = None
 
     def __post_init__(self) -> None:
-        if not (0.0 < self.rate < math.inf):
-            raise InputError(f"gnss.rate is {self.rate}, expected a positive number of fixes a second")
+        positive("gnss.rate", self.rate)
         for name in ("white", "latency", "velocity_std"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 <= value < math.inf:
-                raise InputError(f"gnss.{name} is {value}, expected 0 or more")
+            if (value := getattr(self, name)) is not None:
+                not_negative(f"gnss.{name}", value)
         for std, time_constant in self.markov:
-            if not (std >= 0.0 and 0.0 < time_constant < math.inf):
-                raise InputError(
-                    f"gnss.markov holds ({std}, {time_constant}), expected 1σ ≥ 0 m and a time constant > 0 s"
-                )
+            not_negative("1σ in gnss.markov", std)
+            positive("time constant in gnss.markov", time_constant)
         if len(self.lever_arm) != 3:
             raise InputError(f"gnss.lever_arm is {self.lever_arm}, expected (forward, starboard, down) in m")
 
@@ -124,21 +120,15 @@ class Gnss:
         `time` rises and is sampled no slower than the receiver's rate; an epoch is the first sample at or after its
         due time. `origin` is the (latitude, longitude) of the scene's north = east = 0.
         """
-        columns = _columns(time, north, east, roll, pitch, heading, north_velocity, east_velocity)
-        chosen = epochs(columns[0], self.rate)
-        time, north, east, *rest = (each[chosen] for each in columns)
-        swing, velocity = rest[:3], rest[3:]
-        arm_north, arm_east = _levelled(self.lever_arm, *swing)
-        errors, outcome = Errors(self, seed).draw(len(time))
-        north, east = north + arm_north + errors[:, 0], east + arm_east + errors[:, 1]
-        _hold(north, east, outcome)
-        sog, cog = _velocity(velocity[0] + errors[:, 2], velocity[1] + errors[:, 3])
+        time = np.asarray(time, dtype=np.float64)
+        motion = (time, north, east, roll, pitch, heading, north_velocity, east_velocity)
+        chosen, receiver = epochs(time, self.rate), self.start(seed)
+        rows = zip(*(np.broadcast_to(each, time.shape)[chosen].tolist() for each in motion), strict=True)
+        fixes = [fix for row in rows if (fix := receiver.observe(*row)) is not None]
+        time, north, east, sog, cog = np.array(fixes, dtype=np.float64).reshape(-1, 5).T
         latitude, longitude = displaced_all(*origin, north, east)
-        if self.stamped_on_arrival:
-            time = time + self.latency
-        kept = outcome != LOST
-        reported = {} if self.velocity_std is None else {"sog": sog[kept], "cog": cog[kept]}
-        return Fixes(time[kept], latitude[kept], longitude[kept], source=source, **reported)
+        reported = {} if self.velocity_std is None else {"sog": sog, "cog": cog}
+        return Fixes(time, latitude, longitude, source=source, **reported)
 
 
 def white(std: float, rate: float = 5.0) -> Gnss:
@@ -184,7 +174,7 @@ class GnssStream:
     ) -> Fix | None:
         """The fix that arrives at this step, if one does: the oldest not yet delivered. Scalars, SI and radians."""
         if self._clock.due(time):
-            fix = self._observe(time, north, east, roll, pitch, heading, north_velocity, east_velocity)
+            fix = self.observe(time, north, east, roll, pitch, heading, north_velocity, east_velocity)
             if self.gnss.latency == 0.0:
                 return fix
             if fix is not None:
@@ -193,7 +183,7 @@ class GnssStream:
             return self._under_way.popleft()[1]
         return None
 
-    def _observe(
+    def observe(
         self,
         time: float,
         north: float,
@@ -204,6 +194,7 @@ class GnssStream:
         north_velocity: float,
         east_velocity: float,
     ) -> Fix | None:
+        """The fix of the next epoch, which is now, delivered or not; None where it is lost. As `step`."""
         error_north, error_east, velocity_north, velocity_east, outcome = self._next_row()
         if outcome == LOST:
             return None
@@ -241,45 +232,6 @@ def level(
     abeam = starboard * math.cos(roll) - down * math.sin(roll)
     c, s = math.cos(heading), math.sin(heading)
     return ahead * c - abeam * s, ahead * s + abeam * c
-
-
-@kernel
-def _hold(north: Floats, east: Floats, outcome: NDArray[np.uint8]) -> None:
-    """Repeat the last reported position where the receiver is frozen; before a first one there is nothing to repeat."""
-    last = -1
-    for k in range(len(north)):
-        if outcome[k] == LOST:
-            continue
-        if outcome[k] == HELD and last >= 0:
-            north[k], east[k] = north[last], east[last]
-        last = k
-
-
-def _columns(time: ArrayLike, *rest: ArrayLike) -> list[Floats]:
-    time = np.asarray(time, dtype=np.float64)
-    return [time, *(np.broadcast_to(np.asarray(each, dtype=np.float64), time.shape) for each in rest)]
-
-
-def _levelled(
-    lever_arm: tuple[float, float, float], roll: Floats, pitch: Floats, heading: Floats
-) -> tuple[Floats, Floats] | tuple[float, float]:
-    if not any(lever_arm):
-        return 0.0, 0.0
-    return _level_all(*lever_arm, roll, pitch, heading)
-
-
-@kernel
-def _level_all(
-    forward: float, starboard: float, down: float, roll: Floats, pitch: Floats, heading: Floats
-) -> tuple[Floats, Floats]:
-    north, east = np.empty(len(roll)), np.empty(len(roll))
-    for k in range(len(roll)):
-        north[k], east[k] = level(forward, starboard, down, roll[k], pitch[k], heading[k])
-    return north, east
-
-
-def _velocity(north_velocity: Floats, east_velocity: Floats) -> tuple[Floats, Floats]:
-    return np.hypot(north_velocity, east_velocity), np.arctan2(east_velocity, north_velocity)
 
 
 class GnssTable(Table):

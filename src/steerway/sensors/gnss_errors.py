@@ -1,17 +1,129 @@
-"""The errors of a GNSS receiver, a row an epoch: as many random numbers whatever happens in it."""
+"""The errors of a GNSS receiver: white noise, Gauss–Markov errors and faults, a row an epoch.
 
-from typing import TYPE_CHECKING
+Faults are dropouts, jumps, bursts, steps and frozen positions, at a set time or at random. As many random numbers are
+drawn for an epoch whatever happens in it, so that a run in blocks of any length is the same run.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from steerway.core.arrays import Floats
+from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.core.noise import Seed, markov_decay, markov_step
-from steerway.sensors.faults import happen, table
+from steerway.core.settings import NotNegative, Number, Table, in_radians
 
 if TYPE_CHECKING:
     from steerway.sensors.gnss import Gnss
+
+DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
+Kind = Literal["dropout", "jump", "burst", "step", "frozen"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+GOOD, LOST, HELD = range(3)
+"""What becomes of an epoch: a fix, no fix, or the fix before it once more."""
+
+_FOREVER = 1 << 60
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One kind of fault: its start or rate, duration and size.
+
+    `kind`: "dropout" no fix; "jump" a transient displacement (one fix unless `duration` is given); "burst"
+    white noise of 1σ `size` in addition; "step" a displacement that stays (for `duration`, else to the end);
+    "frozen" the last position repeated with new times.
+    `start` is in s after the first epoch; or the fault comes `per_hour` times at random, never overlapping itself. A
+    displacement of `size` m points in `direction` (rad from true north), in a random one if None.
+
+    Raises InputError for an unknown kind, when not exactly one of `start` and `per_hour` is given, and for a negative
+    number.
+    """
+
+    kind: str
+    start: float | None = None
+    per_hour: float | None = None
+    duration: float | None = None
+    size: float = 0.0
+    direction: float | None = None
+
+    def __post_init__(self) -> None:
+        one_of("fault.kind", self.kind, KINDS)
+        if (self.start is None) == (self.per_hour is None):
+            raise InputError(f"fault {self.kind!r} needs either start or per_hour")
+        for name in ("start", "per_hour", "duration", "size"):
+            value = getattr(self, name)
+            if value is not None and value != math.inf:
+                not_negative(f"fault.{name}", value)
+
+    def row(self, rate: float) -> tuple[float, ...]:
+        """The fault as `happen` reads it, in epochs of a receiver with `rate` Hz."""
+        start = -1.0 if self.start is None else math.ceil(self.start * rate - 1e-9)
+        probability = 0.0 if self.per_hour is None else self.per_hour / (3600.0 * rate)
+        forever = math.inf if self.kind == "step" else 0.0
+        duration = forever if self.duration is None else self.duration
+        epochs = float(_FOREVER) if math.isinf(duration) else max(1.0, round(duration * rate))
+        direction = math.nan if self.direction is None else self.direction
+        return KINDS.index(self.kind), start, probability, epochs, self.size, direction
+
+
+def table(faults: Sequence[Fault], rate: float) -> np.ndarray:
+    """The (n, 6) array that `happen` reads."""
+    return np.array([fault.row(rate) for fault in faults], dtype=np.float64).reshape(len(faults), 6)
+
+
+@kernel
+def happen(faults: Floats, state: Floats, epoch: int, uniforms: Floats, normals: Floats, error: Floats) -> int:
+    """Let one epoch's faults happen; adds displacements to `error` (2,) and returns GOOD, LOST or HELD.
+
+    `faults` (n, 6) from `table`; `state` (n, 3) is changed: epochs left, displacement north and east. `uniforms` (2n,)
+    and `normals` (2n,) are this epoch's draws.
+    """
+    outcome = GOOD
+    for i in range(len(faults)):
+        kind, size = faults[i, 0], faults[i, 4]
+        starts = epoch == faults[i, 1] or uniforms[2 * i] < faults[i, 2]
+        if state[i, 0] == 0.0 and starts:
+            direction = faults[i, 5]
+            if math.isnan(direction):
+                direction = 2.0 * math.pi * uniforms[2 * i + 1]
+            state[i, 0] = faults[i, 3]
+            state[i, 1] = size * math.cos(direction)
+            state[i, 2] = size * math.sin(direction)
+        if state[i, 0] == 0.0:
+            continue
+        state[i, 0] -= 1.0
+        if kind == DROPOUT:
+            outcome = LOST
+        elif kind == FROZEN:
+            outcome = LOST if outcome == LOST else HELD
+        elif kind == BURST:
+            error[0] += size * normals[2 * i]
+            error[1] += size * normals[2 * i + 1]
+        else:
+            error[0] += state[i, 1]
+            error[1] += state[i, 2]
+    return outcome
+
+
+class FaultTable(Table):
+    """The keys of a fault in a scenario, at `start` s or `per_hour` times."""
+
+    kind: Kind
+    start: NotNegative | None = None
+    per_hour: NotNegative | None = None
+    duration: NotNegative | None = None
+    size: NotNegative = 0.0
+    direction_deg: Number | None = None
+
+    def build(self) -> Fault:
+        return Fault(**in_radians(self))
 
 
 class Errors:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.arrays import Floats
+from steerway.core.checks import not_negative, positive, positive_or_unlimited
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
@@ -40,14 +41,10 @@ class Instrument:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.rate < math.inf:
-            raise InputError(f"instrument.rate is {self.rate}, expected a positive number of readings a second")
-        deviations = {"white": self.white, "turn_on_std": self.turn_on_std, "wander": self.wander[0]}
-        for name, value in deviations.items():
-            if not 0.0 <= value < math.inf:
-                raise InputError(f"instrument.{name} is {value}, expected 0 or more")
-        if not self.wander[1] > 0.0:
-            raise InputError(f"instrument.wander has a time constant of {self.wander[1]} s, expected more than 0")
+        positive("instrument.rate", self.rate)
+        for name, value in (("white", self.white), ("turn_on_std", self.turn_on_std), ("wander", self.wander[0])):
+            not_negative(f"instrument.{name}", value)
+        positive_or_unlimited("time constant in instrument.wander", self.wander[1])
 
     def start(self, seed: Seed) -> "InstrumentStream":
         """The instrument switched on."""

@@ -4,10 +4,9 @@ A new one is one entry at the end: each draws from a random stream of its place 
 """
 
 from steerway.sensors.compass import CompassTable
-from steerway.sensors.doppler import BottomLogTable, LogTable
+from steerway.sensors.doppler import BottomLogTable, LogTable, TachometerTable
 from steerway.sensors.inertial import AccelerometerTable, GyroTable
 from steerway.sensors.instrument import InstrumentTable
-from steerway.sensors.tachometer import TachometerTable
 
 INSTRUMENTS: dict[str, type[InstrumentTable]] = {
     "compass": CompassTable,
