@@ -15,12 +15,11 @@ from steerway.core import rms, wrap, wrap_array
 from steerway.estimation import FilterEstimator, FiveStateFilter, Profile
 from steerway.guidance import AdaptiveLineOfSight, IntegralLineOfSight, LineOfSight, Mission, Route, TrackingFilter
 from steerway.pilot import Pilot
-from steerway.report import BAD, OURS, THEIRS
+from steerway.report import BAD, OURS, THEIRS, TRUTH, Band, Curve, Panel, series
 from steerway.sensors import Compass, Suite, white
 from steerway.simulation import Run, Start, sail
 from steerway.vessels import OTTER_BOAT_FOR_SMALL_MOMENTS, Current, Environment, Otter
 from steerway_studies.parts import over_cases
-from steerway_studies.plots import TRUTH, Band, Curve, Panel, series
 from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
 
 SEEDS = 20

@@ -3,12 +3,11 @@
 import numpy as np
 
 from steerway.core import NORMAL_95
-from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway.report import BAD, OURS, QUIET, THEIRS, TRUTH, Band, Curve, Panel, series
 from steerway_studies.adaptive_speed import cases, printed, sailing
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
 from steerway_studies.adaptive_speed.sailing import PLANTS, SPEEDS, sail
 from steerway_studies.parts import over_cases
-from steerway_studies.plots import TRUTH, Band, Curve, Panel, series
 from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
 
 FEW, MANY = 20, 100

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from steerway.core import rms
+from steerway.report import PALETTE, Curve, Panel, series
 from steerway_studies.at_sea.sailing import (
     CRAFT,
     SHARES,
@@ -21,7 +22,6 @@ from steerway_studies.at_sea.sailing import (
     judged,
 )
 from steerway_studies.parts import over_cases
-from steerway_studies.plots import PALETTE, Curve, Panel, series
 from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
 
 SEEDS = 8

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from steerway.control import place_poles
-from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway.report import BAD, OURS, QUIET, THEIRS, TRUTH, Curve, Panel, series, track
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway_studies.mariner_los.ship import (
     BANDWIDTH,
@@ -29,7 +29,6 @@ from steerway_studies.mariner_los.ship import (
 )
 from steerway_studies.papers.course_autopilot import MARINER_NOMOTO, closed_loop_poles
 from steerway_studies.parts import over_cases
-from steerway_studies.plots import TRUTH, Curve, Panel, series, track
 from steerway_studies.study import Quantity, Results, Study, means, seeds_from, stage
 
 SEEDS = 4

@@ -10,7 +10,7 @@ import numpy as np
 
 from steerway.control import carried_bandwidth, place_poles
 from steerway.core import rms, wrap_array
-from steerway.report import BAD, QUIET, THEIRS
+from steerway.report import BAD, PALETTE, QUIET, THEIRS, TRUTH, Band, Curve, Panel, series, track
 from steerway.simulation import settling
 from steerway_studies.otter_course.boat import (
     BACK_AT,
@@ -30,7 +30,6 @@ from steerway_studies.otter_course.logs import add_logs
 from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, closed_loop_poles
 from steerway_studies.papers.ekf_5states import Ekf5States
 from steerway_studies.parts import over_cases
-from steerway_studies.plots import PALETTE, TRUTH, Band, Curve, Panel, series, track
 from steerway_studies.study import Quantity, Results, Study, means, seeds_from, stage
 
 SEEDS = 20

@@ -15,9 +15,8 @@ import numpy as np
 from steerway import read
 from steerway.core import OK, Fixes, Motion, wrap
 from steerway.estimation import choose_profile, compare, estimate
-from steerway.report import BAD, THEIRS, track_figure
+from steerway.report import BAD, THEIRS, Curve, Panel, broken, series, track_figure
 from steerway_studies.papers.ekf_5states import Ekf5States
-from steerway_studies.plots import Curve, Panel, series
 
 STEP = 0.02
 LONGEST = 1500.0
@@ -162,13 +161,7 @@ def _signals(fixes, ours, printed):
     cog = [Curve(time, course, "", THEIRS, ".")]
     for motion, name, *look in ((printed, "printed filter", BAD, "-", 0.8), (ours, "product filter")):
         sog.append(Curve(motion.time - began, motion.sog, name, *look))
-        cog.append(Curve(motion.time - began, _lifted(motion.cog), "", *look))
+        course = broken(np.degrees(np.mod(motion.cog, 2 * np.pi)))
+        cog.append(Curve(motion.time - began, course, "", *look))
     most = 1.5 * np.nanquantile(ours.sog, 0.99)
     return series([Panel("SOG (m/s)", sog, ylim=(0.0, most)), Panel("COG (°)", cog, ylim=(0.0, 360.0))])
-
-
-def _lifted(course):
-    """Compass degrees, the line lifted where it passes north."""
-    degrees = np.mod(np.degrees(course), 360.0)
-    jump = np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0
-    return np.where(jump, np.nan, degrees)

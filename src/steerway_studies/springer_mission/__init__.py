@@ -5,11 +5,10 @@ from functools import partial
 import numpy as np
 
 from steerway.core import rms
-from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway.report import BAD, OURS, QUIET, THEIRS, TRUTH, Band, Curve, Panel, bars, series, track
 from steerway.sensors import TRUE_TCM2
 from steerway.vessels import RPM
 from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
-from steerway_studies.plots import TRUTH, Band, Curve, Panel, bars, series, track
 from steerway_studies.springer_mission import bounds, missions
 from steerway_studies.springer_mission.missions import BOXED, ideal, nominal
 from steerway_studies.springer_mission.world import ACCEPTANCE, World, sail

@@ -28,7 +28,8 @@ _STEERING = (
 )
 _ORDERS = "Ordered course (or heading) and speed, the reference that the autopilot follows, and the true motion."
 _PLACES = "Place and heading, as ordered, estimated and true; the errors of the estimate, and of the receiver's fixes."
-_MANOEUVRE = "The track from where the helm is first put over, and the heading with what is ordered of the actuators."
+_MANOEUVRE = "The track from where the helm is first put over."
+_TURNED = "The heading, with what is ordered of the actuators."
 _ACTUATORS = "Commands of the actuators, with their limits."
 
 
@@ -56,7 +57,8 @@ def _figures(sailed: Sailed) -> list[tuple["Figure", str]]:
 
     run, pilot = sailed.run, sailed.assembly.pilot
     if isinstance(pilot, ManoeuvringPilot):
-        steered = [(figures.manoeuvre_figure(run, pilot.mission.orders[0].course), _MANOEUVRE)]
+        place, turned = figures.manoeuvre_figures(run, pilot.mission.orders[0].course)
+        steered = [(place, _MANOEUVRE), (turned, _TURNED)]
     elif holds_places(sailed.scenario):
         steered = [(figures.places_figure(run), _PLACES)]
     elif sailed.scenario.orders:

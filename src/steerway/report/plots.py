@@ -1,4 +1,4 @@
-"""The plots that all studies share: a track, series one above the other, and bars. Each gives a matplotlib figure."""
+"""The plots that runs and studies share, each a matplotlib figure: a track, series one above the other, and bars."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway.report.figures import BAD, OURS, QUIET, THEIRS
 
 TRUTH = "black"
 PALETTE = OURS, THEIRS, BAD, "#38761d", QUIET
