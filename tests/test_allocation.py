@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from steerway.control import OTTER_PROPELLERS
 from steerway.control.testing import thrust
 from steerway.core import InputError
-from steerway_studies.testing import otter_allocation as printed
+from steerway_studies.testing import course_autopilot as printed
 
 
 def given_by(propellers, port, starboard):

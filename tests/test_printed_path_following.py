@@ -7,7 +7,7 @@ import pytest
 from steerway.core import leg_direction, track_errors
 from steerway.guidance import Mission, Route
 from steerway.guidance.testing import line_of_sight
-from steerway_studies.testing import path_following as printed
+from steerway_studies.testing import course_autopilot as printed
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 

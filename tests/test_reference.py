@@ -7,7 +7,7 @@ import pytest
 
 from steerway.core import InputError
 from steerway.guidance import LowPass, Reference, ReferenceModel, TrackingFilter
-from steerway_studies.testing import references as printed
+from steerway_studies.testing import course_autopilot as printed
 
 H = 0.05
 

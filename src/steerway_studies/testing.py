@@ -21,24 +21,22 @@ if TYPE_CHECKING:
     from steerway_studies.otter_course import logs
     from steerway_studies.otter_course.boat import as_published, turned
     from steerway_studies.otter_course.logs import LOGS, as_printed
-    from steerway_studies.papers import otter_allocation, path_following, positioning, references
-    from steerway_studies.papers.compass_kalman import PrintedCompassKalman
+    from steerway_studies.papers import course_autopilot, positioning
     from steerway_studies.papers.course_autopilot import (
         MARINER_NOMOTO,
         OTTER_NOMOTO,
         OTTER_PRINTED_GAINS,
+        RangeRatePassing,
         closed_loop_poles,
         feedforward,
+        propeller_speeds,
         rudder,
     )
     from steerway_studies.papers.ekf_5states import Ekf5States, ekf_5states
+    from steerway_studies.papers.heading import OutputCorrectedMpc, PrintedCompassKalman
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
-    from steerway_studies.papers.otter_allocation import propeller_speeds
-    from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
-    from steerway_studies.papers.path_following import RangeRatePassing
     from steerway_studies.papers.positioning import PrintedPositionPID
-    from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
-    from steerway_studies.papers.speed_mrac import PrintedMrac
+    from steerway_studies.papers.speed import PrintedMrac, PrintedSpeedEkf
     from steerway_studies.parts import keeping, over_cases
     from steerway_studies.springer_mission.missions import WeightedBounds, ideal, interval_box, nominal
     from steerway_studies.springer_mission.training import lesson, train

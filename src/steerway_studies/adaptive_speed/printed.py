@@ -10,8 +10,7 @@ from steerway.vessels import CALM, Caldas, Surge, runge_kutta
 from steerway.vessels import propeller_thrust as thrust
 from steerway_studies.adaptive_speed import sailing
 from steerway_studies.adaptive_speed.sailing import ACCELEROMETER, GPS, LEAK, LOG
-from steerway_studies.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
-from steerway_studies.papers.speed_mrac import PRINTED_GUESS, PrintedMrac
+from steerway_studies.papers.speed import PRINTED_GUESS, SENSOR_STDS, PrintedMrac, PrintedSpeedEkf
 
 FINE, COARSE = 0.001, 0.1
 

@@ -15,9 +15,8 @@ from steerway.simulation import Run, sail
 from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway.vessels import Mariner
-from steerway_studies.papers.aboard import AlwaysByCourse, PrintedEstimator
-from steerway_studies.papers.course_autopilot import MARINER_NOMOTO
-from steerway_studies.papers.ekf_5states import Ekf5States
+from steerway_studies.papers.course_autopilot import MARINER_NOMOTO, AlwaysByCourse
+from steerway_studies.papers.ekf_5states import Ekf5States, PrintedEstimator
 
 STEP = 0.1
 DURATION = 5000.0

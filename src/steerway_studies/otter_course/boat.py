@@ -14,10 +14,14 @@ from steerway.pilot import Pilot, SteadyForce
 from steerway.sensors import Suite, white
 from steerway.simulation import Run, sail
 from steerway.vessels import CALM, Otter
-from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, OTTER_PRINTED_GAINS, rudder
+from steerway_studies.papers.course_autopilot import (
+    OTTER_NOMOTO,
+    OTTER_PRINTED_GAINS,
+    propeller_speeds,
+    reference_model,
+    rudder,
+)
 from steerway_studies.papers.ekf_5states import Ekf5States
-from steerway_studies.papers.otter_allocation import propeller_speeds
-from steerway_studies.papers.references import reference_model
 
 STEP = 0.02
 FIX_EVERY = 10  # steps: 5 Hz

@@ -1,12 +1,18 @@
-"""The papers' course autopilots as printed; corrected with `printed=False`. For studies and tests, never for a boat.
+"""The papers' course steering as printed; corrected with `printed=False`. For studies and tests, never for a boat.
+
+Autopilots, the Otter's allocation, the rules for switching waypoints, and the reference filters of the author's public
+toolbox (MSS) as they are, to compare `guidance.reference` with.
 
 P0: Fossen and Fossen, Sensors 21, 2021, 7910. P1: Fossen, "Line-of-sight path-following control utilizing an extended
-Kalman filter", Journal of Marine Science and Technology, 2022.
+Kalman filter", Journal of Marine Science and Technology, 2022. P4: Motwani, Sharma, Sutton and Culverhouse, weighted
+interval Kalman filter on Springer.
 """
+
+import math
 
 import numpy as np
 
-from steerway.core import wrap
+from steerway.core import LegState, wrap
 
 OTTER_NOMOTO = (0.0242, 1.0)
 """K in s/(kg·m²) and T in s, P0 (64)–(65); the unit of K is printed as kg·m²·s."""
@@ -49,3 +55,89 @@ def closed_loop_poles(gains, nomoto, printed=True):
             sign * stiffness / integral_time,
         ]
     )
+
+
+class AlwaysByCourse:
+    """The papers hand over to nothing: course steers at any speed, from the first step."""
+
+    by_course = True
+
+    def step(self, speed, course, heading, dt, wanted=True) -> bool:
+        """True, see `control.handover.HandOver`."""
+        return True
+
+
+GAIN = 0.0111
+"""k in kg·m, P0 (60)."""
+
+ARM = 0.395
+"""m; l_1 = −0.395 belongs to the port propeller, l_2 = 0.395 to the starboard one."""
+
+
+def propeller_speeds(surge_force, yaw_moment):
+    """(n_1, n_2) in rad/s for a surge force (N) and yaw moment (N·m): P0 (60)–(63), one gain ahead and astern, no limits."""
+    half = yaw_moment / ARM
+    return tuple(
+        math.copysign(math.sqrt(abs(square)), square)
+        for square in (0.5 * (surge_force + half) / GAIN, 0.5 * (surge_force - half) / GAIN)
+    )
+
+
+def along_track(north, east, north_0, east_0, direction, printed=True):
+    """P1 (46): along-track error x_e (m) from a leg's beginning; printed with sine and cosine exchanged."""
+    c, s = math.cos(direction), math.sin(direction)
+    if printed:
+        c, s = s, c
+    return (north - north_0) * c + (east - east_0) * s
+
+
+def switches(length, along, radius, printed=True):
+    """P1 (45): whether the next waypoint is taken; printed with |x_e|, so that a ship behind the leg switches."""
+    return length - (abs(along) if printed else along) <= radius
+
+
+class RangeRatePassing:
+    """P4's missed-waypoint test. Reached inside the circle of acceptance, P4 (22); missed when it rises again.
+
+    Beside a waypoint that is what is meant; a boat that turns round after switching triggers it too. Stands in for
+    `Passing` in one mission.
+    """
+
+    time_factor = None
+    time_margin = 0.0
+
+    def __init__(self):
+        self._target, self._last, self._fell = -1, math.inf, False
+
+    def verdict(self, leg: LegState, acceptance: float, _: float = math.nan) -> tuple[bool, str] | None:
+        if leg.target != self._target:
+            self._target, self._last, self._fell = leg.target, math.inf, False
+        rises, self._last = leg.distance > self._last, leg.distance
+        if leg.distance <= acceptance:
+            return True, "circle"
+        missed = self._fell and rises
+        self._fell = self._fell or not rises
+        return (False, "range rate") if missed else None
+
+
+def los_observer(angle, rate, command, gain, dt):
+    """One step of the LOS observer with gain K_f (1/s): (angle, "rate"), rad.
+
+    The "rate" is the angle less its low-pass, so on a ramp it is dt/(1 − exp(−dt/T_f)) times the true rate with
+    T_f = 1/(K_f + 2√K_f + 1) in s: 0.44 of it for K_f = 0.3 at dt = 0.05 s. It has the unit of an angle.
+    """
+    keep = math.exp(-dt * (gain + 2.0 * math.sqrt(gain) + 1.0))
+    lagged = keep * (angle - rate) + (1.0 - keep) * angle
+    following = angle + dt * (rate + gain * wrap(command - angle))
+    return following, following - lagged
+
+
+def reference_model(angle, rate, acceleration, command, bandwidth, damping, max_rate, dt):
+    """One step of the third-order reference model by Euler's rule: (angle, rate, acceleration).
+
+    At its rate limit the acceleration goes on by itself and is no longer the rate's; the angle is not wrapped.
+    """
+    spread = 2.0 * damping + 1.0
+    jerk = -(bandwidth**3) * (angle - command) - spread * (bandwidth**2 * rate + bandwidth * acceleration)
+    following = rate + dt * acceleration
+    return angle + dt * rate, max(-max_rate, min(max_rate, following)), acceleration + dt * jerk

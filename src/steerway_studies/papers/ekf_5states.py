@@ -2,11 +2,12 @@
 h² Q_d and so changes with the rate, and the "LL" state is in radians. The product is `steerway.FiveStateFilter`.
 """
 
+import math
 from functools import partial
 
 import numpy as np
 
-from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, InputError, radii
+from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, Estimate, InputError, Measurements, radii, wrap
 
 
 def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, return_covariance=False):
@@ -130,3 +131,18 @@ def _printed_meridian(latitude):
     """R_M of (34), with the square root that does not belong there: 0.27 % too short at 63.4°."""
     _, prime_vertical = radii(latitude)
     return prime_vertical * (1.0 - ECCENTRICITY_SQUARED) * prime_vertical / SEMI_MAJOR_AXIS
+
+
+_UNSAID = (math.nan,) * 6
+
+
+class PrintedEstimator:
+    """P0 Appendix A in the loop, one step of it a step of the loop: course is always believed, whatever it is worth."""
+
+    def __init__(self, ekf: Ekf5States):
+        self.ekf = ekf
+
+    def step(self, readings: Measurements, dt: float) -> Estimate:
+        """The filter's state; `dt` is the h that it was made with. The speed may be negative, as the paper lets it."""
+        north, east, speed, course, rate = self.ekf.step(readings.north, readings.east).tolist()
+        return Estimate(north, east, speed, wrap(course), rate, *_UNSAID)

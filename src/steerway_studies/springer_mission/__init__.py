@@ -325,7 +325,7 @@ def summaries(unseen, worlds) -> dict:
 
 REMARKS = (
     "The KF of this study is not the paper's (5)–(7), whose input is the heading that is sought, but a filter of four "
-    "states, vehicle and compass, driven by the propellers' difference; as printed it is `papers.compass_kalman`.",
+    "states, vehicle and compass, driven by the propellers' difference; as printed it is `papers.heading`.",
     "The weighted estimate with the weight of P4 (20) equals the ideal filter by definition, for any bounds "
     "whatever: (20) solves (19) for the ideal estimate. The paper's 'wIKF' is therefore the ideal filter, and its"
     " Table 1 compares a filter that knows the compass with one that does not. What bounds are worth without "

@@ -7,8 +7,8 @@ import numpy as np
 from steerway.estimation.heading import IntervalFilter, ModelBank, corners
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass, stability_limit
 from steerway.vessels import CALM, RPM, Springer
+from steerway_studies.papers.heading import OutputCorrectedMpc
 from steerway_studies.papers.interval_filter import PrintedIntervalFilter
-from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
 from steerway_studies.springer_mission.missions import WeightedBounds, interval_box
 from steerway_studies.springer_mission.world import World, paper_mpc, sail
 from steerway_studies.study import Quantity

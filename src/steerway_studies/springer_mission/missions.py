@@ -27,7 +27,7 @@ from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.vessels import RPM, HeadingModel
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
-from steerway_studies.papers.path_following import RangeRatePassing
+from steerway_studies.papers.course_autopilot import RangeRatePassing
 from steerway_studies.parts import over_cases
 from steerway_studies.springer_mission.world import (
     PAPER_CIRCUIT,

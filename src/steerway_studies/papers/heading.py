@@ -1,8 +1,10 @@
-"""P4's Kalman filter (5)–(7) as printed: of the compass alone, with the heading for a known input. For tests.
+"""P4's Kalman filter (5)–(7) as printed, of the compass alone with the heading for a known input; and a textbook's MPC.
 
 The heading is what is sought, so that only a simulation can feed it. The studies' filter and the product's have four
 states, vehicle and compass, and the propellers' difference for an input.
 """
+
+import math
 
 import numpy as np
 
@@ -39,3 +41,18 @@ class PrintedCompassKalman:
         self.state = self.state + gain * (reading - self.heading)
         self.covariance = self.covariance - np.outer(gain, self._c @ self.covariance)
         return self.heading
+
+
+class OutputCorrectedMpc:
+    """A HeadingMpc whose plant states run free: the last output error is added to the prediction (step-response MPC).
+
+    On a plant that is not asymptotically stable the free states drift off, and with them the prediction.
+    """
+
+    def __init__(self, mpc):
+        self._mpc = mpc
+        mpc.reset(0.0)
+
+    def step(self, wanted: float, estimated: float) -> float:
+        error = estimated - self._mpc.observer.output
+        return self._mpc.step(wanted - error, math.nan)
