@@ -175,7 +175,7 @@ def test_an_interrupted_study_continues_whatever_interrupted_it(tmp_path):
         ("simulate", ROOT / "examples" / "otter-mission.toml"),
         ("simulate", ROOT / "examples" / "otter-mission.toml", "--seeds", 2),
         ("simulate", ROOT / "examples" / "otter-square.toml", "--live", "--to", "stdout:"),
-        ("study", "otter-path"),
+        ("study", "mariner-los"),
         ("demo",),
     ],
     ids=lambda command: " ".join(each for each in map(str, command) if "/" not in each),

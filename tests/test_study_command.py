@@ -98,7 +98,7 @@ def test_figures_alone_are_drawn_without_a_run(tmp_path, monkeypatch):
     with pytest.raises(steerway.InputError, match="study ours draws its figures of all its runs"):
         Study("ours", "another", run=None).figures_only(0)
     have = {name for name, module in steerway_studies.STUDIES.items() if import_module(module).STUDY.drawn}
-    assert have == {"otter-course", "otter-path", "mariner-los", "adaptive-speed", "springer-mission"}
+    assert have == {"otter-course", "mariner-los", "adaptive-speed", "springer-mission"}
 
 
 def test_a_study_that_has_what_it_needs_is_run():

@@ -11,7 +11,6 @@ STUDIES = {
     "adaptive-speed": "steerway_studies.adaptive_speed",
     "otter-course": "steerway_studies.otter_course",
     "mariner-los": "steerway_studies.mariner_los",
-    "otter-path": "steerway_studies.otter_path",
     "estimator-limits": "steerway_studies.estimator_limits",
     "springer-mission": "steerway_studies.springer_mission",
     "unseen-logs": "steerway_studies.unseen_logs",

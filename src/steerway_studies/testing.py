@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway_studies import at_sea, named, otter_course, otter_path, unseen_logs
+    from steerway_studies import at_sea, named, otter_course, unseen_logs
     from steerway_studies.adaptive_speed import printed, sailing
     from steerway_studies.adaptive_speed.cases import Job, run
     from steerway_studies.at_sea.sailing import CRAFT, SHARES, Case, Receiver, all_cases, drawn

@@ -245,7 +245,7 @@ FAULTS = (
     Fault("Ctrl-C in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGINT, _some_seeds),
     Fault("SIGTERM in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGTERM, _some_seeds),
     Fault("SIGKILL of a campaign on all cores", CAMPAIGN, _scenario, signal.SIGKILL, _some_seeds),
-    Fault("SIGINT in a study", "steerway study otter-path -o study", lambda folder: None, signal.SIGINT,
+    Fault("SIGINT in a study", "steerway study mariner-los -o study", lambda folder: None, signal.SIGINT,
           lambda folder: _size(folder / "study" / "study.unfinished") > 500),
 )  # fmt: skip
 

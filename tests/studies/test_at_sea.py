@@ -34,8 +34,8 @@ def test_full_runs_the_whole_grid(monkeypatch):
         with pytest.raises(InterruptedError):
             at_sea.STUDY.run_keeping(None, 1, 3, None, full=full)
     assert ran == [list(drawn(3)), list(all_cases())]
-    with pytest.raises(InputError, match="study otter-path runs all its cases with every seed, expected no --full"):
-        named("otter-path").run_keeping(None, 1, 0, None, full=True)
+    with pytest.raises(InputError, match="study mariner-los runs all its cases with every seed, expected no --full"):
+        named("mariner-los").run_keeping(None, 1, 0, None, full=True)
 
 
 @pytest.mark.parametrize(

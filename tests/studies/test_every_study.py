@@ -14,10 +14,9 @@ KEYS = {
     "cybership-observers": """tekf_mae_all tekf_mae_fix tekf_recipe_b_mae observer_stock_mae observer_tuned_mae ekf9_mae
         ekf9_bound_ratio ekf9_nis rts_mae hold_mae pid_overshoot_north_pct pid_overshoot_east_pct""",
     "mariner-los": """truth_switch_s_1 truth_switch_s_4 truth_rudder_max_deg truth_rudder_rate_max_dps
-        truth_cross_track_max_m rotations_finished_pct rudder_rate_ratio""",
+        truth_cross_track_max_m rotations_finished_pct rudder_rate_ratio heading_los_offset_ratio""",
     "otter-course": """verbatim_sog_rms_mps verbatim_cog_rms_deg verbatim_rate_rms_dps verbatim_overshoot_pct
         verbatim_settling_s noisy_0p1_course_rms_deg noisy_0p5_course_rms_deg""",
-    "otter-path": "cross_track_rms_m_0p1 cross_track_rms_m_0p5 heading_los_offset_ratio adaptive_los_rms_m",
     "springer-mission": """ideal_reached ideal_time_s nominal_reached nominal_heading_rms_deg
         weight_net_heading_rms_deg scale_state_heading_rms_deg
         product_s2_reached_all_pct product_s2_heading_median_deg interval_inclusion_pct deviation_printed_ideal_m

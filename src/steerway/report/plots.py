@@ -1,7 +1,7 @@
 """The plots that runs and studies share, each a matplotlib figure: a track, series one above the other, and bars."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -61,7 +61,11 @@ def track(curves: Sequence[Curve], x: str = "east (m)", y: str = "north (m)") ->
 
 
 def series(
-    panels: Sequence[Panel], x: str = "time (s)", columns: int = 1, share: bool | str = True, widths=None
+    panels: Sequence[Panel],
+    x: str = "time (s)",
+    columns: int = 1,
+    share: bool | Literal["col"] = True,
+    widths: Sequence[float] | None = None,
 ) -> Figure:
     """Curves with bands over a common axis, a panel each, row by row; `share` as sharex of matplotlib's subplots."""
     rows = -(-len(panels) // columns)
@@ -92,7 +96,11 @@ def series(
 
 
 def bars(
-    names: Sequence[str], groups: dict[str, tuple[ArrayLike, ArrayLike | None]], x: str, log: bool = False, line=None
+    names: Sequence[str],
+    groups: dict[str, tuple[ArrayLike, ArrayLike | None]],
+    x: str,
+    log: bool = False,
+    line: float | None = None,
 ) -> Figure:
     """A bar for each name in each group: label → (values, how far they spread or None). `line` is an upright one."""
     figure = Figure(figsize=(9.0, 1.5 + 0.38 * len(names) * max(1.0, 0.6 * len(groups))), layout="constrained")

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from steerway.vessels.motorboat import Motorboat
     from steerway.vessels.nomoto import Nomoto
     from steerway.vessels.otter import BOAT as OTTER_BOAT
-    from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS as OTTER_BOAT_FOR_SMALL_MOMENTS
     from steerway.vessels.otter import BOAT_IN_CURRENT as OTTER_BOAT_IN_CURRENT
     from steerway.vessels.otter import Otter
     from steerway.vessels.propeller import Propeller
@@ -70,7 +69,6 @@ __all__ = [
     "MARINER_RUDDER",
     "MOTORBOAT_BOAT",
     "OTTER_BOAT",
-    "OTTER_BOAT_FOR_SMALL_MOMENTS",
     "OTTER_BOAT_IN_CURRENT",
     "RPM",
     "SPRINGER_MAX_CHANGE_RPM",

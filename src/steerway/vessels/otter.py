@@ -290,13 +290,9 @@ BOAT = Boat(
     speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0, acceleration=0.15),
     station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
 )
-"""For the controllers, with 25 kg of payload. K and T are P0's (64)–(65), valid for yaw moments of about 4 N·m.
-
-For small moments at 1.3 m/s both are larger (`BOAT_FOR_SMALL_MOMENTS`), with the same K/T.
-"""
-
-BOAT_FOR_SMALL_MOMENTS = BOAT.but(nomoto_gain=0.05, nomoto_time=2.5, bandwidth=0.35)
-"""For poor fixes on long legs: K and T of small moments allow a lower bandwidth. Turns are wide."""
+"""For the controllers, with 25 kg of payload. K and T are P0's (64)–(65), valid for yaw moments of about 4 N·m. For
+small moments at 1.3 m/s both are larger with the same K/T, 0.05 and 2.5 s, which allows a bandwidth of 0.35 rad/s: for
+poor fixes on long legs, with wide turns."""
 
 
 BOAT_IN_CURRENT = BOAT.but(

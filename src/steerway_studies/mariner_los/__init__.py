@@ -22,6 +22,7 @@ from steerway_studies.mariner_los.ship import (
     ShipCase,
     approaches,
     asked_rudder_rate,
+    crossing,
     measured,
     route,
     rudder,
@@ -63,7 +64,10 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     numbers |= voyage_numbers(dict(zip(cases, found, strict=False)))
     numbers |= rotation_numbers(list(zip(rotated, found[len(cases) :], strict=True)))
     ideal, ship = approaches()
+    offset, expected = crossing("heading", first_seed)
     numbers |= {
+        "heading_los_offset_ratio": offset / expected,
+        "course_los_offset_ratio": crossing("course", first_seed)[0] / expected,
         "lyapunov_ideal_largest_error_m2ps": ideal.largest_error,
         "lyapunov_ideal_difference": ideal.relative_error,
         "lyapunov_ideal_falling_pct": ideal.falling_pct,
@@ -145,6 +149,7 @@ def _gain(key, value, unit=""):
     return Quantity(key, f"{name} by (32)–(34)", unit, f"{value:g}", f"{value:g} ± 0.2 %")
 
 
+_ACROSS = "leg across a current: offset over Δ tan β,"
 _TURNED, _RATE = "route finished, scene turned", "rudder-rate RMS on straight legs"
 QUANTITIES = [
     _gain("gain_k_p", 1.45),
@@ -184,6 +189,8 @@ QUANTITIES = [
         for low_pass in LOW_PASSES
         for label, where in (("truth", "true states"), ("printed_0p21", "printed filter and noise"))
     ),
+    Quantity("heading_los_offset_ratio", f"{_ACROSS} by heading", "", "1 (P1 §3)", "0.8 to 1.2"),
+    Quantity("course_los_offset_ratio", f"{_ACROSS} by course, estimated", "", "0 (P1 §3)", "0 ± 0.05"),
     Quantity("lyapunov_ideal_difference", "V̇ of (38) against a simulated approach", "", "0", "≤ 0.001"),
     Quantity("lyapunov_ideal_falling_pct", "approach on which V falls, ideal", "%", "100", "100"),
     Quantity("lyapunov_ship_falling_pct", "approach on which V falls, of the ship", "%", "100"),

@@ -11,7 +11,7 @@ from steerway.estimation import AtFaceValue, FilterEstimator, FiveStateFilter, P
 from steerway.guidance import LineOfSight, LowPass, Mission, Route
 from steerway.pilot import Pilot
 from steerway.sensors import Gnss, Suite, Truth
-from steerway.simulation import Run, sail
+from steerway.simulation import Run, parse_scenario, sail, sail_scenario
 from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway.vessels import Mariner
@@ -157,6 +157,42 @@ def measured(case: ShipCase) -> dict[str, float]:
         "saturated_pct": 100.0 * float(np.mean(limited)),
     }
     return numbers | {f"switch_s_{each.waypoint}": each.time for each in mission.log.passages}
+
+
+CROSSED = 4000.0
+"""m of a leg across a current that count for nothing."""
+_CROSSING = """
+duration = 1300.0
+step = 0.1
+[vessel]
+kind = "mariner"
+[start]
+speed = 7.7
+[environment.current]
+speed = 1.0
+direction_deg = 90.0
+[gnss]
+markov = []
+white = 0.5
+[estimator]
+kind = "{estimator}"
+[guidance]
+steer_by = "{angle}"
+[route]
+waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 8000.0, east = 0.0 }}]
+"""
+
+
+def crossing(angle: str, seed: int) -> tuple[float, float]:
+    """(mean offset, Δ tan β of the crab angle β) on a leg north in a current of 1 m/s to the east, m; P1 §3.
+
+    By "course" the ship steers on an estimate from fixes of 0.5 m, by "heading" on true states.
+    """
+    estimator = "five-state" if angle == "course" else "truth"
+    run = sail_scenario(parse_scenario(_CROSSING.format(angle=angle, estimator=estimator)), seed).run
+    rows = run["true_north"] > CROSSED
+    crab = float(np.mean(run.true_cog[rows] - run["true_heading"][rows]))
+    return float(np.mean(run["true_east"][rows])), LOOKAHEAD * math.tan(crab)
 
 
 OFFSET = 600.0

@@ -75,7 +75,7 @@ ARM = 0.395
 
 
 def propeller_speeds(surge_force, yaw_moment):
-    """(n_1, n_2) in rad/s for a surge force (N) and yaw moment (N·m): P0 (60)–(63), one gain ahead and astern, no limits."""
+    """(n_1, n_2) in rad/s for a surge force (N) and yaw moment (N·m), P0 (60)–(63): one gain both ways, no limits."""
     half = yaw_moment / ARM
     return tuple(
         math.copysign(math.sqrt(abs(square)), square)
