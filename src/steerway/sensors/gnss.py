@@ -127,8 +127,9 @@ class Gnss:
         fixes = [fix for row in rows if (fix := receiver.observe(*row)) is not None]
         time, north, east, sog, cog = np.array(fixes, dtype=np.float64).reshape(-1, 5).T
         latitude, longitude = displaced_all(*origin, north, east)
-        reported = {} if self.velocity_std is None else {"sog": sog, "cog": cog}
-        return Fixes(time, latitude, longitude, source=source, **reported)
+        if self.velocity_std is None:
+            return Fixes(time, latitude, longitude, source=source)
+        return Fixes(time, latitude, longitude, source=source, sog=sog, cog=cog)
 
 
 def white(std: float, rate: float = 5.0) -> Gnss:

@@ -4,8 +4,8 @@ State N E ψ u v r, as of `cybership2`. The velocities are through the water, wh
 """
 
 import math
-from collections.abc import Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,7 +30,6 @@ from steerway.vessels.vessel import (
     CompiledVessel,
     Positioned,
     VesselTable,
-    check_shapes,
     checked_method,
     moving,
     stepped,
@@ -92,11 +91,10 @@ class LowSpeedVessel(CompiledVessel):
         self._constants = np.ascontiguousarray(np.linalg.inv(inertia)), np.ascontiguousarray(damping)
         self._options = (checked_method(method),)
 
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
-        check_shapes(state, 6, conditions)
+    def _inputs(self, command: Sequence[float]) -> Iterable[Any]:
+        """The force (3,) that the thrusters give."""
         limits = self._thrusters
-        force = limits.matrix @ np.clip(np.asarray(command, dtype=np.float64), limits.low, limits.high)
-        return self.kernels[0](state, force, *self._constants, conditions, step, *self._options)
+        return (limits.matrix @ np.clip(np.asarray(command, dtype=np.float64), limits.low, limits.high),)
 
 
 _FASTEST = 0.35

@@ -6,7 +6,7 @@ repeated. Anything with the three methods of `Vessel` can be simulated: see docs
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
@@ -147,7 +147,7 @@ class CompiledVessel:
 
     actuators: tuple[Actuator, ...]
     size: ClassVar[int]
-    kernels: ClassVar[tuple[Callable[..., Floats], Callable[..., GroundMotion]]]
+    kernels: ClassVar[tuple[Callable[..., Any], Callable[..., Any]]]
     _constants: tuple[Any, ...]
     _options: tuple[bool, ...] = ()
 
@@ -163,7 +163,11 @@ class CompiledVessel:
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         """The state (n,) after `step` s of one command, in the conditions (5,)."""
         check_shapes(state, self.size, conditions)
-        return self.kernels[0](state, *map(float, command), *self._constants, conditions, step, *self._options)
+        return self.kernels[0](state, *self._inputs(command), *self._constants, conditions, step, *self._options)
+
+    def _inputs(self, command: Sequence[float]) -> Iterable[Any]:
+        """What the kernel takes of a command."""
+        return map(float, command)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         """Position and motion over ground, in the conditions (5,)."""

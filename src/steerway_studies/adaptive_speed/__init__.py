@@ -22,8 +22,6 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
         return [Job(kind, seed, speed, plant) for plant in plants for speed in setpoints for seed in numbers]
 
     return [
-        *of("staircase", FEW, setpoints=(3,), plants=PLANTS),
-        *of("outage", FEW, setpoints=(3,)),
         *of("printed_filter", FEW),
         *of("ours", FEW, plants=PLANTS),
         *of("chance", MANY),
@@ -42,10 +40,8 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     as_printed, as_published = courses()
     numbers = printed_numbers(as_printed, as_published) | control_numbers(judged) | fusion_numbers(judged)
     results = Results("P3: adaptive speed control and speed fusion")
-    slow = sailing.shaft(rate=17.5 / 55.0)
-    numbers["infeasible_least_s_9"] = sailing.NOMINAL.time_to(9.0, slow)
     results.add(numbers | theory_numbers(), QUANTITIES)
-    results.remarks += [sailing.NOMINAL.feasible(9.0, slow)[1], *remarks(results.numbers)]
+    results.remarks += remarks(results.numbers)
     if progress:
         progress(0.95, "drawing")
     results.figures |= figures(as_printed, as_published, first_seed)
@@ -115,7 +111,7 @@ def printed_numbers(as_printed, as_published) -> dict[str, float]:
 
 
 def control_numbers(judged: Judged) -> dict[str, float]:
-    """MRAC+ on plants a–c and on random boats, and the boat identified from its log."""
+    """MRAC+ on plants a–c and on random boats."""
     n, passed = {}, []
     for speed in SPEEDS:
         for key in ("settling_s", "overshoot_pct", "tail_pct"):
@@ -126,13 +122,8 @@ def control_numbers(judged: Judged) -> dict[str, float]:
         passed.append(100.0 * float(((settling < 40.0) & (over <= 0.5) & (tail <= 1.0)).mean()))
         n |= {f"random_plants_pass_pct_{speed}": passed[-1], f"random_plants_settling_s_{speed}": settling.max()}
     n["mracplus_shaft_max_rps"] = judged.worst("shaft_max", "ours")
-    n["staircase_settling_s"] = max(judged.worst(f"step_{i}_s", "staircase") for i in range(1, 6))
     n["random_plants_pass_pct"] = min(passed)
     n["random_plants_peak_pct"] = judged.worst("peak_pct", "chance")
-    for key in ("drag_linear_pct", "drag_quadratic_pct", "thrust_pct"):
-        n[f"identified_{key}"] = judged.worst(key, "staircase", plant="a")
-    n["identified_staircases_pct"] = 100.0 * judged.column("identified", "staircase", plant="a").min()
-    n["identified_constant_speed_pct"] = 100.0 * judged.worst("constant_identified", "staircase", plant="a")
     return n
 
 
@@ -156,7 +147,6 @@ def fusion_numbers(judged: Judged) -> dict[str, float]:
     n["fault_false_exclusions"] = judged.column("exclusions", "faultless").sum()
     n["random_plants_false_exclusions"] = judged.column("exclusions", "chance").sum()
     n["current_found_s"] = judged.worst("current_found_s", "water_track")
-    n["outage_max_pct"] = judged.worst("max_pct", "outage")
     return n
 
 
@@ -219,7 +209,6 @@ QUANTITIES = [
     *_each("mracplus_overshoot_pct", f"{_OURS}: overshoot", "%", "asked 0", "≤ 0.3"),
     *_each("mracplus_tail_pct", f"{_OURS}: error in the last 20 s", "%", "asked ≤ 1", "≤ 0.3"),
     Quantity("mracplus_shaft_max_rps", "MRAC+: fastest shaft", "rev/s", "", "≤ 17.5"),
-    Quantity("staircase_settling_s", "staircase 3-6-9-6-3 m/s, plants a–c: slowest step", "s", "", "≤ 36"),
     Quantity("random_plants_pass_pct", "random plants that settle as asked, worst set-point", "%", "", "≥ 99"),
     Quantity("random_plants_peak_pct", "random plants: peak after current and wind arrive", "%", "", "≤ 4"),
     *_each("fusion_rms_pct", "fused speed: RMS error", "%", "asked ≤ 1", "≤ 0.045", "≤ 0.025", "≤ 0.016"),
@@ -241,13 +230,6 @@ QUANTITIES = [
     Quantity("fault_false_exclusions", "false exclusions in sound runs with current and wind", "", "", "0"),
     *_each("water_track_max_pct", "water track in 0.5 m/s of current: error", "%", "", "≤ 0.7", "≤ 0.4", "≤ 0.25"),
     Quantity("current_found_s", "current within 0.05 m/s for good after", "s", "", "≤ 10"),
-    Quantity("outage_max_pct", "60 s without GPS and log, 3 → 6 m/s, identified: error", "% of 6 m/s", "", "≤ 0.6"),
-    Quantity("identified_drag_linear_pct", "identified linear drag: error", "%", "", "≤ 10"),
-    Quantity("identified_drag_quadratic_pct", "identified quadratic drag: error", "%", "", "≤ 10"),
-    Quantity("identified_thrust_pct", "identified thrust: error", "%", "", "≤ 2.5"),
-    Quantity("identified_staircases_pct", "staircases that count as identifying", "%", "", "100"),
-    Quantity("identified_constant_speed_pct", "logs of one speed that count as identifying", "%", "", "0"),
-    Quantity("infeasible_least_s_9", "9 m/s with a shaft of 55 s: full throttle takes", "s", "", "> 40: infeasible"),
     Quantity("lyapunov_constant_g_error", "constant g: V̇ against −d_m z², relative", "", "V̇ = −d_m z²", "< 0.001"),
     Quantity("lyapunov_varying_g_rise", "g(u, n): what V rises by, relative", "", "V̇ ≤ 0", "> 0: violated"),
     *_each("eigenvalue", "three degrees of freedom: open-loop eigenvalue over u", "1/m", "", "0.139 ± 2 %"),

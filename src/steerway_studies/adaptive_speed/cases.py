@@ -5,13 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.core import rms
-from steerway.identification import identify_surge
-from steerway.vessels import Propeller, conditions
+from steerway.vessels import conditions
 from steerway_studies.adaptive_speed import printed, sailing
 from steerway_studies.adaptive_speed.sailing import sail
 
-STAIRCASE = ((0.0, 3.0), (100.0, 6.0), (200.0, 9.0), (300.0, 6.0), (400.0, 3.0))
 FAULT_AT = 100.0
 FAULTS = {"dvl": "log step", "dvl_ramp": "log ramp", "gps": "gps step", "imu": "accelerometer step"}
 WIND_ARRIVES, CURRENT_ARRIVES = 140.0, 90.0
@@ -67,37 +64,6 @@ def faultless(job):
     return sailing.estimate(voyage, job.setpoint) | {"doubts": float(len(voyage.events))}
 
 
-def staircase(job):
-    """3-6-9-6-3 m/s: the settling of every step, and the boat identified from its log."""
-    voyage = sail(sailing.plant(job.plant), sailing.controller(job.plant), STAIRCASE, job.seed, duration=500.0)
-    ends = [*[since for since, _ in STAIRCASE[1:]], math.inf]
-    found = {}
-    for i, ((since, speed), end) in enumerate(zip(STAIRCASE, ends, strict=True)):
-        rows = (voyage.time >= since) & (voyage.time < end)
-        found[f"step_{i + 1}_s"] = sailing.settling(voyage.time[rows], voyage.speed[rows], speed)
-    return found | (_identified(voyage, job.seed) if job.plant == "a" else {})
-
-
-def _identified(voyage, seed):
-    """Identification from the speeds of the log and of the shaft at 10 Hz; and from one speed alone."""
-    rows = np.flatnonzero(np.isfinite(voyage.log))
-    logged = voyage.time[rows], voyage.log[rows], voyage.shaft[rows]
-    found = identify_surge(*logged, Propeller())
-    steady = (logged[0] > 150.0) & (logged[0] < 199.0)
-    constant = identify_surge(*(column[steady] for column in logged), Propeller())
-    truth = sailing.NOMINAL
-    return {
-        "drag_linear_pct": 100.0 * abs(found.model.linear_drag / truth.linear_drag - 1.0),
-        "drag_quadratic_pct": 100.0 * abs(found.model.quadratic_drag / truth.quadratic_drag - 1.0),
-        "thrust_pct": 100.0 * abs(found.model.thrust / truth.thrust - 1.0),
-        "identified": float(found.identified),
-        "constant_identified": float(constant.identified),
-        "linear_drag": found.model.linear_drag,
-        "quadratic_drag": found.model.quadratic_drag,
-        "thrust": found.model.thrust,
-    }
-
-
 def gps_only(job):
     """GPS and accelerometer, no log."""
     return _estimated(job, log=None)
@@ -139,38 +105,12 @@ def fault(job):
     }
 
 
-def outage(job):
-    """GPS and log fall silent from 90 to 150 s; at 100 s the boat is to go from 3 to 6 m/s. The model is identified."""
-    from steerway.identification import SurgeModel
-
-    steps = sail(sailing.plant("a"), sailing.controller("a"), STAIRCASE, job.seed, duration=500.0)
-    found = _identified(steps, job.seed)
-    model = SurgeModel(found["linear_drag"], found["quadratic_drag"], found["thrust"])
-    voyage = sail(
-        sailing.plant("a"),
-        sailing.controller("a"),
-        ((0.0, 3.0), (100.0, 6.0)),
-        job.seed + 100_000,
-        propeller=model,
-        aid_by_propeller=True,
-        outage=(90.0, 150.0),
-    )
-    rows = (voyage.time > 90.0) & (voyage.time <= 150.0)
-    error = (voyage.estimate - voyage.speed)[rows]
-    return {
-        "max_pct": 100.0 * float(np.abs(error).max()) / 6.0,
-        "rms_pct": 100.0 * rms(error) / 6.0,
-    }
-
-
 KINDS = {
     "ours": ours,
     "chance": chance,
     "faultless": faultless,
-    "staircase": staircase,
     "gps_only": gps_only,
     "water_track": water_track,
     "fault": fault,
-    "outage": outage,
     "printed_filter": printed.filter_errors,
 }

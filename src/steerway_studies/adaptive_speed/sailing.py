@@ -127,18 +127,14 @@ def sail(
     seed: int,
     duration: float = 200.0,
     sea=((0.0, CALM),),
-    gps: bool = True,
     log: str | None = "bottom",
     propeller=None,
-    aid_by_propeller: bool = False,
     fault: tuple[str | None, float] = (None, 0.0),
-    outage: tuple[float, float] = (math.inf, math.inf),
 ) -> SpeedRun:
     """Sail. `setpoints` and `sea` are ((from, value), …).
 
-    `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice and with
-    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. Control sees
-    the estimate.
+    `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice; `fault` (kind,
+    since). Control sees the estimate.
     """
     time = STEP * np.arange(round(duration / STEP) + 1)
     n = len(time)
@@ -168,13 +164,9 @@ def sail(
         of_acceleration, of_gps, of_log = _bias(*fault[:1], now, fault[1])
         reported = {}
         third = turns.step(state[4], STEP) if turns else math.nan
-        silent = outage[0] < now <= outage[1]
         if k % _AID == 0:
-            if gps and not silent:
-                reported["sog"] = received[0, k] = speed + gps_errors[k // _AID] + of_gps
-            if aid_by_propeller:
-                reported["propeller_speed"] = third
-        elif k % _AID == _AID // 2 and log and not silent:
+            reported["sog"] = received[0, k] = speed + gps_errors[k // _AID] + of_gps
+        elif k % _AID == _AID // 2 and log:
             stream = conditions[CURRENT_NORTH] if log == "water" else 0.0
             reported[f"{log}_speed"] = received[1, k] = speed - stream + log_errors[k // _AID] + of_log
         acceleration = (speed - before) / STEP + errors[k] + of_acceleration
