@@ -78,13 +78,6 @@ class VelocityReference:
         """Metres sailed between two times by its speed alone, the lag taken out."""
         return self._ways[2].between(begin + self.lag, end + self.lag)
 
-    def averaged(self, span) -> Self:
-        """Its mean velocity over so many seconds around every row, without the swing of an antenna."""
-        begin, end = (self.time - self.lag + side * 0.5 * span for side in (-1.0, 1.0))
-        north, east = (way / span for way in self.travelled(begin, end))
-        sog = np.hypot(north, east) if np.isfinite(north).any() else self.way(begin, end) / span
-        return replace(self, sog=sog, cog=np.arctan2(east, north), course_lag=0.0)
-
     @cached_property
     def _ways(self) -> tuple["Integral", ...]:
         cog = self._course(self.time) if self.course_lag else self.cog
