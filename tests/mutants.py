@@ -75,7 +75,7 @@ COVERED = {
     "live/startup_buffer.py": ("test_live_opening",),
     "sensors/gnss.py": ("test_sensors",),
     "simulation/loop.py": ("test_loop",),
-    "simulation/scenario_checks.py": ("test_scenario", "test_kinds"),
+    "simulation/reading.py": ("test_scenario", "test_kinds"),
     "simulation/scenario.py": ("test_scenario", "test_kinds"),
 }
 """File of `steerway` → files of tests, or single tests, that cover it."""

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from steerway.commands.demo import SCENARIO
-from steerway.simulation.campaign import over_seeds
 from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import numbers_of_seed
+from steerway.simulation.run import numbers_of_seed, over_seeds
 
 pytestmark = pytest.mark.study
 MISSION = Path(__file__).parents[2] / "examples" / "otter-mission.toml"

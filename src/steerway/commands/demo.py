@@ -82,8 +82,7 @@ def simulate_demo(
     from steerway.simulation.bound import course_bound
     from steerway.simulation.reading import parse_scenario
     from steerway.simulation.runs.files import write, write_results
-    from steerway.simulation.runs.page import comparison, summary
-    from steerway.simulation.runs.story import write_story
+    from steerway.simulation.runs.page import comparison, summary, write_story
 
     scenario = parse_scenario(SCENARIO, "demo")
     sailed = run.sail_scenario(scenario, progress=progress)

@@ -136,8 +136,7 @@ def _refuse_with_live(**options: object) -> None:
 
 
 def _campaign(scenario: "Scenario", n: int, dask: str | None, out: Path, resume: bool, sentence: str) -> None:
-    from steerway.simulation.campaign import over_seeds
-    from steerway.simulation.run import numbers_of_seed
+    from steerway.simulation.run import numbers_of_seed, over_seeds
     from steerway.simulation.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
     from steerway.simulation.unfinished import Unfinished
 

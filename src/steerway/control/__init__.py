@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.control.allocation import OTTER_PROPELLERS, Rudder, TwoPropellers
+    from steerway.control.allocation import OTTER_PROPELLERS, Rudder, Thrusters, TwoPropellers, thruster_matrix
     from steerway.control.bandwidth import carried_bandwidth
     from steerway.control.course import AnglePID, AnglePIDGains, place_poles
     from steerway.control.handover import Autopilot
-    from steerway.control.heading_lqg import HeadingLqg
-    from steerway.control.heading_mpc import HeadingMpc
+    from steerway.control.heading_mpc import HeadingLqg, HeadingMpc
     from steerway.control.heading_plant import BiasObserver, HeadingResponse, InputLimits, LinearPlant
     from steerway.control.positioning import PositioningGains, PositionPID
     from steerway.control.positioning import by_bandwidth as positioning_gains
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
     from steerway.control.speed_pi import SpeedPI, SpeedPIGains
     from steerway.control.station import StationGains, StationKeeper
-    from steerway.control.thrusters import Thrusters, thruster_matrix
 
 __all__ = [
     "OTTER_PROPELLERS",

@@ -1,9 +1,10 @@
-"""Model predictive control of one output by one input, within limits of the input and of its change; P4 §5.
+"""Model predictive and LQG control of one output by one input, within limits of the input and of its change; P4 §5.
 
 At every step: min Σ_{i=1..H_p} Q e(k+i)² + Σ_{i=0..H_c−1} R Δu(k+i)², (25) with the limits (26)–(27), over the changes
 Δu; a small dense QP that DAQP solves. A Kalman filter on [plant states, input bias] supplies the states and makes it
 offset-free: the bias is part of the prediction. (Adding the last output error to the prediction instead leaves the
-states of a plant that is not stable to drift away.)
+states of a plant that is not stable to drift away.) LQG, the paper's rival, has the same plant, observer and weights
+without horizon and limits, clipped to them afterwards.
 """
 
 import math
@@ -157,6 +158,57 @@ class HeadingMpc(SampledHeading):
             self._lower,
         )
         return self._gradient, self._upper, self._lower
+
+
+class HeadingLqg(SampledHeading):
+    """Δu = −L ([x; u] − [x; u] at rest on the wanted heading), with the observer's bias at rest made up for.
+
+    Arguments as HeadingMpc's. The gain minimises Σ Q e² + R Δu² over all time.
+    """
+
+    def __init__(
+        self,
+        plant: LinearPlant,
+        limits: InputLimits,
+        observer: BiasObserver,
+        output_weight: float | None = None,
+        change_weight: float | None = None,
+    ):
+        from scipy.linalg import solve_discrete_are
+
+        output_weight, change_weight = default_weights(limits, output_weight, change_weight)
+        n = len(plant.b)
+        a, b = np.eye(n + 1), np.append(plant.b, 1.0)[:, None]
+        a[:n, :n], a[:n, n] = plant.a, plant.b
+        c = np.append(plant.c, 0.0)[None]
+        cost = solve_discrete_are(a, b, output_weight * c.T @ c, np.array([[change_weight]]))
+        self.gain = (b.T @ cost @ a / (change_weight + b.T @ cost @ b))[0]
+        at_rest = np.zeros((n + 1, n + 1))
+        at_rest[:n, :n], at_rest[:n, n], at_rest[n, :n] = plant.a - np.eye(n), plant.b, plant.c
+        self._rest = np.linalg.solve(at_rest, np.eye(n + 1)[n])
+        super().__init__(plant, limits, observer)
+
+    @classmethod
+    def for_(
+        cls,
+        identified: Identified,
+        limit: float,
+        rate: float = math.inf,
+        angle_std: float = 0.0,
+        output_weight: float | None = None,
+        change_weight: float | None = None,
+    ) -> "HeadingLqg":
+        """A controller for an identified heading; see `HeadingMpc.for_`."""
+        return cls(*parts_for(identified, limit, rate, angle_std), output_weight, change_weight)
+
+    def change(self, wanted: float) -> float:
+        """See `SampledHeading`. At rest the input makes up for the bias: it stands at the model's own less the bias."""
+        state = self.observer.state[:-1]
+        if self._plant.circular:
+            now = float(self._plant.c @ state)
+            wanted = now + math.remainder(wanted - now, 2.0 * math.pi)
+        away = np.append(state, self.input + self.observer.bias) - self._rest * wanted
+        return -float(self.gain @ away)
 
 
 def prediction(plant: LinearPlant, horizon: int, control_horizon: int) -> tuple[Floats, Floats, Floats]:

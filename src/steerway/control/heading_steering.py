@@ -2,8 +2,7 @@
 
 import math
 
-from steerway.control.heading_lqg import HeadingLqg
-from steerway.control.heading_mpc import LONGEST_HORIZON, HeadingMpc
+from steerway.control.heading_mpc import LONGEST_HORIZON, HeadingLqg, HeadingMpc
 from steerway.control.heading_plant import HeadingResponse, SampledHeading
 from steerway.core.checks import one_of, positive
 

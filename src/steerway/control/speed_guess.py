@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from steerway.core.actuator_lag import follow
 from steerway.core.checks import not_negative, positive, positive_or_unlimited
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -92,6 +91,17 @@ class SpeedGuess:
         """Low, high, rate, lag and lead of the shaft: what the kernels read."""
         wanted = _QUICKER_SHAFT / self.rate if self.wanted_lag is None else self.wanted_lag
         return self.low, self.high, self.shaft_rate, self.shaft_lag, max(self.shaft_lag / wanted, 1.0)
+
+
+@kernel
+def follow(value: float, command: float, low: float, high: float, rate: float, lag: float, step: float) -> float:
+    """Position after `step` s of one command of an actuator at `value`: exact lag, then limited to its rate."""
+    wanted = min(max(command, low), high)
+    change = wanted - value
+    if lag > 0.0:
+        change *= -math.expm1(-step / lag)
+    most = rate * step
+    return value + min(max(change, -most), most)
 
 
 @kernel

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from steerway.core.actuator_lag import follow
+from steerway.control.speed_guess import follow
 from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel

@@ -14,13 +14,12 @@ if TYPE_CHECKING:
         random_compass,
         stability_limit,
     )
-    from steerway.sensors.compass import Compass
+    from steerway.sensors.compass import Compass, DynamicCompass
     from steerway.sensors.doppler import DopplerLog
     from steerway.sensors.gnss import Gnss, low_cost, white
     from steerway.sensors.inertial import accelerometer, gyro
     from steerway.sensors.instrument import Instrument
     from steerway.sensors.suite import Suite, Truth
-    from steerway.sensors.tcm2 import DynamicCompass
 
 __all__ = [
     "STATE_VARIANCE",

@@ -1,21 +1,26 @@
-"""A magnetic compass: true heading, with deviation that depends on the heading, bias and noise."""
+"""A magnetic compass: true heading, with deviation that depends on the heading, bias and noise.
+
+And one with dynamics, the TCM2 as identified: x(k+1) = A x(k) + B ψ(k) + ω, z = C x + υ at 40 Hz, angles in degrees;
+P4 (5)–(8). Its second state is the first, a tick late. A gain on an angle depends on how many turns were made, so the
+paper's compass reads unwrapped headings; the `deviation` card is what a real installation does instead.
+"""
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap, wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
 from steerway.core.settings import NotNegative, Number, Rate
-from steerway.sensors.instrument import Instrument, InstrumentTable
-
-if TYPE_CHECKING:
-    from steerway.sensors.tcm2 import TickingCompass
+from steerway.estimation.heading.models import READING_VARIANCE_DEG2, TCM2, TICKS, CompassModel
+from steerway.sensors.instrument import SLACK, Clock, Instrument, InstrumentTable
 
 HALF_A_DEGREE = Instrument(white=math.radians(0.5))
 
@@ -61,6 +66,99 @@ def deviation(heading: Any, a: float, b: float, c: float, d: float, e: float) ->
     return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
 
 
+@dataclass(frozen=True)
+class DynamicCompass:
+    """A TCM2 for the loop.
+
+    model: its dynamics. card: deviation coefficients A to E, rad. wrapped: readings in [−π, π) and dynamics that act on
+    the turn made since switching on; the paper's reads on beyond a turn.
+    """
+
+    model: CompassModel = TCM2
+    card: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    wrapped: bool = False
+    _constants: np.ndarray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if not self.model.stable:
+            raise InputError(f"compass.model {tuple(self.model)} is unstable, expected poles inside the unit circle")
+        object.__setattr__(self, "_constants", np.array(self.model, dtype=np.float64))
+
+    def start(self, heading: float, seed: Seed) -> "DynamicCompassStream":
+        """The compass switched on, at rest at a heading (rad)."""
+        return DynamicCompassStream(self, heading, seed)
+
+
+class DynamicCompassStream:
+    """A compass that is switched on: `readings(heading, ticks)` gives its readings (rad) at 40 Hz at one heading."""
+
+    def __init__(self, compass: DynamicCompass, heading: float, seed: Seed) -> None:
+        self._compass = compass
+        self._rng = np.random.default_rng(seed)
+        model = compass.model
+        settled = model.b * self._seen(heading) / (1.0 - model.a1 - model.shift * model.a2)
+        self._state = np.array([settled, model.shift * settled])
+
+    def second(self, heading: float) -> np.ndarray:
+        """(40,) readings, rad; the heading is held through the second, as in P4."""
+        return self.readings(heading, TICKS)
+
+    def readings(self, heading: float, ticks: int) -> np.ndarray:
+        """(ticks,) readings, rad, of a heading that is held."""
+        readings = np.empty(ticks)
+        noise = self._rng.standard_normal((ticks, 3))
+        _ticks(self._compass._constants, self._state, self._seen(heading), noise, readings)
+        readings = np.radians(readings)
+        return np.array([wrap(each) for each in readings]) if self._compass.wrapped else readings
+
+    def _seen(self, heading: float) -> float:
+        return math.degrees(heading + deviation(heading, *self._compass.card))
+
+
+@dataclass(frozen=True)
+class TickingCompass:
+    """A dynamic compass as a scenario's instrument: its latest reading, modulo a turn, `rate` times a second."""
+
+    compass: DynamicCompass
+    rate: float
+
+    def start(self, seed: Seed) -> "TickingCompassStream":
+        """The compass switched on, at rest at the heading of its first step."""
+        return TickingCompassStream(self, seed)
+
+
+class TickingCompassStream:
+    """A compass that is switched on: a heading in [−π, π) when one is due, else None."""
+
+    def __init__(self, compass: TickingCompass, seed: Seed):
+        self._compass, self._seed = compass.compass, seed
+        self._clock = Clock(compass.rate)
+        self._stream: DynamicCompassStream | None = None
+        self._began = self._turned = self._reading = 0.0
+        self._ticks = 0
+
+    def step(self, time: float, heading: float) -> float | None:
+        """The reading at a time (s) of a vessel with this heading (rad), modulo a turn."""
+        if self._stream is None:
+            self._stream, self._began, self._turned = self._compass.start(heading, self._seed), time, heading
+            self._ticks = -1
+        self._turned += wrap(heading - self._turned)
+        due = math.floor((time - self._began) * TICKS + SLACK)
+        if due > self._ticks:
+            self._reading = self._stream.readings(self._turned, due - self._ticks).item(-1)
+            self._ticks = due
+        return wrap(self._reading) if self._clock.due(time) else None
+
+
+@kernel
+def _ticks(model: Floats, state: Floats, heading_deg: float, noise: Floats, readings: Floats) -> None:
+    for k in range(len(readings)):
+        first = model[0] * state[0] + model[1] * state[1] + model[2] * heading_deg + noise[k, 0]
+        state[1] = model[4] * state[0] + noise[k, 1]
+        state[0] = first
+        readings[k] = model[3] * first + math.sqrt(READING_VARIANCE_DEG2) * noise[k, 2]
+
+
 class CompassTable(InstrumentTable):
     """The keys of a compass in a scenario; `deviation_deg` are the coefficients A to E of its deviation card.
 
@@ -75,12 +173,9 @@ class CompassTable(InstrumentTable):
     deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
     dynamics: tuple[Number, Number, Number, Number] | None = None
 
-    def build(self) -> "Compass | TickingCompass":
+    def build(self) -> Compass | TickingCompass:
         a, b, c, d, e = map(math.radians, self.deviation_deg)
         if self.dynamics is not None:
-            from steerway.estimation.heading.models import CompassModel
-            from steerway.sensors.tcm2 import DynamicCompass, TickingCompass
-
             return TickingCompass(DynamicCompass(CompassModel(*self.dynamics), (a, b, c, d, e)), self.rate)
         instrument = Instrument(self.rate, white=math.radians(self.std_deg), bias=math.radians(self.bias_deg))
         return Compass(instrument, (a, b, c, d, e))

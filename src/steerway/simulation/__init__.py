@@ -6,13 +6,11 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.simulation.assembly import Assembly, assemble, steering_pilot
-    from steerway.simulation.campaign import over_seeds
     from steerway.simulation.loop import Run, Start, sail
-    from steerway.simulation.reading import load_scenario, parse_scenario
+    from steerway.simulation.reading import load_scenario, parse_scenario, short_leg
     from steerway.simulation.responses import settling
-    from steerway.simulation.run import Sailed, numbers_of_seed, sail_scenario
+    from steerway.simulation.run import Sailed, numbers_of_seed, over_seeds, sail_scenario
     from steerway.simulation.scenario import Scenario
-    from steerway.simulation.short_legs import short_leg
     from steerway.simulation.unfinished import Unfinished
 
 __all__ = [

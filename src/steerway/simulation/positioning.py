@@ -8,8 +8,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from steerway.control.allocation import Thrusters
 from steerway.control.positioning import PositionPID, by_bandwidth
-from steerway.control.thrusters import Thrusters
 from steerway.core.estimate import NOTHING_KNOWN, Estimate, Estimator, Measurements
 from steerway.core.kinematics import in_body, over_ground
 from steerway.core.settings import Flag, NotNegative, Positive, Table

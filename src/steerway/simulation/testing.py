@@ -10,13 +10,12 @@ if TYPE_CHECKING:
     from steerway.simulation.advising import advise, steering_loop, tolerated_current
     from steerway.simulation.assembly import begins, boat, pilot
     from steerway.simulation.bound import course_bound
-    from steerway.simulation.campaign import over_seeds
     from steerway.simulation.loop import COLUMNS
     from steerway.simulation.manoeuvres import limits, manoeuvre_of
     from steerway.simulation.outcome import errors, evaluated, leg_rms
-    from steerway.simulation.run import origin
+    from steerway.simulation.run import origin, over_seeds
     from steerway.simulation.runs.campaign import gathered, write_campaign
     from steerway.simulation.runs.files import write
-    from steerway.simulation.runs.story import write_story
+    from steerway.simulation.runs.page import write_story
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -14,7 +14,7 @@ import numpy as np
 
 from steerway.control.allocation import ShaftAndMoment
 from steerway.control.boats import Boat
-from steerway.core.actuator_lag import follow
+from steerway.control.speed_guess import follow
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion, in_body, over_ground

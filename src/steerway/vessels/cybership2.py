@@ -13,8 +13,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.control.allocation import Thrusters
 from steerway.control.boats import Boat
-from steerway.control.thrusters import Thrusters
 from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
+from steerway.control.allocation import Thrusters, thruster_matrix
 from steerway.control.boats import Boat
 from steerway.control.speed_pi import SpeedPIGains
-from steerway.control.thrusters import Thrusters, thruster_matrix
 from steerway.core.arrays import Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel

@@ -12,8 +12,8 @@ from pydantic import Field
 
 from steerway.control.allocation import ShaftSpeed
 from steerway.control.boats import Boat
+from steerway.control.speed_guess import follow
 from steerway.control.speed_pi import SpeedPIGains
-from steerway.core.actuator_lag import follow
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel

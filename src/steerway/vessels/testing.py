@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.core.actuator_lag import follow
+    from steerway.control.speed_guess import follow
     from steerway.core.kinematics import WaveMotion
     from steerway.estimation.heading.models import PAPER_YAW, PHYSICAL_YAW
     from steerway.vessels import otter

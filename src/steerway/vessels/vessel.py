@@ -12,8 +12,8 @@ from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 
+from steerway.control.allocation import Thrusters
 from steerway.control.boats import Boat
-from steerway.control.thrusters import Thrusters
 from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import jitable
