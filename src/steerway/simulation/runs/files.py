@@ -19,53 +19,11 @@ from steerway.simulation.run import Sailed
 from steerway.simulation.runs.page import write_run_page
 from steerway.vessels.vessel import Actuator
 
-_TRUE_DEGREES = ("heading", "cog", "angle", "direction", "bearing")  # of a compass: 0 to 360
-_DEGREES = ("roll", "pitch", "cog_std", "heading_std")
-_DEGREES_PER_SECOND = ("yaw_rate", "course_rate", "course_rate_std", "rate", "yaw_bias")
-_METRES_PER_SECOND = ("velocity", "surge", "sway", "sog", "sog_std", "speed")
-_METRES = (
-    "north",
-    "east",
-    "along_track",
-    "cross_track",
-    "remaining",
-    "distance",
-    "position_std",
-    "position_relative_std",
-)
-_PLAIN = (
-    "mode",
-    "by_course",
-    "leg_target",
-    "estimated_speed_gain",
-    "estimated_yaw_gain",
-    "estimated_yaw_damping",
-    "estimated_yaw_time",
-)
 if TYPE_CHECKING:
     import polars as pl
 
 Outward = tuple[str, Callable[[Floats], Floats] | None]
 """Name of a column with its unit, and the conversion to it."""
-_SPECIAL: dict[str, Outward] = {
-    "desired_acceleration": ("desired_acceleration_dps2", np.degrees),
-    "reference_acceleration": ("reference_acceleration_dps2", np.degrees),
-    "force": ("force_n", None),
-    "yaw": ("yaw", None),  # N·m, or rad of rudder
-    "current_north": ("current_north_mps", None),
-    "current_east": ("current_east_mps", None),
-    "estimated_current_north": ("estimated_current_north_mps", None),
-    "estimated_current_east": ("estimated_current_east_mps", None),
-    "estimated_current_std": ("estimated_current_std_mps", None),
-    "estimated_slip_time": ("estimated_slip_time_s", None),
-    "read_age": ("read_age_s", None),
-    "force_north": ("force_north_n", None),
-    "force_east": ("force_east_n", None),
-    "moment": ("moment_nm", None),
-    "true_shaft": ("true_shaft_rps", None),
-    "read_shaft": ("read_shaft_rps", None),
-    "read_acceleration": ("read_acceleration_mps2", None),
-}
 
 
 def _compass(radians: Floats) -> Floats:
@@ -73,21 +31,28 @@ def _compass(radians: Floats) -> Floats:
     return np.where(turned >= 360.0, 0.0, turned)
 
 
+_UNITS: tuple[tuple[str, Callable[[Floats], Floats] | None, str], ...] = (
+    ("", None, "mode by_course leg_target speed_gain yaw_gain yaw_damping yaw_time yaw"),  # yaw: N·m, or rad of rudder
+    ("_dps2", np.degrees, "desired_acceleration reference_acceleration"),
+    ("_mps2", None, "acceleration"),
+    ("_n", None, "force force_north force_east"),
+    ("_nm", None, "moment"),
+    ("_rps", None, "shaft"),
+    ("_s", None, "slip_time age"),
+    ("_mps", None, "velocity surge sway sog sog_std speed current_north current_east current_std"),
+    ("_dps", np.degrees, "yaw_rate course_rate course_rate_std rate yaw_bias"),
+    ("_deg", np.degrees, "roll pitch cog_std heading_std"),
+    ("_m", None, "north east along_track cross_track remaining distance position_std position_relative_std"),
+    ("_deg", _compass, "heading cog angle direction bearing"),
+)
+"""Unit, conversion to it, and how columns end that have it; the first row with such an ending counts."""
+
+
 def _outward(name: str) -> Outward:
     """(column name with its unit, conversion) of one of a run's columns."""
-    if name in _SPECIAL:
-        return _SPECIAL[name]
-    if name in _PLAIN:
-        return name, None
-    for endings, unit, convert in (
-        (_DEGREES_PER_SECOND, "dps", np.degrees),
-        (_DEGREES, "deg", np.degrees),
-        (_METRES_PER_SECOND, "mps", None),
-        (_METRES, "m", None),
-        (_TRUE_DEGREES, "deg", _compass),
-    ):
-        if any(name == ending or name.endswith(f"_{ending}") for ending in endings):
-            return f"{name}_{unit}", convert
+    for unit, convert, endings in _UNITS:
+        if any(f"_{name}".endswith(f"_{ending}") for ending in endings.split()):
+            return name + unit, convert
     raise KeyError(name)
 
 
