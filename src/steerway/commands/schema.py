@@ -2,10 +2,9 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from steerway.commands.terminal import argument, option
 from steerway.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -135,8 +134,8 @@ def _is_number(schema: dict[str, Any]) -> bool:
 
 
 def schema(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help=f"The kind of file: {', '.join(KINDS)}.")],
-    out: Annotated[Path | None, typer.Option("-o", "--out", metavar="FILE", help="Output file, .json.")] = None,
+    kind: str = argument("KIND", f"The kind of file: {', '.join(KINDS)}."),
+    out: Path | None = option("FILE", "Output file, .json.", None, "-o", "--out"),
 ) -> None:
     """Print the JSON Schema of scenarios, profiles, settings or missions, by which editors complete their keys.
 
