@@ -51,13 +51,7 @@ class BucketState:
     probability: np.ndarray
     run: np.ndarray
     tracks: np.ndarray  # (t, 2) MMSI and number, sorted
-    carry: np.ndarray  # (t, CARRIED)
-
-    @classmethod
-    def of(cls, mmsi: np.ndarray, arrays: Iterable[np.ndarray], tracks: np.ndarray, carry: np.ndarray) -> "BucketState":
-        """A state of its `arrays`."""
-        vessels, slots, x, p, probability, run = arrays
-        return cls(mmsi, vessels, slots, x, p, probability, run, tracks, carry)
+    carry: np.ndarray  # (t,) histories.HISTORY
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
