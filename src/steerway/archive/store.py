@@ -44,14 +44,14 @@ class BucketState:
     """The vessels of a bucket after a day, sorted by MMSI, and the histories of their tracks."""
 
     mmsi: np.ndarray  # (v,)
+    tracks: np.ndarray  # (t, 2) MMSI and number, sorted
+    carry: np.ndarray  # (t,) histories.HISTORY
     vessels: np.ndarray  # of `association.Fleet`: its vessels, tracks and the arrays of its states
     slots: np.ndarray
     x: np.ndarray
     p: np.ndarray
     probability: np.ndarray
     run: np.ndarray
-    tracks: np.ndarray  # (t, 2) MMSI and number, sorted
-    carry: np.ndarray  # (t,) histories.HISTORY
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:

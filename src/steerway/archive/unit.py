@@ -193,7 +193,7 @@ def _on_the_grid(time: Floats, rate: float) -> tuple[NDArray[np.int64], NDArray[
 
 def _no_state(filters: Filters) -> BucketState:
     arrays = _arrays(empty_fleet(0, filters))
-    return BucketState(np.zeros(0, np.int64), *arrays, np.zeros((0, 2), np.int64), np.zeros(0, HISTORY))
+    return BucketState(np.zeros(0, np.int64), np.zeros((0, 2), np.int64), np.zeros(0, HISTORY), *arrays)
 
 
 def _arrays(fleet: Fleet) -> tuple[np.ndarray, ...]:
@@ -207,7 +207,7 @@ def _with_vessels(state: BucketState, mmsi: NDArray[np.int64], filters: Filters)
     place = np.argsort(numbers, kind="stable")
     added = _arrays(empty_fleet(len(new), filters))
     arrays = (np.concatenate([each, more])[place] for each, more in zip(state.arrays, added, strict=True))
-    return BucketState(numbers[place], *arrays, state.tracks, state.carry)
+    return BucketState(numbers[place], state.tracks, state.carry, *arrays)
 
 
 def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) -> Found:
@@ -284,5 +284,5 @@ def _histories(
     keys = np.concatenate([state.tracks[kept], tracks])
     place = np.lexsort((keys[:, 1], keys[:, 0]))
     carried = np.concatenate([state.carry[kept], gone_on])[place]
-    whole = BucketState(state.mmsi, *state.arrays, keys[place], carried)
+    whole = BucketState(state.mmsi, keys[place], carried, *state.arrays)
     return whole, events[:e], trips[:t]

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.report.figures import BAD, OURS, QUIET, THEIRS, track_figure
+    from steerway.report.drawing import BAD, OURS, QUIET, THEIRS
+    from steerway.report.figures import track_figure
     from steerway.report.page import png, write_page
 
 __all__ = [

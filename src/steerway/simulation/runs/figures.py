@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from steerway.core.arrays import Floats
 from steerway.pilot import Mode
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.report.drawing import BAD, OURS, QUIET, THEIRS
 from steerway.simulation import outcome
 from steerway.simulation.loop import Run
 from steerway.vessels.vessel import Actuator

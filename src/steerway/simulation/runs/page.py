@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from steerway.report.page import write_page
-from steerway.report.tables import Table
+from steerway.report.page import Table, write_page
 from steerway.simulation.assembly import holds_places
 from steerway.simulation.manoeuvres import ManoeuvringPilot, limits, measured
 from steerway.simulation.run import Sailed
