@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -77,11 +77,11 @@ class CompassTable(InstrumentTable):
     """
 
     measures: ClassVar[str] = "heading"
-    rate: Rate = 10.0
+    rate: Annotated[Rate, "Hz"] = 10.0
     std_deg: NotNegative = 0.5
     bias_deg: Number = 0.0
     deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    dynamics: tuple[Number, Number, Number, Number] | None = None
+    dynamics: Annotated[tuple[Number, Number, Number, Number] | None, "1"] = None
 
     def build(self) -> "Compass | TickingCompass":
         a, b, c, d, e = map(math.radians, self.deviation_deg)

@@ -1,7 +1,7 @@
 """A Doppler log: velocity along and across the hull, through the water or over the ground."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,10 +53,10 @@ class LogTable(InstrumentTable):
     """The keys of a log of the speed through the water in a scenario."""
 
     measures: ClassVar[str] = "water_speed"
-    rate: Rate = 5.0
-    std: NotNegative = 0.05
-    bias: Number = 0.0
-    scale: Positive = 1.0
+    rate: Annotated[Rate, "Hz"] = 5.0
+    std: Annotated[NotNegative, "m/s"] = 0.05
+    bias: Annotated[Number, "m/s"] = 0.0
+    scale: Annotated[Positive, "1"] = 1.0
 
     def build(self) -> DopplerLog:
         return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias, scale=self.scale))
@@ -71,8 +71,8 @@ class BottomLogTable(LogTable):
     """The keys of a Doppler log with bottom lock, of the speed along the hull over ground, in a scenario."""
 
     measures: ClassVar[str] = "bottom_speed"
-    rate: Rate = 10.0
-    std: NotNegative = 0.002
+    rate: Annotated[Rate, "Hz"] = 10.0
+    std: Annotated[NotNegative, "m/s"] = 0.002
 
     @staticmethod
     def read(stream: DopplerStream, time: float, motion: GroundMotion) -> float | None:

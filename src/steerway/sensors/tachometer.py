@@ -1,6 +1,6 @@
 """A sensor of the shaft's speed."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from steerway.core.kinematics import GroundMotion
 from steerway.core.settings import NotNegative, Rate
@@ -11,8 +11,8 @@ class TachometerTable(InstrumentTable):
     """The keys of a tachometer in a scenario; `std` in rev/s. Only vessels whose model has a shaft can have one."""
 
     measures: ClassVar[str] = "shaft"
-    rate: Rate = 10.0
-    std: NotNegative = 0.02
+    rate: Annotated[Rate, "Hz"] = 10.0
+    std: Annotated[NotNegative, "rev/s"] = 0.02
 
     def build(self) -> Instrument:
         return Instrument(self.rate, white=self.std)
