@@ -284,9 +284,9 @@ _UNITS = {"dps2": "°/s²", "n": "N", "nm": "N·m", "radps": "rad/s"}
 
 
 def _unit(name):
-    from steerway.commands.schema import unit_of
+    from steerway.core.settings import unit_of
 
     if "_" not in name:
         return ""
     end = name.rsplit("_", 1)[1]
-    return _UNITS.get(end) or unit_of("", f"x_{end}")
+    return _UNITS.get(end) or unit_of(f"x_{end}")

@@ -90,6 +90,9 @@ def test_the_list_of_events_has_the_gap_and_the_rejected_fix(estimated):
     rejected = estimated[1].time[estimated[1].status == REJECTED]
     spans = [each for each in found if "rejected" in each[2]]
     assert len(rejected) and all(any(start <= time <= stop for start, stop, _ in spans) for time in rejected)
+    fixes, motion = estimated
+    contradicted = replace(fixes, sog=np.where(np.arange(len(fixes)) > 300, fixes.sog, 5.0))
+    assert any("own SOG differs" in what for *_, what in events(contradicted, motion))
 
 
 def test_the_course_axis_is_cut_where_nobody_steers():

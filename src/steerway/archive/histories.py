@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from steerway.archive.tracks import ANOTHER, JUMP, MOVED
+from steerway.archive.tracks import ANOTHER, JUMP, MOVED, record_of
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
@@ -39,42 +39,22 @@ _RUN = 5
 _SOG_STD, _SOG_MARGIN = 0.2, 0.5
 _COG_STD, _COG_MARGIN, _COG_LEAST_SPEED = math.radians(3.0), math.radians(5.0), 2.0
 
-(
-    _TIME,
-    _LATITUDE,
-    _LONGITUDE,
-    _SOG,
-    _COG,
-    _ROWS,
-    _MODE,  # of MODES
-    _BEGAN,  # of the mode: time and place
-    _BEGAN_LATITUDE,
-    _BEGAN_LONGITUDE,
-    _DISTANCE,  # sailed since
-    _FASTEST,
-    _ANCHOR_TIME,  # where the vessel may have stopped
-    _ANCHOR_LATITUDE,
-    _ANCHOR_LONGITUDE,
-    _ANCHOR_DISTANCE,
-    _TURN_BEGAN,
-    _TURNED,
-    _FAST_BEGAN,  # of two runs of wrong values: time, rows, largest difference
-    _FAST_ROWS,
-    _FAST_MOST,
-    _AWAY_BEGAN,
-    _AWAY_ROWS,
-    _AWAY_MOST,
-    _LAST_TIME,  # of the report before this one and of the one before that: time, place, transmitted SOG
-    _LAST_LATITUDE,
-    _LAST_LONGITUDE,
-    _LAST_SOG,
-    _FORMER_TIME,
-    _FORMER_LATITUDE,
-    _FORMER_LONGITUDE,
-    _REPORTS,  # how many there are of them
-) = range(32)
-CARRIED = 32
-EVENT_COLUMNS, TRIP_COLUMNS = 8, 11
+EVENT = record_of("track kind start end latitude longitude value rows")
+TRIP = record_of(
+    "track mode start end start_latitude start_longitude end_latitude end_longitude distance greatest_speed"
+)
+_RUN_OF_WRONG = record_of("began rows most")
+HISTORY = record_of(
+    "time latitude longitude sog cog rows mode began began_latitude began_longitude distance fastest"
+    " anchor_time anchor_latitude anchor_longitude anchor_distance turn_began turned"
+    " last_time last_latitude last_longitude last_sog former_time former_latitude former_longitude reports",
+    fast=_RUN_OF_WRONG,
+    away=_RUN_OF_WRONG,
+)
+"""What is known of a track, zero before its first row. The row before and how many there were; the mode (of MODES),
+when and where it began, the distance sailed since and the greatest speed; where the vessel may have stopped; the turn
+it is in; the report before and the one before that, with the transmitted SOG, and how many there were; the runs of
+wrong SOG and COG: when they began, rows, largest difference."""
 
 
 @kernel
@@ -82,9 +62,9 @@ def history(
     bounds: NDArray[np.int64],
     order: NDArray[np.int64],
     rows: tuple[np.ndarray, ...],
-    carry: Floats,
-    events: Floats,
-    trips: Floats,
+    carry: np.ndarray,
+    events: np.ndarray,
+    trips: np.ndarray,
 ) -> tuple[int, int]:
     """Run over tracks that stand behind one another in an order of rows. Returns how many events and trips there are.
 
@@ -92,9 +72,7 @@ def history(
         bounds: (tracks + 1,) where in `order` (n,) each begins.
         rows: (time, latitude, longitude, estimate, status, event, reported), as of `association.associate`; reported
             (n, 4): latitude, longitude, SOG, COG, SI, NaN where unknown.
-        carry: (tracks, CARRIED), zero before the first row; updated.
-        events: (any, EVENT_COLUMNS) receives track, kind, start, end, latitude, longitude, value, rows.
-        trips: (any, TRIP_COLUMNS) receives track, mode, start, end, their places, distance, greatest speed, 0.
+        carry: (tracks,) HISTORY, updated. events: (any,) EVENT. trips: (any,) TRIP.
     """
     time, estimate, status, event, reported = rows
     e = t = 0
@@ -107,66 +85,66 @@ def history(
                 value = 0.0
                 if event[k] == JUMP and math.isfinite(estimate[k, 0]):
                     value = _apart(reported[k, 0], reported[k, 1], estimate[k, 0], estimate[k, 1])
-                elif c[_ROWS] > 0.0:
-                    value = _apart(reported[k, 0], reported[k, 1], c[_LATITUDE], c[_LONGITUDE])
+                elif c.rows > 0.0:
+                    value = _apart(reported[k, 0], reported[k, 1], c.latitude, c.longitude)
                 e = _emit(events, e, i, kind, time[k], time[k], reported[k, 0], reported[k, 1], value, 1.0)
             elif math.isfinite(reported[k, 0]):
                 e = _excursion(events, e, i, c, time[k], reported[k])
             if status[k] == REJECTED or not math.isfinite(reported[k, 0]):
                 continue
             latitude, longitude, sog = estimate[k, 0], estimate[k, 1], estimate[k, 2]
-            if c[_ROWS] > 0.0:
-                step = _apart(latitude, longitude, c[_LATITUDE], c[_LONGITUDE])
-                elapsed = time[k] - c[_TIME]
+            if c.rows > 0.0:
+                step = _apart(latitude, longitude, c.latitude, c.longitude)
+                elapsed = time[k] - c.time
                 if elapsed > GAP:
-                    dark = c[_SOG] > _DARK_SPEED or step > _DARK_DISTANCE
+                    dark = c.sog > _DARK_SPEED or step > _DARK_DISTANCE
                     kind = _DARK if dark else _GAP
-                    e = _emit(events, e, i, kind, c[_TIME], time[k], c[_LATITUDE], c[_LONGITUDE], step, 0.0)
+                    e = _emit(events, e, i, kind, c.time, time[k], c.latitude, c.longitude, step, 0.0)
                 if event[k] != MOVED:
-                    c[_DISTANCE] += step
+                    c.distance += step
                 e = _turning(events, e, i, c, time[k], estimate[k], status[k], elapsed)
                 t = _sailing(trips, t, i, c, time[k], latitude, longitude)
             else:
                 _drop_anchor(c, time[k], latitude, longitude)
                 _begin(c, _UNKNOWN, time[k], latitude, longitude, 0.0)
             if math.isfinite(sog):
-                c[_FASTEST] = max(c[_FASTEST], sog)
+                c.fastest = max(c.fastest, sog)
             e = _wrong_speed(events, e, i, c, time[k], estimate[k], reported[k, 2])
             e = _wrong_course(events, e, i, c, time[k], estimate[k], status[k], reported[k, 3])
-            c[_TIME], c[_LATITUDE], c[_LONGITUDE] = time[k], latitude, longitude
-            c[_SOG] = sog if math.isfinite(sog) else 0.0
-            c[_COG] = estimate[k, 3]
-            c[_ROWS] += 1.0
+            c.time, c.latitude, c.longitude = time[k], latitude, longitude
+            c.sog = sog if math.isfinite(sog) else 0.0
+            c.cog = estimate[k, 3]
+            c.rows += 1.0
     return e, t
 
 
 @called_kernel
-def _excursion(events: Floats, e: int, track: int, c: Floats, time: float, reported: Floats) -> int:
+def _excursion(events: np.ndarray, e: int, track: int, c: np.record, time: float, reported: Floats) -> int:
     """A jump within the reach of a ship shows when the next report is back: none sails there and back so fast."""
-    if c[_REPORTS] >= 2.0 and time - c[_FORMER_TIME] <= _EXCURSION_TIME:
-        there = _apart(c[_LAST_LATITUDE], c[_LAST_LONGITUDE], c[_FORMER_LATITUDE], c[_FORMER_LONGITUDE])
-        back = _apart(reported[0], reported[1], c[_LAST_LATITUDE], c[_LAST_LONGITUDE])
+    if c.reports >= 2.0 and time - c.former_time <= _EXCURSION_TIME:
+        there = _apart(c.last_latitude, c.last_longitude, c.former_latitude, c.former_longitude)
+        back = _apart(reported[0], reported[1], c.last_latitude, c.last_longitude)
         least = min(there, back)
         if least > _EXCURSION:
-            between = _apart(reported[0], reported[1], c[_FORMER_LATITUDE], c[_FORMER_LONGITUDE])
-            speed = min(there / max(c[_LAST_TIME] - c[_FORMER_TIME], 1.0), back / max(time - c[_LAST_TIME], 1.0))
-            known = 2.0 * c[_LAST_SOG] + 0.5 if math.isfinite(c[_LAST_SOG]) else 5.0
+            between = _apart(reported[0], reported[1], c.former_latitude, c.former_longitude)
+            speed = min(there / max(c.last_time - c.former_time, 1.0), back / max(time - c.last_time, 1.0))
+            known = 2.0 * c.last_sog + 0.5 if math.isfinite(c.last_sog) else 5.0
             if between < _BACK * least and speed > known:
-                began, place = c[_LAST_TIME], (c[_LAST_LATITUDE], c[_LAST_LONGITUDE])
+                began, place = c.last_time, (c.last_latitude, c.last_longitude)
                 e = _emit(events, e, track, _JUMP, began, began, place[0], place[1], least, 1.0)
-    c[_FORMER_TIME], c[_FORMER_LATITUDE], c[_FORMER_LONGITUDE] = c[_LAST_TIME], c[_LAST_LATITUDE], c[_LAST_LONGITUDE]
-    c[_LAST_TIME], c[_LAST_LATITUDE], c[_LAST_LONGITUDE], c[_LAST_SOG] = time, reported[0], reported[1], reported[2]
-    c[_REPORTS] += 1.0
+    c.former_time, c.former_latitude, c.former_longitude = c.last_time, c.last_latitude, c.last_longitude
+    c.last_time, c.last_latitude, c.last_longitude, c.last_sog = time, reported[0], reported[1], reported[2]
+    c.reports += 1.0
     return e
 
 
 @kernel
-def unfinished(carry: Floats, trips: Floats) -> int:
+def unfinished(carry: np.ndarray, trips: np.ndarray) -> int:
     """Fill `trips` with the trip or stop that every track is at; returns how many."""
     t = 0
     for i in range(len(carry)):
         c = carry[i]
-        t = _end(trips, t, i, c, c[_TIME], c[_LATITUDE], c[_LONGITUDE], c[_DISTANCE])
+        t = _end(trips, t, i, c, c.time, c.latitude, c.longitude, c.distance)
     return t
 
 
@@ -178,7 +156,7 @@ def _apart(latitude: float, longitude: float, latitude_0: float, longitude_0: fl
 
 @lean_kernel
 def _emit(
-    events: Floats,
+    events: np.ndarray,
     e: int,
     track: int,
     kind: int,
@@ -191,120 +169,119 @@ def _emit(
 ) -> int:
     if e < len(events):
         row = events[e]
-        row[0], row[1], row[2], row[3] = track, kind, start, end
-        row[4], row[5], row[6], row[7] = latitude, longitude, value, rows
+        row.track, row.kind, row.start, row.end = track, kind, start, end
+        row.latitude, row.longitude, row.value, row.rows = latitude, longitude, value, rows
     return e + 1
 
 
 @lean_kernel
-def _begin(c: Floats, mode: int, time: float, latitude: float, longitude: float, distance: float) -> None:
-    c[_MODE], c[_BEGAN], c[_BEGAN_LATITUDE], c[_BEGAN_LONGITUDE] = mode, time, latitude, longitude
-    c[_DISTANCE], c[_FASTEST] = distance, 0.0
+def _begin(c: np.record, mode: int, time: float, latitude: float, longitude: float, distance: float) -> None:
+    c.mode, c.began, c.began_latitude, c.began_longitude = mode, time, latitude, longitude
+    c.distance, c.fastest = distance, 0.0
 
 
 @lean_kernel
-def _drop_anchor(c: Floats, time: float, latitude: float, longitude: float) -> None:
-    c[_ANCHOR_TIME], c[_ANCHOR_LATITUDE], c[_ANCHOR_LONGITUDE] = time, latitude, longitude
-    c[_ANCHOR_DISTANCE] = c[_DISTANCE]
+def _drop_anchor(c: np.record, time: float, latitude: float, longitude: float) -> None:
+    c.anchor_time, c.anchor_latitude, c.anchor_longitude = time, latitude, longitude
+    c.anchor_distance = c.distance
 
 
 @lean_kernel
 def _end(
-    trips: Floats, t: int, track: int, c: Floats, time: float, latitude: float, longitude: float, distance: float
+    trips: np.ndarray, t: int, track: int, c: np.record, time: float, latitude: float, longitude: float, distance: float
 ) -> int:
-    if c[_MODE] != _UNKNOWN or time > c[_BEGAN]:
+    if c.mode != _UNKNOWN or time > c.began:
         if t < len(trips):
             row = trips[t]
-            row[0], row[1], row[2], row[3] = track, c[_MODE], c[_BEGAN], time
-            row[4], row[5], row[6], row[7] = c[_BEGAN_LATITUDE], c[_BEGAN_LONGITUDE], latitude, longitude
-            row[8], row[9] = distance, c[_FASTEST]
+            row.track, row.mode, row.start, row.end = track, c.mode, c.began, time
+            row.start_latitude, row.start_longitude = c.began_latitude, c.began_longitude
+            row.end_latitude, row.end_longitude = latitude, longitude
+            row.distance, row.greatest_speed = distance, c.fastest
         t += 1
     return t
 
 
 @called_kernel
-def _sailing(trips: Floats, t: int, track: int, c: Floats, time: float, latitude: float, longitude: float) -> int:
+def _sailing(
+    trips: np.ndarray, t: int, track: int, c: np.record, time: float, latitude: float, longitude: float
+) -> int:
     """Stops and the trips between them: a stop begins where the vessel came to its place, and ends where it left."""
-    inside = _apart(latitude, longitude, c[_ANCHOR_LATITUDE], c[_ANCHOR_LONGITUDE]) <= STOP_RADIUS
-    if c[_MODE] == _STOP:
+    inside = _apart(latitude, longitude, c.anchor_latitude, c.anchor_longitude) <= STOP_RADIUS
+    if c.mode == _STOP:
         if not inside:
-            t = _end(trips, t, track, c, c[_TIME], c[_LATITUDE], c[_LONGITUDE], 0.0)
-            step = _apart(latitude, longitude, c[_LATITUDE], c[_LONGITUDE])
-            _begin(c, _TRIP, c[_TIME], c[_LATITUDE], c[_LONGITUDE], step)
+            t = _end(trips, t, track, c, c.time, c.latitude, c.longitude, 0.0)
+            step = _apart(latitude, longitude, c.latitude, c.longitude)
+            _begin(c, _TRIP, c.time, c.latitude, c.longitude, step)
             _drop_anchor(c, time, latitude, longitude)
         return t
     if not inside:
-        if c[_MODE] == _UNKNOWN:
-            c[_MODE] = _TRIP
+        if c.mode == _UNKNOWN:
+            c.mode = _TRIP
         _drop_anchor(c, time, latitude, longitude)
-    elif time - c[_ANCHOR_TIME] >= STOP_TIME:
-        place = c[_ANCHOR_LATITUDE], c[_ANCHOR_LONGITUDE]
-        if c[_MODE] == _TRIP:
-            t = _end(trips, t, track, c, c[_ANCHOR_TIME], place[0], place[1], c[_ANCHOR_DISTANCE])
-        _begin(c, _STOP, c[_ANCHOR_TIME], place[0], place[1], 0.0)
+    elif time - c.anchor_time >= STOP_TIME:
+        place = c.anchor_latitude, c.anchor_longitude
+        if c.mode == _TRIP:
+            t = _end(trips, t, track, c, c.anchor_time, place[0], place[1], c.anchor_distance)
+        _begin(c, _STOP, c.anchor_time, place[0], place[1], 0.0)
     return t
 
 
 @called_kernel
 def _turning(
-    events: Floats, e: int, track: int, c: Floats, time: float, estimate: Floats, status: int, elapsed: float
+    events: np.ndarray, e: int, track: int, c: np.record, time: float, estimate: Floats, status: int, elapsed: float
 ) -> int:
     """A turn is a run of rows with a course rate of one sign."""
-    rate = estimate[4] if status == OK and math.isfinite(c[_COG]) and elapsed <= GAP else 0.0
+    rate = estimate[4] if status == OK and math.isfinite(c.cog) and elapsed <= GAP else 0.0
     turns = abs(rate) > _TURN_RATE
-    if c[_TURNED] != 0.0 and not (turns and rate * c[_TURNED] > 0.0):
-        if abs(c[_TURNED]) >= _TURN_LEAST:
-            value = math.degrees(c[_TURNED])
-            e = _emit(events, e, track, _TURN, c[_TURN_BEGAN], c[_TIME], c[_LATITUDE], c[_LONGITUDE], value, 0.0)
-        c[_TURNED] = 0.0
+    if c.turned != 0.0 and not (turns and rate * c.turned > 0.0):
+        if abs(c.turned) >= _TURN_LEAST:
+            value = math.degrees(c.turned)
+            e = _emit(events, e, track, _TURN, c.turn_began, c.time, c.latitude, c.longitude, value, 0.0)
+        c.turned = 0.0
     if turns:
-        change = wrap(estimate[3] - c[_COG])
-        if c[_TURNED] == 0.0:
-            c[_TURN_BEGAN] = c[_TIME]
+        change = wrap(estimate[3] - c.cog)
+        if c.turned == 0.0:
+            c.turn_began = c.time
         if change * rate > 0.0:
-            c[_TURNED] += change
+            c.turned += change
     return e
 
 
 @lean_kernel
 def _wrong(
-    events: Floats, e: int, track: int, c: Floats, began: int, kind: int, time: float, differs: bool, value: float
+    events: np.ndarray, e: int, track: int, c: np.record, run: np.record, kind: int, time: float, value: float
 ) -> int:
-    """A run of rows that differ: the three numbers of the carry from `began` on."""
-    if differs:
-        if c[began + 1] == 0.0:
-            c[began], c[began + 2] = time, 0.0
-        c[began + 1] += 1.0
-        if abs(value) > abs(c[began + 2]):
-            c[began + 2] = value
-    elif c[began + 1] > 0.0:
-        if c[began + 1] >= _RUN:
-            rows, most = c[began + 1], c[began + 2]
-            e = _emit(events, e, track, kind, c[began], c[_TIME], c[_LATITUDE], c[_LONGITUDE], most, rows)
-        c[began + 1] = 0.0
+    """A run of rows that differ, by a value that is 0 in one that does not."""
+    if value != 0.0:
+        if run.rows == 0.0:
+            run.began, run.most = time, 0.0
+        run.rows += 1.0
+        if abs(value) > abs(run.most):
+            run.most = value
+    elif run.rows > 0.0:
+        if run.rows >= _RUN:
+            e = _emit(events, e, track, kind, run.began, c.time, c.latitude, c.longitude, run.most, run.rows)
+        run.rows = 0.0
     return e
 
 
 @called_kernel
-def _wrong_speed(events: Floats, e: int, track: int, c: Floats, time: float, estimate: Floats, sog: float) -> int:
+def _wrong_speed(
+    events: np.ndarray, e: int, track: int, c: np.record, time: float, estimate: Floats, sog: float
+) -> int:
     difference = sog - estimate[2]
     if not math.isfinite(difference) or not math.isfinite(estimate[5]):
         return e
     differs = abs(difference) > _LIMIT * math.hypot(estimate[5], _SOG_STD) + _SOG_MARGIN
-    return _wrong(events, e, track, c, _FAST_BEGAN, _SPEED, time, differs, difference)
+    return _wrong(events, e, track, c, c.fast, _SPEED, time, difference if differs else 0.0)
 
 
 @called_kernel
 def _wrong_course(
-    events: Floats, e: int, track: int, c: Floats, time: float, estimate: Floats, status: int, cog: float
+    events: np.ndarray, e: int, track: int, c: np.record, time: float, estimate: Floats, status: int, cog: float
 ) -> int:
     if status != OK or not math.isfinite(cog) or not estimate[2] > _COG_LEAST_SPEED:
         return e
     difference = wrap(cog - estimate[3])
     differs = abs(difference) > _LIMIT * math.hypot(estimate[6], _COG_STD) + _COG_MARGIN
-    return _wrong(events, e, track, c, _AWAY_BEGAN, _COURSE, time, differs, math.degrees(difference))
-
-
-def carries(count: int) -> np.ndarray:
-    """(count, CARRIED) before the first row."""
-    return np.zeros((count, CARRIED))
+    return _wrong(events, e, track, c, c.away, _COURSE, time, math.degrees(difference) if differs else 0.0)

@@ -13,8 +13,7 @@ from steerway.archive.tables import COUNTED_INTERVALS
 from steerway.archive.tracks import INTERVALS
 from steerway.core.arrays import Floats
 from steerway.formats.ais_tables import MOBILES
-from steerway.report.page import write_page
-from steerway.report.tables import Table
+from steerway.report.page import Table, write_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

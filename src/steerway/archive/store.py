@@ -44,20 +44,14 @@ class BucketState:
     """The vessels of a bucket after a day, sorted by MMSI, and the histories of their tracks."""
 
     mmsi: np.ndarray  # (v,)
+    tracks: np.ndarray  # (t, 2) MMSI and number, sorted
+    carry: np.ndarray  # (t,) histories.HISTORY
     vessels: np.ndarray  # of `association.Fleet`: its vessels, tracks and the arrays of its states
     slots: np.ndarray
     x: np.ndarray
     p: np.ndarray
     probability: np.ndarray
     run: np.ndarray
-    tracks: np.ndarray  # (t, 2) MMSI and number, sorted
-    carry: np.ndarray  # (t, CARRIED)
-
-    @classmethod
-    def of(cls, mmsi: np.ndarray, arrays: Iterable[np.ndarray], tracks: np.ndarray, carry: np.ndarray) -> "BucketState":
-        """A state of its `arrays`."""
-        vessels, slots, x, p, probability, run = arrays
-        return cls(mmsi, vessels, slots, x, p, probability, run, tracks, carry)
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:

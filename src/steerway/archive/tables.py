@@ -8,7 +8,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from steerway.archive.association import Found
-from steerway.archive.histories import EVENTS, MODES, TRIP_COLUMNS, unfinished
+from steerway.archive.histories import EVENTS, HISTORY, MODES, TRIP, unfinished
 from steerway.archive.store import Store
 from steerway.archive.tracks import INTERVALS, LEVELS, STEADY
 from steerway.core.arrays import Floats
@@ -73,49 +73,49 @@ def _fill(
         single[6, j], single[7, j], single[8, j] = math.hypot(e[8], USUAL_STD), e[8], nis[k]
 
 
-def _of_tracks(tracks: NDArray[np.int64], rows: Floats) -> dict[str, np.ndarray]:
-    """Whose events or trips they are, by their first column."""
-    of_row = tracks[rows[:, 0].astype(np.int64)]
-    return {"mmsi": of_row[:, 0], "track": of_row[:, 1].astype(np.int16)}
-
-
-def event_table(tracks: NDArray[np.int64], events: Floats) -> pl.DataFrame:
-    """Events: mmsi, track, which, start and end, place, value, reports."""
+def event_table(tracks: NDArray[np.int64], events: np.ndarray) -> pl.DataFrame:
+    """Events (n,) EVENT: mmsi, track, which, start and end, place, value, reports."""
     return pl.DataFrame(
         _of_tracks(tracks, events)
         | {
-            "event": _EVENT.gather(events[:, 1].astype(np.uint32)),
-            "start_s": events[:, 2],
-            "end_s": events[:, 3],
-            "lat_deg": np.degrees(events[:, 4]),
-            "lon_deg": np.degrees(events[:, 5]),
-            "value": events[:, 6],
-            "reports": events[:, 7].astype(np.int32),
+            "event": _EVENT.gather(events["kind"].astype(np.uint32)),
+            "start_s": events["start"],
+            "end_s": events["end"],
+            "lat_deg": np.degrees(events["latitude"]),
+            "lon_deg": np.degrees(events["longitude"]),
+            "value": events["value"],
+            "reports": events["rows"].astype(np.int32),
         }
     )
 
 
-def trip_table(tracks: NDArray[np.int64], trips: Floats) -> pl.DataFrame:
-    """Trips and stops: mmsi, track, what, start and end with their places, distance, duration, speeds."""
-    duration = trips[:, 3] - trips[:, 2]
+def trip_table(tracks: NDArray[np.int64], trips: np.ndarray) -> pl.DataFrame:
+    """Trips and stops (n,) TRIP: mmsi, track, what, start and end with their places, distance, duration, speeds."""
+    duration = trips["end"] - trips["start"]
     with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(duration > 0.0, trips[:, 8] / duration, np.nan)
+        mean = np.where(duration > 0.0, trips["distance"] / duration, np.nan)
     return pl.DataFrame(
         _of_tracks(tracks, trips)
         | {
-            "what": _MODE.gather(trips[:, 1].astype(np.uint32)),
-            "start_s": trips[:, 2],
-            "end_s": trips[:, 3],
-            "start_lat_deg": np.degrees(trips[:, 4]),
-            "start_lon_deg": np.degrees(trips[:, 5]),
-            "end_lat_deg": np.degrees(trips[:, 6]),
-            "end_lon_deg": np.degrees(trips[:, 7]),
-            "distance_m": trips[:, 8],
+            "what": _MODE.gather(trips["mode"].astype(np.uint32)),
+            "start_s": trips["start"],
+            "end_s": trips["end"],
+            "start_lat_deg": np.degrees(trips["start_latitude"]),
+            "start_lon_deg": np.degrees(trips["start_longitude"]),
+            "end_lat_deg": np.degrees(trips["end_latitude"]),
+            "end_lon_deg": np.degrees(trips["end_longitude"]),
+            "distance_m": trips["distance"],
             "duration_s": duration,
             "mean_speed_mps": pl.Series(mean, nan_to_null=True),
-            "greatest_sog_mps": trips[:, 9],
+            "greatest_sog_mps": trips["greatest_speed"],
         }
     )
+
+
+def _of_tracks(tracks: NDArray[np.int64], rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Whose events or trips they are."""
+    of_row = tracks[rows["track"].astype(np.int64)]
+    return {"mmsi": of_row[:, 0], "track": of_row[:, 1].astype(np.int16)}
 
 
 def numbers(rows: "UnitRows", found: Found, bounds: NDArray[np.int64]) -> dict[str, Any]:
@@ -189,8 +189,8 @@ def write_unfinished_trips(store: Store) -> None:
     tables = []
     for day, bucket in last_units(store):
         state = store.state(day, bucket)
-        trips = np.zeros((len(state.tracks), TRIP_COLUMNS))
-        count = unfinished(state.carry, trips)
+        trips = np.zeros(len(state.tracks), TRIP)
+        count = unfinished(state.carry.view(HISTORY), trips)
         tables.append(trip_table(state.tracks, trips[:count]))
     if not tables:
         return

@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from steerway.archive.association import Reports
 
 
-def _record(names: str) -> np.dtype:
-    """Records of numbers with these names."""
-    return np.dtype((np.record, [(name, np.float64) for name in names.split()]))
+def record_of(names: str, **inner: np.dtype) -> np.dtype:
+    """Records of numbers with these names, and of inner records."""
+    return np.dtype((np.record, [*((name, np.float64) for name in names.split()), *inner.items()]))
 
 
 SLOTS = 4
 """Tracks under one MMSI at a time."""
 FREE, TENTATIVE, LEFT, TRACKED = range(4)
 """Uses of a slot. LEFT: where a ship was before it moved, tentative too."""
-TRACK = _record(
+TRACK = record_of(
     "use number last now hits since hull mobile known underway refused_from resets last_latitude last_longitude"
     " latitude longitude"
 )
@@ -33,7 +33,7 @@ to which the filter is predicted; reports taken since it is tentative, and how m
 became so; hull, 0 of none reported; class of the vessel; 1 where the velocity is known, and where the vessel is under
 way; time of the first of unbroken refusals, infinite of none, and how often that moved the position since a report was
 taken; place of the last report that the filter took, and the origin of its plane (rad)."""
-VESSEL = _record("current next taken")
+VESSEL = record_of("current next taken")
 """A vessel: slot of the last report, number of the next track, reports taken by tracks."""
 NOTHING, JUMP, MOVED, ANOTHER = range(4)
 """What a row tells: nothing; a position out of reach; the ship is there now; there is another ship."""

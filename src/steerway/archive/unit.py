@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from steerway.archive.association import Fleet, Found, Reports, associate, empty_fleet, empty_found
 from steerway.archive.filters import Filters, State, empty_states
-from steerway.archive.histories import CARRIED, EVENT_COLUMNS, TRIP_COLUMNS, carries, history
+from steerway.archive.histories import EVENT, HISTORY, TRIP, history
 from steerway.archive.levels import filters as filters_of_levels
 from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
 from steerway.archive.store import DAY, BucketState, Store
@@ -193,7 +193,7 @@ def _on_the_grid(time: Floats, rate: float) -> tuple[NDArray[np.int64], NDArray[
 
 def _no_state(filters: Filters) -> BucketState:
     arrays = _arrays(empty_fleet(0, filters))
-    return BucketState.of(np.zeros(0, np.int64), arrays, np.zeros((0, 2), np.int64), carries(0))
+    return BucketState(np.zeros(0, np.int64), np.zeros((0, 2), np.int64), np.zeros(0, HISTORY), *arrays)
 
 
 def _arrays(fleet: Fleet) -> tuple[np.ndarray, ...]:
@@ -207,7 +207,7 @@ def _with_vessels(state: BucketState, mmsi: NDArray[np.int64], filters: Filters)
     place = np.argsort(numbers, kind="stable")
     added = _arrays(empty_fleet(len(new), filters))
     arrays = (np.concatenate([each, more])[place] for each, more in zip(state.arrays, added, strict=True))
-    return BucketState.of(numbers[place], arrays, state.tracks, state.carry)
+    return BucketState(numbers[place], state.tracks, state.carry, *arrays)
 
 
 def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) -> Found:
@@ -264,24 +264,25 @@ def _histories(
     estimate: Floats,
     tracks: NDArray[np.int64],
     state: BucketState,
-) -> tuple[BucketState, Floats, Floats]:
+) -> tuple[BucketState, np.ndarray, np.ndarray]:
     """The state with the histories gone on, and the events and trips."""
     known = {tuple(each): i for i, each in enumerate(state.tracks.tolist())}
-    places = [known.get(tuple(each), -1) for each in tracks.tolist()]
-    carry = np.array([state.carry[i] if i >= 0 else np.zeros(CARRIED) for i in places]).reshape(-1, CARRIED)
+    places = np.array([known.get(tuple(each), -1) for each in tracks.tolist()], int)
+    carry = np.zeros(len(places), HISTORY)
+    carry[places >= 0] = state.carry[places[places >= 0]]
     record = (rows.time, estimate, found.status, found.event, rows.reported)
     room = _LEAST_EVENTS + len(order) // 8
     while True:
-        events, trips = np.empty((room, EVENT_COLUMNS)), np.empty((room, TRIP_COLUMNS))
+        events, trips = np.empty(room, EVENT), np.empty(room, TRIP)
         gone_on = carry.copy()
         e, t = history(bounds, order, record, gone_on, events, trips)
         if max(e, t) <= room:
             break
         room = max(e, t)
     kept = np.ones(len(state.tracks), bool)
-    kept[[i for i in places if i >= 0]] = False
+    kept[places[places >= 0]] = False
     keys = np.concatenate([state.tracks[kept], tracks])
     place = np.lexsort((keys[:, 1], keys[:, 0]))
     carried = np.concatenate([state.carry[kept], gone_on])[place]
-    whole = BucketState.of(state.mmsi, state.arrays, keys[place], carried)
+    whole = BucketState(state.mmsi, keys[place], carried, *state.arrays)
     return whole, events[:e], trips[:t]

@@ -2,12 +2,21 @@
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from steerway.commands.options import AIDS_OF_ARCHIVES, ArchiveAids, From, aid_names, moment
-from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
+from steerway.commands.options import AIDS_OF_ARCHIVES, ARCHIVE_AIDS, FROM, aid_names, moment
+from steerway.commands.terminal import (
+    argument,
+    flag,
+    option,
+    print_json,
+    print_notes,
+    print_pairs,
+    print_table,
+    progress_line,
+)
 from steerway.core.errors import InputError, printable
 
 if TYPE_CHECKING:
@@ -23,41 +32,28 @@ app = typer.Typer(
 )
 INCOMPLETE, DISK_FULL = 3, 4
 """Exit codes: an input or a unit was left out; the disk is full."""
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Directory of the archive.")]
+DIRECTORY = argument("DIR", "Directory of the archive.")
 
 
 @app.command()
 def run(
-    inputs: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="IN...",
-            help="Files, folders or patterns: AIS tables (CSV, Parquet, GeoParquet, also packed), raw AIS, logs.",
-        ),
-    ],
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory of the archive.")],
-    buckets: Annotated[int | None, typer.Option(metavar="N", help="Parts into which vessels are divided.")] = None,
-    memory: Annotated[str, typer.Option(metavar="SIZE", help="Memory to use, of all processes, such as 4GB.")] = "4GB",
-    workers: Annotated[int | None, typer.Option(metavar="N", help="Processes; by default one a core.")] = None,
-    scheduler: Annotated[str | None, typer.Option(metavar="URL", help="Scheduler of a Dask cluster to run on.")] = None,
-    smooth: Annotated[
-        bool, flag("--smooth", help="Smooth: use later fixes too, up to an hour of the next day.")
-    ] = False,
-    rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Output rate; by default one row per report.")
-    ] = None,
-    aid: ArchiveAids = None,
-    profile: Annotated[
-        str | None, typer.Option(metavar="NAME|FILE.toml", help="Filter profile; by default by the class of AIS.")
-    ] = None,
-    vessel_column: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="Column of the tables that says of which vessel a row is, in place of an MMSI."
-        ),
-    ] = None,
-    strict: Annotated[bool, flag("--strict", help="Stop at an input that cannot be read.")] = False,
-    as_json: Annotated[bool, flag("--json", help="JSON output.")] = False,
+    inputs: list[str] = argument(
+        "IN...", "Files, folders or patterns: AIS tables (CSV, Parquet, GeoParquet, also packed), raw AIS, logs."
+    ),
+    out: Path = option("DIR", "Directory of the archive.", ..., "-o", "--out"),
+    buckets: int | None = option("N", "Parts into which vessels are divided."),
+    memory: str = option("SIZE", "Memory to use, of all processes, such as 4GB.", "4GB"),
+    workers: int | None = option("N", "Processes; by default one a core."),
+    scheduler: str | None = option("URL", "Scheduler of a Dask cluster to run on."),
+    smooth: bool = flag("--smooth", "Smooth: use later fixes too, up to an hour of the next day."),
+    rate: float | None = option("HZ", "Output rate; by default one row per report."),
+    aid: str | None = ARCHIVE_AIDS,
+    profile: str | None = option("NAME|FILE.toml", "Filter profile; by default by the class of AIS."),
+    vessel_column: str | None = option(
+        "NAME", "Column of the tables that says of which vessel a row is, in place of an MMSI."
+    ),
+    strict: bool = flag("--strict", "Stop at an input that cannot be read."),
+    as_json: bool = flag("--json", "JSON output."),
 ) -> None:
     """Estimate all vessels of an archive. The same command again goes on where it ended; further inputs are added.
 
@@ -119,7 +115,7 @@ def _print_report(report: "Report") -> None:
 
 
 @app.command()
-def status(directory: Directory, as_json: Annotated[bool, flag("--json", help="JSON output.")] = False) -> None:
+def status(directory: Path = DIRECTORY, as_json: bool = flag("--json", "JSON output.")) -> None:
     """Show what an archive was made of, what is done and what is to be done.
 
     Example:
@@ -145,7 +141,7 @@ def status(directory: Directory, as_json: Annotated[bool, flag("--json", help="J
 
 
 @app.command()
-def verify(directory: Directory) -> None:
+def verify(directory: Path = DIRECTORY) -> None:
     """Read all results and print one digest of them: equal results have equal digests, however they were made.
 
     Example:
@@ -161,17 +157,12 @@ def verify(directory: Directory) -> None:
 
 @app.command()
 def export(
-    directory: Directory,
-    out: Annotated[Path, typer.Argument(metavar="FILE", help="Output file: .parquet (GeoParquet), .geojson or .csv.")],
-    mmsi: Annotated[list[int] | None, typer.Option(metavar="N", help="A vessel; can be repeated.")] = None,
-    bbox: Annotated[
-        str | None, typer.Option(metavar="W,S,E,N", help="West, south, east and north of a box, in degrees.")
-    ] = None,
-    start: From = None,
-    stop: Annotated[
-        str | None,
-        typer.Option("--to", "--until", metavar="TIME", help="End of the interval (excluded): ISO 8601 or Unix s."),
-    ] = None,
+    directory: Path = DIRECTORY,
+    out: Path = argument("FILE", "Output file: .parquet (GeoParquet), .geojson or .csv."),
+    mmsi: list[int] | None = option("N", "A vessel; can be repeated."),
+    bbox: str | None = option("W,S,E,N", "West, south, east and north of a box, in degrees."),
+    start: str | None = FROM,
+    stop: str | None = option("TIME", "End of the interval (excluded): ISO 8601 or Unix s.", None, "--to", "--until"),
 ) -> None:
     """Write the estimate of some vessels, a box or an interval to a file.
 
@@ -186,12 +177,10 @@ def export(
 
 
 def encounters(
-    directory: Directory,
-    distance: Annotated[float, typer.Option("--distance", metavar="M", help="Largest distance of a pair, m.")] = 1852.0,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Output file: .csv or .parquet.")
-    ] = None,
-    as_json: Annotated[bool, flag("--json", help="JSON output.")] = False,
+    directory: Path = DIRECTORY,
+    distance: float = option("M", "Largest distance of a pair, m.", 1852.0),
+    out: Path | None = option("OUT", "Output file: .csv or .parquet.", None, "-o", "--out"),
+    as_json: bool = flag("--json", "JSON output."),
 ) -> None:
     """Find encounters in an archive: closest points of approach (CPA) of pairs, at equal times, with their uncertainty.
 

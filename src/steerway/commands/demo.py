@@ -3,11 +3,8 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from steerway.commands.terminal import print_pairs, progress_line
+from steerway.commands.terminal import option, print_pairs, progress_line
 from steerway.core.locks import only_writer
 
 SCENARIO = """
@@ -51,9 +48,7 @@ velocity_std = 0.05
 
 
 def demo(
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the log and the page.")] = Path(
-        "demo"
-    ),
+    out: Path = option("DIR", "Directory for the log and the page.", Path("demo"), "-o", "--out"),
 ) -> None:
     """Simulate a survey steered by the estimate, compare the estimate with the truth, write a log and a page.
 

@@ -1,27 +1,24 @@
 """The commands that identify a model of a boat from a manoeuvre: identify yaw, heading, surge, compass."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from steerway.commands.terminal import print_notes, print_pairs
+from steerway.commands.terminal import argument, option, print_notes, print_pairs
 
 app = typer.Typer(no_args_is_help=True, help="Identify a model of the boat from a log of a manoeuvre.")
 
-Log = Annotated[Path, typer.Argument(metavar="LOG", help="CSV or Parquet with named columns.")]
-CompassLog = Annotated[Path, typer.Argument(metavar="LOG", help="A log with positions and headings.")]
+LOG = argument("LOG", "CSV or Parquet with named columns.")
+COMPASS_LOG = argument("LOG", "A log with positions and headings.")
 
 
 @app.command()
 def yaw(
-    log: Log,
-    rudder: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the rudder or yaw moment.")] = None,
-    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the heading or course.")] = None,
-    bandwidth: Annotated[
-        float | None, typer.Option(metavar="RAD/S", help="Also print the autopilot gains for this bandwidth, rad/s.")
-    ] = None,
-    damping: Annotated[float, typer.Option(metavar="ZETA", help="Relative damping of the autopilot.")] = 1.0,
+    log: Path = LOG,
+    rudder: str | None = option("COLUMN", "Column of the rudder or yaw moment."),
+    angle: str | None = option("COLUMN", "Column of the heading or course."),
+    bandwidth: float | None = option("RAD/S", "Also print the autopilot gains for this bandwidth, rad/s."),
+    damping: float = option("ZETA", "Relative damping of the autopilot.", 1.0),
 ) -> None:
     """Identify Nomoto's K, T and rudder bias from a zigzag or a turning circle, with 95 % intervals.
 
@@ -62,9 +59,9 @@ def yaw(
 
 @app.command()
 def heading(
-    log: Log,
-    steering: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the steering input.")] = None,
-    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the heading.")] = None,
+    log: Path = LOG,
+    steering: str | None = option("COLUMN", "Column of the steering input."),
+    angle: str | None = option("COLUMN", "Column of the heading."),
 ) -> None:
     """Identify a second-order heading model from a pseudo-random binary manoeuvre, for the heading MPC.
 
@@ -96,16 +93,10 @@ def heading(
 
 @app.command()
 def surge(
-    log: Log,
-    diameter: Annotated[
-        float | None, typer.Option(metavar="M", help="Diameter of the propeller: tells drag from a loss of thrust.")
-    ] = None,
-    shaft: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Column of the shaft speed, or of a command in any unit.")
-    ] = None,
-    neutral: Annotated[
-        float, typer.Option(metavar="VALUE", help="Value of the column at which there is no thrust.")
-    ] = 0.0,
+    log: Path = LOG,
+    diameter: float | None = option("M", "Diameter of the propeller: tells drag from a loss of thrust."),
+    shaft: str | None = option("COLUMN", "Column of the shaft speed, or of a command in any unit."),
+    neutral: float = option("VALUE", "Value of the column at which there is no thrust.", 0.0),
 ) -> None:
     """Identify drag and thrust over mass from a staircase of speeds, and whether the log determines them.
 
@@ -158,7 +149,7 @@ def surge(
 
 
 @app.command()
-def compass(log: CompassLog) -> None:
+def compass(log: Path = COMPASS_LOG) -> None:
     """Identify a compass's deviation card, lag and noise from circles to both sides, with 95 % intervals.
 
     The log is any that `estimate` reads, with positions and headings. Sail two whole circles to each side, at one

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from steerway.commands.options import AsJson, Logs, MaxSize, read_logs
+from steerway.commands.options import AS_JSON, LOGS, MAX_SIZE, read_logs
 from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import printable
 
@@ -13,12 +13,10 @@ if TYPE_CHECKING:
 
 
 def info(
-    logs: Logs,
-    models: Annotated[
-        bool, flag("--models", help="Infer vessel and receiver: all models with their evidence and weights.")
-    ] = False,
-    max_size: MaxSize = None,
-    as_json: AsJson = False,
+    logs: list[str] = LOGS,
+    models: bool = flag("--models", "Infer vessel and receiver: all models with their evidence and weights."),
+    max_size: float | None = MAX_SIZE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Summarize log contents: sources, messages, rates, gaps, time span.
 

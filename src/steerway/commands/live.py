@@ -1,10 +1,12 @@
 """The commands `live` and `warm`: their options; `settings` checks them and `launch` runs them."""
 
 import time
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from typer.core import TyperCommand
+
+from steerway.commands.terminal import argument, option
 
 
 class LiveCommand(TyperCommand):
@@ -22,106 +24,36 @@ class LiveCommand(TyperCommand):
 
 
 def live(
-    config: Annotated[
-        str | None, typer.Argument(metavar="[CONFIG.toml]", help="Settings file; options override it.")
-    ] = None,
-    inputs: Annotated[
-        list[str] | None, typer.Option("--from", metavar="ADDRESS", help="Where fixes come from.")
-    ] = None,
-    outputs: Annotated[
-        list[str] | None, typer.Option("--to", metavar="ADDRESS", help="Where estimates go; stdout: by default.")
-    ] = None,
-    profile: Annotated[
-        str | None,
-        typer.Option(
-            "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred while sailing."
-        ),
-    ] = None,
-    learned: Annotated[
-        str | None,
-        typer.Option("--learned", metavar="FILE.toml", help="Keep what is inferred in a file, and begin from it."),
-    ] = None,
-    source: Annotated[
-        list[str] | None, typer.Option("--source", metavar="NAME", help="Sources of positions in order of priority.")
-    ] = None,
-    aid: Annotated[
-        str | None,
-        typer.Option(
-            "--aid",
-            metavar="LIST",
-            help="Further measurements, of: auto (default), sog, cog, heading, water-speed, yaw-rate.",
-        ),
-    ] = None,
-    rate: Annotated[
-        float | None, typer.Option("--rate", metavar="HZ", help="Output rate in Hz; by default one row per fix.")
-    ] = None,
-    mission: Annotated[
-        str | None,
-        typer.Option("--mission", metavar="FILE", help="A route (.toml .gpx .geojson) to steer along."),
-    ] = None,
-    record: Annotated[
-        str | None,
-        typer.Option("--record", metavar="FILE.mcap", help="Record every input, estimate and order."),
-    ] = None,
-    max_dead_reckoning: Annotated[
-        float | None,
-        typer.Option(
-            "--max-dead-reckoning",
-            metavar="S",
-            help="Longest time without a fix to predict the motion, s; 10 by default.",
-        ),
-    ] = None,
-    engage: Annotated[
-        bool | None, typer.Option("--engage/--no-engage", help="Start the autopilot as soon as it is ready.")
-    ] = None,
-    from_here: Annotated[
-        bool | None,
-        typer.Option("--from-here/--no-from-here", help="Begin the route although its first leg is over 2 km away."),
-    ] = None,
-    latency: Annotated[
-        float | None, typer.Option("--latency", metavar="S", help="Least latency of the receiver's fixes, s.")
-    ] = None,
-    lag: Annotated[
-        float | None,
-        typer.Option("--lag", metavar="S", help="Give each fix S seconds late, smoothed by the fixes since: for maps."),
-    ] = None,
-    no_accuracy: Annotated[
-        bool, typer.Option("--no-accuracy", help="Ignore the accuracy that the receiver reports.")
-    ] = False,
-    helm: Annotated[
-        str | None,
-        typer.Option(
-            "--helm", metavar="[HOST:PORT]", help="Serve the helm page; 127.0.0.1:8080 where nothing follows."
-        ),
-    ] = None,
-    helm_token_file: Annotated[
-        str | None,
-        typer.Option("--helm-token-file", metavar="FILE", help="Token for other computers; or STEERWAY_HELM_TOKEN."),
-    ] = None,
-    helm_origin: Annotated[
-        str | None,
-        typer.Option("--helm-origin", metavar="https://HOST", help="Address of the helm page behind a TLS proxy."),
-    ] = None,
-    missions: Annotated[
-        str | None,
-        typer.Option(
-            "--missions",
-            metavar="ADDRESS",
-            help="Where ground stations upload and download the mission: udpin:127.0.0.1:14560.",
-        ),
-    ] = None,
-    mavlink_signing: Annotated[
-        str | None,
-        typer.Option("--mavlink-signing", metavar="FILE", help="Sign MAVLink with the passphrase in a file."),
-    ] = None,
-    control: Annotated[
-        str | None,
-        typer.Option("--control", metavar="HOST:PORT", help="Control port for programs on this computer."),
-    ] = None,
-    control_token_file: Annotated[
-        str | None,
-        typer.Option("--control-token-file", metavar="FILE", help="Its token; or STEERWAY_CONTROL_TOKEN."),
-    ] = None,
+    context: typer.Context,
+    config: str | None = argument("[CONFIG.toml]", "Settings file; options override it.", None),
+    inputs: list[str] | None = option("ADDRESS", "Where fixes come from.", None, "--from"),
+    outputs: list[str] | None = option("ADDRESS", "Where estimates go; stdout: by default.", None, "--to"),
+    profile: str | None = option("NAME|FILE.toml", "Filter profile; by default all is inferred while sailing."),
+    learned: str | None = option("FILE.toml", "Keep what is inferred in a file, and begin from it."),
+    source: list[str] | None = option("NAME", "Sources of positions in order of priority."),
+    aid: str | None = option(
+        "LIST", "Further measurements, of: auto (default), sog, cog, heading, water-speed, yaw-rate."
+    ),
+    rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix."),
+    mission: str | None = option("FILE", "A route (.toml .gpx .geojson) to steer along."),
+    record: str | None = option("FILE.mcap", "Record every input, estimate and order."),
+    max_dead_reckoning: float | None = option(
+        "S", "Longest time without a fix to predict the motion, s; 10 by default."
+    ),
+    engage: bool | None = option(None, "Start the autopilot as soon as it is ready."),
+    from_here: bool | None = option(None, "Begin the route although its first leg is over 2 km away."),
+    latency: float | None = option("S", "Least latency of the receiver's fixes, s."),
+    lag: float | None = option("S", "Give each fix S seconds late, smoothed by the fixes since: for maps."),
+    no_accuracy: bool = option(None, "Ignore the accuracy that the receiver reports.", False, "--no-accuracy"),
+    helm: str | None = option("[HOST:PORT]", "Serve the helm page; 127.0.0.1:8080 where nothing follows."),
+    helm_token_file: str | None = option("FILE", "Token for other computers; or STEERWAY_HELM_TOKEN."),
+    helm_origin: str | None = option("https://HOST", "Address of the helm page behind a TLS proxy."),
+    missions: str | None = option(
+        "ADDRESS", "Where ground stations upload and download the mission: udpin:127.0.0.1:14560."
+    ),
+    mavlink_signing: str | None = option("FILE", "Sign MAVLink with the passphrase in a file."),
+    control: str | None = option("HOST:PORT", "Control port for programs on this computer."),
+    control_token_file: str | None = option("FILE", "Its token; or STEERWAY_CONTROL_TOKEN."),
 ) -> None:
     """Estimate and steer on the boat, in real time.
 
@@ -150,38 +82,16 @@ def live(
 
     log_to_stderr("steerway live")
     settings = Settings() if config is None else Settings.load(config)
-    given = {
-        "inputs": inputs and tuple(inputs),
-        "outputs": outputs and tuple(outputs),
-        "profile": profile,
-        "learned": learned,
-        "source": source and tuple(source),
-        "aid": None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip()),
-        "rate": rate,
-        "mission": mission,
-        "record": record,
-        "max_dead_reckoning": max_dead_reckoning,
-        "engage": engage,
-        "from_here": from_here,
-        "latency": latency,
-        "lag": lag,
-        "accuracy": False if no_accuracy else None,
-        "helm": helm,
-        "helm_token_file": helm_token_file,
-        "helm_origin": helm_origin,
-        "missions": missions,
-        "mavlink_signing": mavlink_signing,
-        "control": control,
-        "control_token_file": control_token_file,
-    }
+    given: dict[str, Any] = {name: context.params.get(name) for name in Settings.model_fields}
+    given |= {name: value and tuple(value) for name, value in given.items() if name in ("inputs", "outputs", "source")}
+    given["aid"] = None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip())
+    given["accuracy"] = False if no_accuracy else None
     launch(settings.overridden(**given))
 
 
 def replay(
-    recording: Annotated[str, typer.Argument(metavar="FILE.mcap", help="A recording of `live --record`.")],
-    out: Annotated[
-        str | None, typer.Option("-o", "--out", metavar="OUT", help="Output file for the estimates.")
-    ] = None,
+    recording: str = argument("FILE.mcap", "A recording of `live --record`."),
+    out: str | None = option("OUT", "Output file for the estimates.", None, "-o", "--out"),
 ) -> None:
     """Repeat a recorded run and compare its estimates, bit by bit; exit code 1 where they differ by more than 1e-9.
 

@@ -3,21 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from steerway.commands.options import (
-    Aids,
-    AsJson,
-    Causal,
-    From,
-    Logs,
-    MaxSize,
-    ProfileName,
-    Smooth,
-    Source,
-    Until,
+    AIDS,
+    AS_JSON,
+    CAUSAL,
+    FROM,
+    LOGS,
+    MAX_SIZE,
+    PROFILE,
+    SMOOTH,
+    SOURCE,
+    UNTIL,
     aid_names,
     asks_smoothed,
     expect_output,
@@ -25,7 +23,7 @@ from steerway.commands.options import (
     hertz,
     read_logs,
 )
-from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
+from steerway.commands.terminal import flag, option, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,40 +33,28 @@ if TYPE_CHECKING:
 
 
 def estimate(
-    logs: Logs,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Output file: .csv, .parquet, .geojson or .gpx.")
-    ] = None,
-    report: Annotated[
-        Path | None, typer.Option(metavar="PAGE", help="Report: a page (.html) or picture (.png).")
-    ] = None,
-    episodes: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences or "
-            "with the receiver's own SOG; .csv or .json.",
-        ),
-    ] = None,
-    rate: Annotated[
-        float | None, typer.Option(metavar="HZ", parser=hertz, help="Output rate in Hz; by default one row per fix.")
-    ] = None,
-    causal: Causal = False,
-    smooth: Smooth = False,
-    profile: ProfileName = None,
-    source: Source = None,
-    aid: Aids = None,
-    no_accuracy: Annotated[
-        bool, flag("--no-accuracy", help="Ignore the accuracy that the receiver reports: weight all fixes equally.")
-    ] = False,
-    latency: Annotated[
-        float,
-        typer.Option("--latency", metavar="S", help="Delay of position, SOG and COG against their time stamps, in s."),
-    ] = 0.0,
-    start: From = None,
-    stop: Until = None,
-    max_size: MaxSize = None,
-    as_json: AsJson = False,
+    logs: list[str] = LOGS,
+    out: Path | None = option("OUT", "Output file: .csv, .parquet, .geojson or .gpx.", None, "-o", "--out"),
+    report: Path | None = option("PAGE", "Report: a page (.html) or picture (.png)."),
+    episodes: Path | None = option(
+        "FILE",
+        "Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences or "
+        "with the receiver's own SOG; .csv or .json.",
+    ),
+    rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix.", parser=hertz),
+    causal: bool = CAUSAL,
+    smooth: bool = SMOOTH,
+    profile: str | None = PROFILE,
+    source: str | None = SOURCE,
+    aid: str | None = AIDS,
+    no_accuracy: bool = flag(
+        "--no-accuracy", "Ignore the accuracy that the receiver reports: weight all fixes equally."
+    ),
+    latency: float = option("S", "Delay of position, SOG and COG against their time stamps, in s.", 0.0),
+    start: str | None = FROM,
+    stop: str | None = UNTIL,
+    max_size: float | None = MAX_SIZE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Estimate SOG, COG and course rate from the positions in logs.
 
@@ -159,15 +145,13 @@ def _write_outputs(
 
 
 def tune(
-    logs: Logs,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Output file for the profile.")
-    ] = None,
-    source: Source = None,
-    start: From = None,
-    stop: Until = None,
-    max_size: MaxSize = None,
-    as_json: AsJson = False,
+    logs: list[str] = LOGS,
+    out: Path | None = option("PROFILE.toml", "Output file for the profile.", None, "-o", "--out"),
+    source: str | None = SOURCE,
+    start: str | None = FROM,
+    stop: str | None = UNTIL,
+    max_size: float | None = MAX_SIZE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Fit a profile to logs by maximum likelihood and report its consistency.
 
@@ -193,23 +177,17 @@ def tune(
 
 
 def compare(
-    logs: Logs,
-    causal: Causal = False,
-    smooth: Smooth = False,
-    least_speed: Annotated[
-        float,
-        typer.Option("--least-speed", metavar="M/S", min=0.0, help="Compare rows with a reported SOG above this, m/s."),
-    ] = 1.0,
-    truth: Annotated[
-        str | None,
-        typer.Option("--truth", metavar="FILE", help="Compare with this run, table or log instead."),
-    ] = None,
-    profile: ProfileName = None,
-    source: Source = None,
-    start: From = None,
-    stop: Until = None,
-    max_size: MaxSize = None,
-    as_json: AsJson = False,
+    logs: list[str] = LOGS,
+    causal: bool = CAUSAL,
+    smooth: bool = SMOOTH,
+    least_speed: float = option("M/S", "Compare rows with a reported SOG above this, m/s.", 1.0, min=0.0),
+    truth: str | None = option("FILE", "Compare with this run, table or log instead."),
+    profile: str | None = PROFILE,
+    source: str | None = SOURCE,
+    start: str | None = FROM,
+    stop: str | None = UNTIL,
+    max_size: float | None = MAX_SIZE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed, or with the truth.
 
@@ -270,20 +248,16 @@ def _compare_with_truth(path: str, fixes: "Fixes", motion: "Motion", as_json: bo
 
 
 def predict(
-    logs: Logs,
-    horizon: Annotated[
-        list[float] | None, typer.Option("--horizon", metavar="S", help="Prediction time in s; can be repeated.")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Output file: .csv or .parquet.")
-    ] = None,
-    profile: ProfileName = None,
-    source: Source = None,
-    aid: Aids = None,
-    start: From = None,
-    stop: Until = None,
-    max_size: MaxSize = None,
-    as_json: AsJson = False,
+    logs: list[str] = LOGS,
+    horizon: list[float] | None = option("S", "Prediction time in s; can be repeated."),
+    out: Path | None = option("OUT", "Output file: .csv or .parquet.", None, "-o", "--out"),
+    profile: str | None = PROFILE,
+    source: str | None = SOURCE,
+    aid: str | None = AIDS,
+    start: str | None = FROM,
+    stop: str | None = UNTIL,
+    max_size: float | None = MAX_SIZE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Predict positions after the end of logs, with 95 % confidence ellipses.
 

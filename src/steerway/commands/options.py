@@ -4,64 +4,29 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
-import typer
-
-from steerway.commands.terminal import flag, progress_line
+from steerway.commands.terminal import argument, flag, option, progress_line
 from steerway.core.errors import InputError, printable
 
 if TYPE_CHECKING:
     from steerway.core.records import Fixes
 
 
-Logs = Annotated[
-    list[str],
-    typer.Argument(metavar="LOG...", help="Log files of any supported format, also .gz; - for standard input."),
-]
-Source = Annotated[
-    str | None,
-    typer.Option("--source", metavar="NAME", help="Use the positions of this source; `info` lists the sources."),
-]
-From = Annotated[
-    str | None, typer.Option("--from", metavar="TIME", help="Start of the interval: ISO 8601 (UTC) or Unix s.")
-]
-Until = Annotated[
-    str | None,
-    typer.Option("--until", metavar="TIME", help="End of the interval (excluded): ISO 8601 (UTC) or Unix s."),
-]
-MaxSize = Annotated[
-    float | None,
-    typer.Option(
-        "--max-size", metavar="BYTES", help="Largest size to which a compressed log may unpack; 1e9 by default."
-    ),
-]
-AsJson = Annotated[bool, flag("--json", help="JSON output.")]
-ProfileName = Annotated[
-    str | None,
-    typer.Option(
-        "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred from the log."
-    ),
-]
-Causal = Annotated[
-    bool,
-    flag(
-        "--causal", help="Use only the fixes until the time of each row, as on board; the default for standard input."
-    ),
-]
-Smooth = Annotated[
-    bool, flag("--smooth", help="Smooth (fixed-interval): every row uses the whole log; the default for files.")
-]
+LOGS = argument("LOG...", "Log files of any supported format, also .gz; - for standard input.")
+SOURCE = option("NAME", "Use the positions of this source; `info` lists the sources.", None, "--source")
+FROM = option("TIME", "Start of the interval: ISO 8601 (UTC) or Unix s.", None, "--from")
+UNTIL = option("TIME", "End of the interval (excluded): ISO 8601 (UTC) or Unix s.", None, "--until")
+MAX_SIZE = option("BYTES", "Largest size to which a compressed log may unpack; 1e9 by default.", None, "--max-size")
+AS_JSON = flag("--json", "JSON output.")
+PROFILE = option("NAME|FILE.toml", "Filter profile; by default all is inferred from the log.", None, "--profile")
+CAUSAL = flag("--causal", "Use only the fixes until the time of each row, as on board; the default for standard input.")
+SMOOTH = flag("--smooth", "Smooth (fixed-interval): every row uses the whole log; the default for files.")
 AIDS_OF_LOGS = ("auto", "sog", "cog", "heading", "water-speed", "yaw-rate")
 AIDS_OF_ARCHIVES = ("sog", "cog", "heading")
-
-
-def _aid(names: tuple[str, ...]) -> Any:
-    return typer.Option("--aid", metavar="LIST", help=f"Further measurements to use, of: {', '.join(names)}.")
-
-
-Aids = Annotated[str | None, _aid(AIDS_OF_LOGS)]
-ArchiveAids = Annotated[str | None, _aid(AIDS_OF_ARCHIVES)]
+_AID = "Further measurements to use, of: "
+AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_LOGS)}.", None, "--aid")
+ARCHIVE_AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_ARCHIVES)}.", None, "--aid")
 
 
 def hertz(text: str) -> float:
@@ -96,8 +61,8 @@ def read_logs(
         )
 
 
-def moment(option: str, text: str | None) -> float | None:
-    """The Unix time (s) that an option gives. Raises InputError, naming the option."""
+def moment(name: str, text: str | None) -> float | None:
+    """The Unix time (s) that the text of an option gives. Raises InputError, naming it."""
     from steerway.core.timestamps import unix_times
 
     if text is None:
@@ -109,7 +74,7 @@ def moment(option: str, text: str | None) -> float | None:
         moment = float(unix_times([printable(of_midnight)])[0])
     if math.isnan(moment):
         raise InputError(
-            f"{option} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
+            f"{name} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
         )
     return moment
 

@@ -3,12 +3,10 @@
 import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from steerway.commands.options import AsJson, expect_output
-from steerway.commands.terminal import print_json, print_table
+from steerway.commands.options import AS_JSON, expect_output
+from steerway.commands.terminal import argument, option, print_json, print_table
 from steerway.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,21 +14,16 @@ if TYPE_CHECKING:
 
 DIFFERENCES = ("track", "", "unit", "rows", "RMS", "median", "95 %", "max", "within ± 2σ")
 ENDINGS = (".png", ".svg", ".pdf")
+OUT = option("FIGURE", f"Output file: {', '.join(ENDINGS)}.", None, "-o", "--out")
 
 
 def plot(
-    files: Annotated[
-        list[str],
-        typer.Argument(metavar="FILE...", help="Estimates, runs of simulate, or logs; the first is the reference."),
-    ],
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="FIGURE", help=f"Output file: {', '.join(ENDINGS)}.")
-    ] = None,
-    show_differences: Annotated[
-        Path | None,
-        typer.Option("--differences", metavar="FIGURE", help="Output file for the differences from the first."),
-    ] = None,
-    as_json: AsJson = False,
+    files: list[str] = argument("FILE...", "Estimates, runs of simulate, or logs; the first is the reference."),
+    out: Path | None = OUT,
+    show_differences: Path | None = option(
+        "FIGURE", "Output file for the differences from the first.", None, "--differences"
+    ),
+    as_json: bool = AS_JSON,
 ) -> None:
     """Compare results: overlay, differences from the first, and their statistics.
 

@@ -1,12 +1,12 @@
 """The commands for profiles: list, show, make."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from steerway.commands.options import AsJson, From, Logs, Source, Until, expect_output, expect_toml, read_logs
-from steerway.commands.terminal import flag, print_json, print_pairs, progress_line
+from steerway.commands.options import AS_JSON, FROM, LOGS, SOURCE, UNTIL, expect_output, expect_toml, read_logs
+from steerway.commands.terminal import argument, flag, option, print_json, print_pairs, progress_line
 
 if TYPE_CHECKING:
     from steerway.estimation.vessel.profile import Profile
@@ -19,7 +19,7 @@ app = typer.Typer(
 
 
 @app.command("list")
-def list_profiles(as_json: AsJson = False) -> None:
+def list_profiles(as_json: bool = AS_JSON) -> None:
     """List the built-in profiles.
 
     Example:
@@ -42,8 +42,8 @@ def _description(profile: "Profile") -> str:
 
 @app.command("show")
 def show_profile(
-    name: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A built-in profile or a file.")],
-    as_json: AsJson = False,
+    name: str = argument("NAME|FILE.toml", "A built-in profile or a file."),
+    as_json: bool = AS_JSON,
 ) -> None:
     """Show a profile as TOML, to be edited and saved.
 
@@ -64,14 +64,12 @@ def show_profile(
 
 @app.command("make")
 def make_profile(
-    logs: Logs,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Output file for the profile.")],
-    tuned: Annotated[
-        bool, flag("--tune/--quick", help="Fit it as `tune` does, or infer it as `estimate` does.")
-    ] = True,
-    source: Source = None,
-    start: From = None,
-    stop: Until = None,
+    logs: list[str] = LOGS,
+    out: Path = option("PROFILE.toml", "Output file for the profile.", ..., "-o", "--out"),
+    tuned: bool = flag("--tune/--quick", "Fit it as `tune` does, or infer it as `estimate` does.", True),
+    source: str | None = SOURCE,
+    start: str | None = FROM,
+    stop: str | None = UNTIL,
 ) -> None:
     """Make a profile of a vessel and its receiver from logs, with a 95 % interval for every parameter.
 

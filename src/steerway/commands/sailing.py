@@ -5,12 +5,10 @@ import hashlib
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from steerway.commands import interruption
-from steerway.commands.terminal import flag, print_table, progress_line
+from steerway.commands.terminal import argument, flag, option, print_table, progress_line
 from steerway.core.errors import InputError
 from steerway.core.locks import only_writer
 
@@ -22,53 +20,22 @@ _FASTEST = 1000.0  # m/s
 
 
 def simulate(
-    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="The scenario.")],
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Output directory for the run and its page.")
-    ] = None,
-    seeds: Annotated[
-        int | None, typer.Option("--seeds", metavar="N", min=1, help="Monte Carlo: simulate N seeds on all cores.")
-    ] = None,
-    first_seed: Annotated[
-        int | None, typer.Option("--first-seed", metavar="K", min=0, help="First seed, in place of the scenario's.")
-    ] = None,
-    dask: Annotated[
-        str | None,
-        typer.Option("--dask", metavar="ADDRESS", help="Simulate the seeds on this Dask cluster (host:port)."),
-    ] = None,
-    resume: Annotated[
-        bool, flag("--resume", help="With --seeds: continue an interrupted campaign with the seeds it has not done.")
-    ] = False,
-    nmea: Annotated[bool, flag("--nmea", help="Also write the receiver's log, as input for `estimate`.")] = False,
-    manoeuvre: Annotated[
-        str | None,
-        typer.Option(
-            "--manoeuvre",
-            metavar="KIND:DEGREES",
-            help="In place of route and orders: zigzag:10/10, turning-circle:35 or pull-out:20.",
-        ),
-    ] = None,
-    strict: Annotated[
-        bool, flag("--strict", help="Exit with an error if the autopilot is too fast for the course estimate.")
-    ] = False,
-    live: Annotated[bool, flag("--live", help="Run in real time and send measurements over links.")] = False,
-    to: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--to", metavar="ADDRESS", help="With --live: output of the receiver's sentences; can be repeated."
-        ),
-    ] = None,
-    mavlink: Annotated[
-        str | None,
-        typer.Option("--mavlink", metavar="ADDRESS", help="With --live: act as a MAVLink vehicle at this address."),
-    ] = None,
-    propellers: Annotated[
-        str | None,
-        typer.Option("--propellers", metavar="ADDRESS", help="With --live: take propeller commands at this address."),
-    ] = None,
-    speed: Annotated[
-        float, typer.Option("--speed", metavar="FACTOR", help="With --live: speed-up against real time.")
-    ] = 1.0,
+    scenario: Path = argument("SCENARIO.toml", "The scenario."),
+    out: Path | None = option("DIR", "Output directory for the run and its page.", None, "-o", "--out"),
+    seeds: int | None = option("N", "Monte Carlo: simulate N seeds on all cores.", min=1),
+    first_seed: int | None = option("K", "First seed, in place of the scenario's.", min=0),
+    dask: str | None = option("ADDRESS", "Simulate the seeds on this Dask cluster (host:port)."),
+    resume: bool = flag("--resume", "With --seeds: continue an interrupted campaign with the seeds it has not done."),
+    nmea: bool = flag("--nmea", "Also write the receiver's log, as input for `estimate`."),
+    manoeuvre: str | None = option(
+        "KIND:DEGREES", "In place of route and orders: zigzag:10/10, turning-circle:35 or pull-out:20."
+    ),
+    strict: bool = flag("--strict", "Exit with an error if the autopilot is too fast for the course estimate."),
+    live: bool = flag("--live", "Run in real time and send measurements over links."),
+    to: list[str] | None = option("ADDRESS", "With --live: output of the receiver's sentences; can be repeated."),
+    mavlink: str | None = option("ADDRESS", "With --live: act as a MAVLink vehicle at this address."),
+    propellers: str | None = option("ADDRESS", "With --live: take propeller commands at this address."),
+    speed: float = option("FACTOR", "With --live: speed-up against real time.", 1.0),
 ) -> None:
     """Simulate a scenario: vessel, environment, instruments, estimator, guidance and control in a closed loop.
 
@@ -162,30 +129,15 @@ def _campaign(scenario: "Scenario", n: int, dask: str | None, out: Path, resume:
 
 
 def advise(
-    profile: Annotated[str, typer.Argument(metavar="PROFILE|SCENARIO.toml", help="A built-in profile or a file.")],
-    bandwidth: Annotated[
-        float | None,
-        typer.Option(
-            "--bandwidth",
-            metavar="RAD/S",
-            help="Bandwidth of the autopilot, rad/s; without it, print the largest that fits.",
-        ),
-    ] = None,
-    speed: Annotated[
-        float | None, typer.Option("--speed", metavar="M/S", help="Lowest speed over ground, m/s.")
-    ] = None,
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rate of the fixes, Hz.")] = 5.0,
-    position_std: Annotated[
-        float | None,
-        typer.Option(
-            "--position-std", metavar="M", help="Standard deviation of a fix per axis, m; by default the profile's."
-        ),
-    ] = None,
-    nomoto_time: Annotated[
-        float | None,
-        typer.Option("--nomoto-time", metavar="S", help="Nomoto time constant T, s, to assess the closed loop."),
-    ] = None,
-    strict: Annotated[bool, flag("--strict", help="Exit with an error if it does not fit.")] = False,
+    profile: str = argument("PROFILE|SCENARIO.toml", "A built-in profile or a file."),
+    bandwidth: float | None = option(
+        "RAD/S", "Bandwidth of the autopilot, rad/s; without it, print the largest that fits."
+    ),
+    speed: float | None = option("M/S", "Lowest speed over ground, m/s."),
+    rate: float = option("HZ", "Rate of the fixes, Hz.", 5.0),
+    position_std: float | None = option("M", "Standard deviation of a fix per axis, m; by default the profile's."),
+    nomoto_time: float | None = option("S", "Nomoto time constant T, s, to assess the closed loop."),
+    strict: bool = flag("--strict", "Exit with an error if it does not fit."),
 ) -> None:
     """Compare an autopilot's bandwidth with the bandwidth of the course estimate.
 

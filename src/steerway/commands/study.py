@@ -4,12 +4,9 @@ import sys
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from steerway.commands import interruption
-from steerway.commands.terminal import flag, print_pairs, progress_line
+from steerway.commands.terminal import argument, flag, option, print_pairs, progress_line
 from steerway.core.errors import InputError
 from steerway.core.extras import install
 from steerway.core.locks import only_writer
@@ -20,21 +17,15 @@ GROUP = "steerway.studies"
 
 
 def study(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="The study; without a name, list the studies.")
-    ] = None,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output directory.")] = Path("study"),
-    seeds: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Number of seeds; by default the study's own.")
-    ] = None,
-    first_seed: Annotated[int, typer.Option(metavar="K", min=0, help="The first seed.")] = 0,
-    full: Annotated[
-        bool, flag("--full", help="All cases with every seed, of a study whose seeds draw a part of them: at-sea.")
-    ] = False,
-    figures_only: Annotated[
-        bool, flag("--figures-only", help="Draw the figures that need no statistics, of the first seed, in seconds.")
-    ] = False,
-    resume: Annotated[bool, flag("--resume", help="Continue an interrupted study with the parts it has done.")] = False,
+    name: str | None = argument("NAME", "The study; without a name, list the studies.", None),
+    out: Path = option("DIR", "Output directory.", Path("study"), "-o", "--out"),
+    seeds: int | None = option("N", "Number of seeds; by default the study's own.", min=1),
+    first_seed: int = option("K", "The first seed.", 0, min=0),
+    full: bool = flag("--full", "All cases with every seed, of a study whose seeds draw a part of them: at-sea."),
+    figures_only: bool = flag(
+        "--figures-only", "Draw the figures that need no statistics, of the first seed, in seconds."
+    ),
+    resume: bool = flag("--resume", "Continue an interrupted study with the parts it has done."),
 ) -> None:
     """Run a study: compare published with measured numbers, with figures.
 

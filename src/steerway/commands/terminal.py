@@ -19,9 +19,19 @@ class Progressed(Protocol):
     def __call__(self, part: float, note: str = "") -> None: ...
 
 
-def flag(*names: str, help: str) -> Any:
+def option(metavar: str | None, help: str, default: Any = None, *names: str, **limits: Any) -> Any:
+    """An option with what its value is called; named as its parameter where no names are given. `...`: required."""
+    return typer.Option(default, *names, metavar=metavar, help=help, **limits)
+
+
+def argument(metavar: str, help: str, default: Any = ...) -> Any:
+    """An argument, required where it has no default."""
+    return typer.Argument(default, metavar=metavar, help=help)
+
+
+def flag(names: str, help: str, default: bool = False) -> Any:
     """An option without a value; the help shows no type beside it."""
-    return typer.Option(*names, metavar="", help=help)
+    return typer.Option(default, names, metavar="", help=help)
 
 
 def print_pairs(pairs: Sequence[tuple[str, object]]) -> None:

@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema
 
 from steerway.core.errors import InputError
 
-# Strict: a number in quotation marks is a text, and true is not 1.
+# Strict: a number in quotation marks is a text, and true is not 1. A text in the annotation of a field is its unit.
 Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -53,6 +53,31 @@ def names_of(name: str, field: FieldInfo) -> list[str]:
     """The names of a key in a file, the usual one first."""
     choices = field.validation_alias
     return list(map(str, choices.choices)) if isinstance(choices, AliasChoices) else [field.alias or name]
+
+
+_BY_ENDING = {"deg": "°", "dps": "°/s", "mps": "m/s", "m": "m", "s": "s", "hour": "°/h"}
+
+
+def unit_of(key: str, field: FieldInfo | None = None) -> str:
+    """The unit of a number: what its field states, else what the key ends in; "" where neither tells."""
+    stated: list[Any] = []
+    if field is not None:
+        stated = [each for each in field.metadata if isinstance(each, str)]
+        if isinstance(extra := field.json_schema_extra, dict):
+            stated.append(extra.get("unit"))
+    ending = _BY_ENDING.get(key.rpartition("_")[2], "") if "_" in key else ""
+    return next(filter(None, stated), ending)
+
+
+def all_models(model: type[BaseModel]) -> set[type[BaseModel]]:
+    """A model and those in its fields, however deep."""
+    found: set[type[BaseModel]] = set()
+    waiting = [model]
+    while waiting:
+        found.add(each := waiting.pop())
+        inner = (inner for field in each.model_fields.values() for inner in _models(field.annotation))
+        waiting += [other for other in inner if other not in found]
+    return found
 
 
 def in_radians(table: Table) -> dict[str, Any]:
@@ -179,14 +204,9 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
         form = _EXPECTED.get(kind)
         expected = form.format(**problem.get("ctx", {})) if form else problem["msg"][0].lower() + problem["msg"][1:]
         if problem.get("ctx"):
-            expected += _unit(keys[-1], holder)
+            key = str(keys[-1])
+            expected = f"{expected} {unit_of(key, holder.model_fields.get(key))}".rstrip()
     return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
-
-
-def _unit(key: str | int, holder: type[BaseModel]) -> str:
-    field = holder.model_fields.get(str(key))
-    extra = field.json_schema_extra if field is not None else None
-    return f" {extra['unit']}" if isinstance(extra, dict) and extra.get("unit") else ""
 
 
 def _path(location: Location) -> str:

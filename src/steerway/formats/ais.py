@@ -25,7 +25,7 @@ from steerway.core.earth import KNOT
 from steerway.core.records import Fixes
 from steerway.core.timestamps import dated, unix_times
 from steerway.formats.places import places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _SENTENCE = re.compile(rb"([^\r\n!]*)(![A-Za-z]{2}VD[MO],[^\r\n!\\]*)")
 _BODY = re.compile(rb"![A-Z]{2}VD[MO],\d,\d,\d?,[^,]*,[0-W`-w]+,[0-5](?:,[^*,]*)?\*[0-9A-Fa-f]{2}")
@@ -69,8 +69,7 @@ def read(data: bytes) -> Recording:
         notes.append(
             "no AIS report carries a time (tag block c:, prefix, suffix), nor has the log a clock: none can be used"
         )
-    fixes = _fixes(time, columns, skipped)
-    return Recording("AIS", {"AIS": fixes} if len(fixes) else {}, dict(counts), dict(skipped), tuple(notes))
+    return Recording.of("AIS", (_fixes(time, columns, skipped),), counts, skipped, notes)
 
 
 def class_b(data: bytes) -> set[int]:
@@ -227,10 +226,7 @@ def _fixes(time: Floats, columns: Sequence[Floats], skipped: Counter[str]) -> Fi
         mmsi=mmsi.astype(np.int64),
         source="AIS",
     )
-    for reason, wanted in (("no position", table.has_position), ("no time", np.isfinite(time))):
-        if not wanted.all():
-            skipped[reason] += int((~wanted).sum())
-    table = table.rows(table.has_position & np.isfinite(time)).in_order()
+    table = placed(table, skipped)
     keys = (table.mmsi, table.time, table.latitude, table.longitude)
     fresh = np.any([np.diff(key, prepend=np.nan) != 0.0 for key in keys if key is not None], axis=0)
     if not fresh.all():

@@ -16,7 +16,7 @@ from steerway.core.records import Fixes
 from steerway.formats import dilution
 from steerway.formats.gps_time import utc_of_week
 from steerway.formats.places import number, places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _FORMAT = re.compile(rb"^FMT,\s*\d+,\s*\d+,\s*(GPS\d?),\s*\w+,\s*([\w,]+)", re.M)
 _LINE = re.compile(rb"^(GPS\d?),([^\r\n]*)", re.M)
@@ -26,12 +26,6 @@ _OLDER = {"TimeMS": "GMS", "Week": "GWk"}
 _DUMPED = re.compile(rb"^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+: (GPS\d?) \{([^}]*)\}", re.M)
 """A message as mavlogdump prints it."""
 _LEAST_STATUS = 2  # a fix in two dimensions
-_QUALITY = {
-    4: dilution.DIFFERENTIAL,
-    5: dilution.FLOAT,
-    6: dilution.FIXED,
-}
-"""Quality of GGA of a status; of others it is a fix alone."""
 _HEAD, _FMT = b"\xa3\x95", 128
 _FMT_LAYOUT = struct.Struct("<BB4s16s64s")
 _CODES = dict(b="b", B="B", h="h", H="H", i="i", I="I", f="f", n="4s", N="16s", Z="64s", c="h", C="H", e="i", E="I")
@@ -56,8 +50,8 @@ def read(data: bytes) -> Recording:
         instance = f" {row['I']:.0f}" if "I" in row else ""
         rows[kind + instance].append([row[name] for name in _NEEDED] + [row.get("HDop", np.nan)])
     counts = {name: len(each) for name, each in sorted(rows.items())}
-    sources = {name: _fixes(name, np.array(each, float), skipped) for name, each in sorted(rows.items())}
-    return Recording("ArduPilot log", {n: f for n, f in sources.items() if len(f)}, counts, dict(skipped))
+    sources = [_fixes(name, np.array(each, float), skipped) for name, each in sorted(rows.items())]
+    return Recording.of("ArduPilot log", sources, counts, skipped)
 
 
 def _names(text: str) -> list[str]:
@@ -123,11 +117,9 @@ def _is_number(value: object) -> bool:
 
 def _fixes(name: str, table: Floats, skipped: Counter[str]) -> Fixes:
     status, milliseconds, week, latitude, longitude, sog, course, hdop = table.T
-    quality = [_QUALITY.get(int(each), dilution.ALONE) for each in status]
+    quality = [dilution.OF_FIX_TYPE.get(int(each), dilution.ALONE) for each in status]
     std = np.array([dilution.deviation(*each) for each in zip(hdop, quality, strict=True)])
     time = utc_of_week(week, 1e-3 * milliseconds)
     place = places(latitude, longitude)
     fixes = Fixes(time, *place, position_std=std, sog=sog, cog=np.radians(course), source=name)
-    if not fixes.has_position.all():
-        skipped["no position"] += int((~fixes.has_position).sum())
-    return fixes.rows(fixes.has_position).in_order()
+    return placed(fixes, skipped)

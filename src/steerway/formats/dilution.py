@@ -5,10 +5,12 @@ import math
 from steerway.core.interpreted import part_of_kernels
 from steerway.core.slow_error import ALONE, DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
 
-__all__ = ["ALONE", "DIFFERENTIAL", "FIXED", "FLOAT", "LARGEST", "deviation"]
+__all__ = ["ALONE", "DIFFERENTIAL", "FIXED", "FLOAT", "LARGEST", "OF_FIX_TYPE", "deviation"]
 
 LARGEST = 50.0
 """HDOP from which on it indicates no fix."""
+OF_FIX_TYPE = {4: DIFFERENTIAL, 5: FLOAT, 6: FIXED}
+"""Quality of GGA of a type or status of fix of ArduPilot, MAVLink and PX4; of others it is a fix alone."""
 
 
 @part_of_kernels

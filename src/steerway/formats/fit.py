@@ -15,7 +15,7 @@ from steerway.core.extras import require
 from steerway.core.records import Fixes
 from steerway.formats.columns import SEMICIRCLE
 from steerway.formats.places import number, places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _TABLES = b"Type,Local Number,Message", b"record.timestamp[s]"
 _EPOCH = 631065600.0  # Unix s of 1989-12-31, from which FIT counts
@@ -41,10 +41,7 @@ def read(data: bytes) -> Recording:
     place = places(degrees * latitude, degrees * longitude)
     sog = np.where(np.isfinite(enhanced), enhanced, plain)
     fixes = Fixes(time, *place, position_std=radius / np.sqrt(2.0), sog=sog, source="FIT")
-    if lost := int((~fixes.has_position).sum()):
-        skipped["no position"] += lost
-    fixes = fixes.rows(fixes.has_position).in_order()
-    return Recording("FIT", {"FIT": fixes} if len(fixes) else {}, dict(counts), dict(skipped))
+    return Recording.of("FIT", (placed(fixes, skipped),), counts, skipped)
 
 
 def _decoded(data: bytes, counts: Counter[str], skipped: Counter[str]) -> list[tuple[float, ...]]:

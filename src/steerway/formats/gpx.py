@@ -20,7 +20,7 @@ from steerway.core.records import Fixes, Record
 from steerway.core.timestamps import iso, unix_times
 from steerway.formats import dilution
 from steerway.formats.places import numbers, places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _ROOT = re.compile(rb"<gpx[\s>]")
 _POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")
@@ -58,11 +58,7 @@ def read(data: bytes) -> Recording:
     sog, cog = numbers(speeds), np.radians(numbers(courses))
     std = np.array([dilution.deviation(each) for each in numbers(dilutions)])
     fixes = Fixes(time, *place, position_std=std, sog=sog, cog=cog, mmsi=mmsi, source="GPX")
-    for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
-        if not good.all():
-            skipped[reason] += int((~good).sum())
-    fixes = fixes.rows(np.isfinite(time) & fixes.has_position).in_order()
-    return Recording("GPX", {"GPX": fixes} if len(fixes) else {}, counts, dict(skipped))
+    return Recording.of("GPX", (placed(fixes, skipped),), counts, skipped)
 
 
 def _points(data: bytes, skipped: Counter[str]) -> list[Point]:

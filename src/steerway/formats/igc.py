@@ -9,7 +9,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats.places import places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _DATE = re.compile(rb"^HFDTE(?:DATE:)?\s*(\d\d)(\d\d)(\d\d)", re.M)
 _FIX = re.compile(
@@ -52,15 +52,9 @@ def read(data: bytes) -> Recording:
         latitude = _degrees(fix["lat"], digits.get("LAD", 0.0), fix["ns"] == b"S")
         longitude = _degrees(fix["lon"], digits.get("LOD", 0.0), fix["ew"] == b"W")
         rows.append((midnight + clock, latitude, longitude))
-    counts = {"B fix": len(rows)}
-    if not rows:
-        return Recording("IGC", {}, counts, dict(skipped))
-    time, latitude, longitude = np.array(rows).T
-    fixes = Fixes(time, *places(latitude, longitude), source="IGC")
-    if not fixes.has_position.all():
-        skipped["no position"] += int((~fixes.has_position).sum())
-    fixes = fixes.rows(fixes.has_position).in_order()
-    return Recording("IGC", {"IGC": fixes} if len(fixes) else {}, counts, dict(skipped))
+    time, *degrees = np.array(rows).reshape(-1, 3).T
+    fixes = Fixes(time, *places(*degrees), source="IGC")
+    return Recording.of("IGC", (placed(fixes, skipped),), {"B fix": len(rows)}, skipped)
 
 
 def _places_of_extensions(data: bytes) -> dict[str, tuple[int, int]]:

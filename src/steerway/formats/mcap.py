@@ -9,7 +9,7 @@ import json
 import math
 import struct
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, BinaryIO, NamedTuple
 
@@ -17,11 +17,11 @@ import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.extras import require
-from steerway.core.records import REPORTED, Fixes, Motion
+from steerway.core.records import REPORTED, Motion
 from steerway.core.timestamps import dated
 from steerway.formats import packed, ros2
 from steerway.formats.places import on_earth
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, fixes_of
 
 MAGIC = b"\x89MCAP0\r\n"
 INPUT = "/input"
@@ -136,8 +136,7 @@ def read(data: bytes) -> Recording:
             rows.setdefault(name, []).append(row)
         else:
             skipped["no fix"] += 1
-    sources = {name: _fixes(name, each) for name, each in rows.items()}
-    return Recording("MCAP", sources, dict(counts), dict(skipped))
+    return Recording.of("MCAP", [fixes_of(*each) for each in rows.items()], counts, skipped)
 
 
 def _row(message: Any) -> tuple[str, tuple[float, ...]] | None:
@@ -164,12 +163,6 @@ def _location_fix(message: dict[str, Any]) -> tuple[float, ...]:
 
 def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
-
-
-def _fixes(name: str, rows: Sequence[tuple[float, ...]]) -> Fixes:
-    columns = np.array(rows, dtype=float).T
-    names = ("time", "latitude", "longitude", *REPORTED)
-    return Fixes(**dict(zip(names, columns, strict=True)), source=name).in_order()
 
 
 def write_odometry(record: Motion, file: BinaryIO) -> None:

@@ -1,10 +1,13 @@
 """The contents of one log before a source is chosen: the fixes of each source and a count of every message."""
 
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
 
-from steerway.core.records import Fixes
+from steerway.core.records import REPORTED, Fixes
 
 
 @dataclass(frozen=True)
@@ -23,3 +26,31 @@ class Recording:
     skipped: dict[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     formatters: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        format: str,
+        sources: Iterable[Fixes],
+        counts: Mapping[str, int],
+        skipped: Mapping[str, int],
+        notes: Iterable[str] = (),
+    ) -> Self:
+        """The recording of sources by their names, of those that have rows."""
+        found = {each.source: each for each in sources if len(each)}
+        return cls(format, found, dict(counts), dict(skipped), tuple(notes))
+
+
+def placed(fixes: Fixes, skipped: Counter[str]) -> Fixes:
+    """The rows with a time and a position, in time order; the others are counted."""
+    for reason, good in (("no time", np.isfinite(fixes.time)), ("no position", fixes.has_position)):
+        if lost := int((~good).sum()):
+            skipped[reason] += lost
+    return fixes.rows(np.isfinite(fixes.time) & fixes.has_position).in_order()
+
+
+def fixes_of(source: str, rows: Sequence[Sequence[float]]) -> Fixes:
+    """The fixes of rows (time, latitude, longitude, *REPORTED), SI and radians, in time order."""
+    names = ("time", "latitude", "longitude", *REPORTED)
+    columns: dict[str, Any] = dict(zip(names, np.array(rows, float).reshape(-1, len(names)).T, strict=True))
+    return Fixes(**columns, source=source).in_order()

@@ -1,54 +1,49 @@
 """Tracks to compare: tables that `estimate` and `simulate` wrote, and logs with the receiver's own values."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
-from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
-from steerway.core.records import Fixes, Motion
+from steerway.core.records import MOTION_COLUMNS, Fixes, Motion
 from steerway.formats.plain_table import numbers, read_plain
 
-_COLUMNS = {
-    "latitude": "lat_deg",
-    "longitude": "lon_deg",
-    "sog": "sog_mps",
-    "cog": "cog_deg",
-    "course_rate": "course_rate_dps",
-    "sog_std": "sog_std_mps",
-    "cog_std": "cog_std_deg",
-    "course_rate_std": "course_rate_std_dps",
-    "position_std": "position_std_m",
-}
 _NEEDED = ("lat_deg", "lon_deg", "sog_mps", "cog_deg")
 
 
 @dataclass(frozen=True, eq=False)
-class NamedTrack:
-    """Position and motion over time of one vessel by one source; (n,) each, SI and radians, NaN for unknown."""
+class NamedTrack(Motion):
+    """Position and motion over time of one vessel by one source; NaN for what that does not tell, its status too."""
 
-    name: str
-    time: np.ndarray
-    latitude: np.ndarray
-    longitude: np.ndarray
-    sog: np.ndarray
-    cog: np.ndarray
-    course_rate: np.ndarray
-    sog_std: np.ndarray
-    cog_std: np.ndarray
-    course_rate_std: np.ndarray
-    position_std: np.ndarray
+    name: str = ""
 
     @classmethod
     def of(cls, name: str, table: Fixes | Motion) -> "NamedTrack":
         """The track of an estimate, or of a receiver's own values, whose deviations are unknown."""
-        columns = {field.name: getattr(table, field.name, None) for field in fields(cls)[1:]}
+        known = table.columns()
         if isinstance(table, Fixes):
-            columns |= {each: None for each in columns if each.endswith("_std")}
-        unknown = np.full(len(table), np.nan)
-        return cls(name, **{each: unknown if values is None else values for each, values in columns.items()})
+            known = {each: values for each, values in known.items() if not each.endswith("_std")}
+        return cls._of(name, known)
+
+    @classmethod
+    def _of(cls, name: str, known: Mapping[str, np.ndarray]) -> "NamedTrack":
+        n = len(known["time"])
+        columns = {field: known.get(field, np.full(n, np.nan)) for field, _ in MOTION_COLUMNS.values()}
+        return cls(**columns, status=np.zeros(n, np.uint8), name=name)
+
+    @classmethod
+    def of_frame(cls, name: str, frame: pl.DataFrame, prefix: str) -> "NamedTrack":
+        """The track of the columns that have a prefix before their outward names."""
+        known = {}
+        for outward, (field, _) in MOTION_COLUMNS.items():
+            column = outward if field == "time" else prefix + outward
+            if column in frame.columns:
+                values = numbers(frame, column)
+                known[field] = np.radians(values) if outward.endswith(("_deg", "_dps")) else values
+        return cls._of(name, known)
 
 
 def read_tracks(path: str | Path) -> list[NamedTrack]:
@@ -61,7 +56,10 @@ def read_tracks(path: str | Path) -> list[NamedTrack]:
     if frame is not None:
         prefixes = [each for each in ("true_", "estimated_", "") if all(each + c in frame.columns for c in _NEEDED)]
         if prefixes and "mmsi" not in frame.columns:
-            return [_of_frame(f"{name} {prefix.removesuffix('_')}".strip(), frame, prefix) for prefix in prefixes[:2]]
+            return [
+                NamedTrack.of_frame(f"{name} {prefix.removesuffix('_')}".strip(), frame, prefix)
+                for prefix in prefixes[:2]
+            ]
     from steerway.formats.reading import read
 
     fixes = read(path)
@@ -85,17 +83,3 @@ def _table(path: str | Path) -> pl.DataFrame | None:
     except InputError:
         return None
     return frame if "time_s" in frame.columns else None
-
-
-def _of_frame(name: str, frame: pl.DataFrame, prefix: str) -> NamedTrack:
-    def column(outward: str) -> Floats:
-        if outward not in frame.columns:
-            return np.full(len(frame), np.nan)
-        return numbers(frame, outward)
-
-    values = {field: column(prefix + outward) for field, outward in _COLUMNS.items()}
-    values = {
-        field: np.radians(each) if _COLUMNS[field].endswith(("_deg", "_dps")) else each
-        for field, each in values.items()
-    }
-    return NamedTrack(name, column("time_s"), **values)

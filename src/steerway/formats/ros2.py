@@ -16,9 +16,9 @@ import numpy as np
 
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
-from steerway.core.records import REPORTED, Fixes, Motion
+from steerway.core.records import REPORTED, Motion
 from steerway.formats.places import on_earth
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, fixes_of
 
 NAV_SAT_FIX = "sensor_msgs/msg/NavSatFix"
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -130,12 +130,7 @@ def read(data: bytes) -> Recording:
         raise InputError(f"is no ROS 2 bag ({why}), expected the tables topics and messages") from None
     finally:
         base.close()
-    names = ("time", "latitude", "longitude", *REPORTED)
-    sources = {
-        name: Fixes(**dict(zip(names, np.array(each).T, strict=True)), source=name).in_order()
-        for name, each in rows.items()
-    }
-    return Recording("ROS 2 bag", sources, dict(counts), {why: count for why, count in skipped.items() if count})
+    return Recording.of("ROS 2 bag", [fixes_of(*each) for each in rows.items()], counts, +skipped)
 
 
 def odometry(record: Motion) -> Iterator[tuple[int, bytes]]:

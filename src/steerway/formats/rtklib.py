@@ -13,7 +13,7 @@ from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats.gps_time import utc_of_gps, utc_of_week
 from steerway.formats.places import places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _HEAD = re.compile(rb"^%\s+(GPST|UTC|JST)[\s,;]+(latitude\S*.*)$", re.M)
 _JST = 9.0 * 3600.0
@@ -59,17 +59,11 @@ def read(data: bytes) -> Recording:
         reported["sog"] = np.hypot(columns["vn"], columns["ve"])
         reported["cog"] = np.arctan2(columns["ve"], columns["vn"])
     fixes = Fixes(time, latitude, longitude, **reported, source="RTKLIB")
-    for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
-        if not good.all():
-            skipped[reason] += int((~good).sum())
-    fixes = fixes.rows(np.isfinite(time) & fixes.has_position).in_order()
+    fixes = placed(fixes, skipped)
     quality = columns.get("Q", np.zeros(0))
     counts = Counter({f"{words} solution": int((quality == kind).sum()) for kind, words in QUALITIES.items()})
     notes = [] if system == "UTC" else [f"times in {system} were made UTC"]
-    found = {"RTKLIB": fixes} if len(fixes) else {}
-    return Recording(
-        "RTKLIB", found, {key: count for key, count in counts.items() if count}, dict(skipped), tuple(notes)
-    )
+    return Recording.of("RTKLIB", (fixes,), +counts, skipped, notes)
 
 
 def _numbers(cells: Iterable[str]) -> list[float] | None:

@@ -74,8 +74,7 @@ def read(data: bytes) -> Recording:
                 counts["delta"] += 1
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             skipped["line not understood"] += 1
-    sources = {name: _fixes(name, own) for name, own in rows.items()}
-    return Recording("Signal K", {n: f for n, f in sources.items() if len(f)}, dict(counts), dict(skipped))
+    return Recording.of("Signal K", [_fixes(name, own) for name, own in rows.items()], counts, skipped)
 
 
 def _fixes(name: str, rows: Mapping[str, Mapping[str, float]]) -> Fixes:

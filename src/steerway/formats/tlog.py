@@ -13,7 +13,8 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.extras import require
 from steerway.core.records import Fixes
-from steerway.core.slow_error import DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
+from steerway.core.slow_error import SLOW_STD
+from steerway.formats.dilution import OF_FIX_TYPE
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
@@ -24,8 +25,6 @@ _STAMP = struct.Struct(">Q")
 _RECEIVERS = {24: "GPS_RAW_INT", 124: "GPS2_RAW"}
 _SYSTEM_TIME = 2
 _UNKNOWN = 0xFFFF
-_QUALITY = {4: DIFFERENTIAL, 5: FLOAT, 6: FIXED}
-"""Quality of GGA of a fix_type; of others it is a fix alone."""
 
 
 def recognises(head: bytes) -> bool:
@@ -70,11 +69,11 @@ def read(data: bytes) -> Recording:
         else:
             rows[vehicle, number].append((received, *_row(message)))
     many = len({vehicle for vehicle, _ in rows}) > 1
-    sources = {}
+    sources = []
     for (vehicle, number), table in sorted(rows.items()):
         name = f"{_RECEIVERS[number]}{f' of {vehicle}' if many else ''}"
-        sources[name] = _fixes(name, np.array(table), clocks[vehicle])
-    return Recording("MAVLink log", {n: f for n, f in sources.items() if len(f)}, dict(counts), dict(skipped))
+        sources.append(_fixes(name, np.array(table), clocks[vehicle]))
+    return Recording.of("MAVLink log", sources, counts, skipped)
 
 
 def _next(data: bytes, at: int) -> int | None:
@@ -93,7 +92,7 @@ def _row(message: Any) -> tuple[float, ...]:
     sog = np.nan if message.vel == _UNKNOWN else 1e-2 * message.vel
     cog = np.nan if message.cog == _UNKNOWN else 1e-2 * message.cog
     accuracy = getattr(message, "h_acc", 0)
-    kind = _QUALITY.get(message.fix_type)
+    kind = OF_FIX_TYPE.get(message.fix_type)
     std = 1e-3 * accuracy / np.sqrt(2.0) if accuracy else np.nan if kind is None else float(SLOW_STD[kind])
     return 1e-6 * message.time_usec, 1e-7 * message.lat, 1e-7 * message.lon, sog, cog, std
 

@@ -11,14 +11,14 @@ from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.core.records import Fixes
-from steerway.core.slow_error import DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
+from steerway.core.slow_error import SLOW_STD
+from steerway.formats.dilution import OF_FIX_TYPE
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
 _MAGIC = b"ULog\x01\x12\x35"
 _TOPICS = ("sensor_gps", "vehicle_gps_position")
 _LEAST_FIX = 2  # a fix in two dimensions
-_KINDS = {4: DIFFERENTIAL, 5: FLOAT, 6: FIXED}
 
 
 def recognises(head: bytes) -> bool:
@@ -39,14 +39,10 @@ def read(data: bytes) -> Recording:
             log = ULog(io.BytesIO(data), list(_TOPICS))
     except Exception as error:  # of struct, indices, keys, decoding: pyulog checks little
         raise InputError(f"the ULog file is damaged ({' '.join(str(error).split()) or type(error).__name__})") from None
-    skipped, counts, sources = Counter[str](), {}, {}
-    for topic in log.data_list:
-        name = f"{topic.name} {topic.multi_id}"
-        counts[name] = len(topic.data["timestamp"])
-        fixes = _fixes(name, topic.data, skipped)
-        if len(fixes):
-            sources[name] = fixes
-    return Recording("ULog", sources, counts, dict(skipped))
+    skipped = Counter[str]()
+    topics = {f"{topic.name} {topic.multi_id}": topic.data for topic in log.data_list}
+    counts = {name: len(columns["timestamp"]) for name, columns in topics.items()}
+    return Recording.of("ULog", [_fixes(name, each, skipped) for name, each in topics.items()], counts, skipped)
 
 
 def _fixes(name: str, columns: dict[str, Any], skipped: Counter[str]) -> Fixes:
@@ -57,7 +53,7 @@ def _fixes(name: str, columns: dict[str, Any], skipped: Counter[str]) -> Fixes:
     factor = 1.0 if "latitude_deg" in columns else 1e-7
     place = places(factor * column("latitude_deg", "lat"), factor * column("longitude_deg", "lon"))
     kind, radius = column("fix_type"), column("eph")
-    of_kind = [SLOW_STD[_KINDS[int(each)]] if each in _KINDS else np.nan for each in kind]
+    of_kind = [SLOW_STD[OF_FIX_TYPE[int(each)]] if each in OF_FIX_TYPE else np.nan for each in kind]
     std = np.where(radius > 0.0, radius / np.sqrt(2.0), of_kind)
     time, cog = 1e-6 * column("time_utc_usec"), column("cog_rad")
     sog = column("vel_m_s")

@@ -10,7 +10,7 @@ import numpy as np
 
 from steerway.core.records import Fixes
 from steerway.formats.places import places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _LINE = re.compile(rb"^([0-2]\d[0-5]\d[0-5]\d[0-3]\d),(-?\d{7,9}),(-?\d{7,10})\s*$", re.M)
 _DAY = 86400.0
@@ -30,8 +30,6 @@ def read(data: bytes) -> Recording:
     time = _DAY * days + 3600.0 * (clock // 10000) + 60.0 * (clock // 100 % 100) + clock % 100
     fixes = Fixes(time, *places(1e-7 * latitude, 1e-7 * longitude), source="WRSC")
     skipped = Counter({"line not understood": len(data.split()) - len(rows)})
-    if not fixes.has_position.all():
-        skipped["no position"] = int((~fixes.has_position).sum())
-    fixes = fixes.rows(fixes.has_position).in_order()
+    fixes = placed(fixes, skipped)
     notes = ("the log has days without month and year: they are counted in January 1970",)
-    return Recording("WRSC", {"WRSC": fixes} if len(fixes) else {}, {"lines": len(rows)}, dict(+skipped), notes)
+    return Recording.of("WRSC", (fixes,), {"lines": len(rows)}, +skipped, notes)

@@ -9,13 +9,11 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NoReturn
 
-import numpy as np
-
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats.places import numbers, places
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, placed
 
 _ROOT = re.compile(rb"<(TrainingCenterDatabase|kml)[\s>]")
 _TEXTS = {"Time", "LatitudeDegrees", "LongitudeDegrees", "Speed", "when", "coord", "coordinates"}
@@ -43,11 +41,7 @@ def read(data: bytes) -> Recording:
     time = unix_times(stamps)
     place = places(*(numbers(each) for each in (latitude, longitude)))
     fixes = Fixes(time, *place, sog=numbers(speed), source=kind)
-    for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
-        if not good.all():
-            skipped[reason] += int((~good).sum())
-    fixes = fixes.rows(np.isfinite(time) & fixes.has_position).in_order()
-    return Recording(kind, {kind: fixes} if len(fixes) else {}, counts, dict(skipped))
+    return Recording.of(kind, (placed(fixes, skipped),), counts, skipped)
 
 
 class _Points:

@@ -64,9 +64,9 @@ class GuidanceTable(Table):
 
     law: Literal[*LAWS] = "line-of-sight"  # type: ignore[valid-type]
     steer_by: Literal["course", "heading"] | None = None
-    lookahead: Positive | None = None
-    integral_gain: NotNegative | None = None
-    adaptive_gain: NotNegative | None = None
+    lookahead: Annotated[Positive | None, "m"] = None
+    integral_gain: Annotated[NotNegative | None, "m/s"] = None
+    adaptive_gain: Annotated[NotNegative | None, "1/(m s)"] = None
     approach_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = 90.0
 
     @property

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from steerway.core.errors import InputError
 from steerway.core.leg import UNSEEN, LegState
@@ -28,11 +28,11 @@ class OrderTable(Table):
     positioning are ordered a place (`north`, `east` in m) and a heading (`course_deg`).
     """
 
-    time: NotNegative = 0.0
+    time: Annotated[NotNegative, "s"] = 0.0
     course_deg: Number | None = None
-    speed: NotNegative | None = None
-    north: Number | None = None
-    east: Number | None = None
+    speed: Annotated[NotNegative | None, "m/s"] = None
+    north: Annotated[Number | None, "m"] = None
+    east: Annotated[Number | None, "m"] = None
 
 
 def orders_of(tables: Sequence[OrderTable], first: Order) -> tuple[Order, ...]:

@@ -7,7 +7,7 @@ All three work on angles, go the short way round and give angles in [−π, π).
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from steerway.core.angles import wrap
 from steerway.core.checks import positive, positive_or_unlimited
@@ -215,7 +215,7 @@ class ReferenceTable(Table):
     """
 
     kind: Literal[*SHAPERS] | None = None  # type: ignore[valid-type]
-    bandwidth: Positive | None = None
-    damping: Positive = 1.0
-    time_constant: Positive | None = None
-    max_rate_deg: Positive = 15.0
+    bandwidth: Annotated[Positive | None, "rad/s"] = None
+    damping: Annotated[Positive, "1"] = 1.0
+    time_constant: Annotated[Positive | None, "s"] = None
+    max_rate_deg: Annotated[Positive, "°/s"] = 15.0

@@ -49,10 +49,10 @@ class SurveyTable(Table):
     """Parallel lines as of `lawnmower`, of a file of settings: m, and degrees from true north."""
 
     direction_deg: Number = 0.0
-    length: Positive
-    spacing: Number
+    length: Annotated[Positive, "m"]
+    spacing: Annotated[Number, "m"]
     lines: Annotated[int, Field(strict=True, ge=1, le=1000)]
-    run_in: NotNegative = 0.0
+    run_in: Annotated[NotNegative, "m"] = 0.0
 
     def offsets(self) -> Floats:
         """(2 · lines, 2) north and east of the waypoints from the beginning of the first line, m."""
@@ -67,8 +67,8 @@ Place = tuple[float, float]
 class PlaceTable(Table):
     """A place, in m from the origin or as latitude and longitude."""
 
-    north: Number | None = None
-    east: Number | None = None
+    north: Annotated[Number | None, "m"] = None
+    east: Annotated[Number | None, "m"] = None
     latitude_deg: Latitude | None = Field(default=None, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
     longitude_deg: Longitude | None = Field(default=None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
 
@@ -129,14 +129,14 @@ _COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")
 class WaypointTable(PlaceTable):
     """A waypoint, and the speed (m/s) and acceptance (m) that differ from the rest of the route on the leg to it."""
 
-    speed: Positive | None = Field(default=None, validation_alias=AliasChoices("speed", "speed_mps"))
-    acceptance: Positive | None = None
+    speed: Annotated[Positive | None, "m/s"] = Field(default=None, validation_alias=AliasChoices("speed", "speed_mps"))
+    acceptance: Annotated[Positive | None, "m"] = None
 
 
 class StayWaypointTable(WaypointTable):
     """A waypoint of a scenario; `stay` s of station keeping before going on."""
 
-    stay: NotNegative = 0.0
+    stay: Annotated[NotNegative, "s"] = 0.0
 
 
 class SurveyRouteTable(SurveyTable, PlaceTable):
@@ -167,9 +167,9 @@ class RouteKeys(Table):
     """
 
     survey: SurveyRouteTable | None = None
-    acceptance: Positive | None = None
+    acceptance: Annotated[Positive | None, "m"] = None
     corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
-    corner_radius: Positive | None = None
+    corner_radius: Annotated[Positive | None, "m"] = None
 
 
 class Turning(Protocol):

@@ -61,14 +61,14 @@ class Settings(Table):
     learned: str | None = None
     source: Texts = ()
     aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ("auto",)
-    rate: Rate | None = None
+    rate: Annotated[Rate | None, "Hz"] = None
     mission: str | None = None
     record: str | None = None
     engage: Flag = False
     from_here: Flag = False
-    max_dead_reckoning: Positive = 10.0
-    latency: NotNegative = 0.0
-    lag: Annotated[float, Field(strict=True, ge=0.0, le=LONGEST_LAG)] = 0.0
+    max_dead_reckoning: Annotated[Positive, "s"] = 10.0
+    latency: Annotated[NotNegative, "s"] = 0.0
+    lag: Annotated[float, Field(strict=True, ge=0.0, le=LONGEST_LAG), "s"] = 0.0
     accuracy: Flag = True
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.report.course_axis import broken
-    from steerway.report.figures import BAD, OURS, QUIET, THEIRS, track_figure
+    from steerway.report.drawing import BAD, OURS, QUIET, THEIRS, broken
+    from steerway.report.figures import track_figure
     from steerway.report.page import png, write_page
     from steerway.report.plots import PALETTE, TRUTH, Band, Curve, Panel, bars, series, track
 

@@ -14,12 +14,13 @@ from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.gaps import shortest_gap
-from steerway.core.records import REJECTED, STARTING, Fixes, Motion
+from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
 from steerway.core.statistics import DEVIATION_OF_MEDIAN
 from steerway.core.timestamps import iso
 from steerway.estimation.log.outage import SLIDES, outages
 
 REFUSED, RESTARTED, GAP, DISAGREES, CONTRADICTED = "refused", "restarted", "gap", "disagrees", "contradicted"
+_NO_STEERAGEWAY = "no steerageway"
 _WORDS = {
     REFUSED: "fixes refused as wrong",
     RESTARTED: "the estimate began anew",
@@ -33,6 +34,17 @@ _ALLOWED, _LEAST = 5.0, 3
 """Standard deviations by which the two may differ (of 100,000 rows less than one by chance), and rows in an episode."""
 _APART = 2
 """Rows between two episodes of a kind below which they are one."""
+_BRIEFLY = {
+    RESTARTED: "estimate restarted",
+    GAP: "no fixes",
+    DISAGREES: "velocity differs from position differences",
+    CONTRADICTED: "receiver's own SOG differs",
+    _NO_STEERAGEWAY: "no steerageway: course not defined",
+}
+MOST_EVENTS = 300
+"""Of a page; the longest are kept."""
+_LEAST_STANDSTILL = 10.0
+"""s without steerageway that are events of a page; shorter losses are visible in its charts."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +75,9 @@ def episodes_of(fixes: Fixes, motion: Motion) -> list[Episode]:
     placed = {mmsi: track for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks()}
     found = []
     for mmsi, track in motion.tracks():
-        own = [
-            *_runs(REFUSED, track.time, track.status == REJECTED, mmsi),
-            *_restarts(track, mmsi),
-        ]
+        restarts = _runs(RESTARTED, track.time, track.status == STARTING, mmsi)
+        own = _runs(REFUSED, track.time, track.status == REJECTED, mmsi)
+        own += [each for each in restarts if each.start > track.time[0]]
         if mmsi in placed and len(placed[mmsi]) > 1:
             holes = gaps(placed[mmsi].time, mmsi is not None)
             own += [Episode(GAP, start, stop, 0, mmsi) for start, stop in holes]
@@ -76,6 +87,20 @@ def episodes_of(fixes: Fixes, motion: Motion) -> list[Episode]:
     return found
 
 
+def events(fixes: Fixes, motion: Motion) -> list[tuple[float, float, str]]:
+    """(start, stop, what) of what the page of one vessel lists, in Unix s: episodes, times without steerageway."""
+    still = _runs(_NO_STEERAGEWAY, motion.time, motion.status == NO_COURSE, None)
+    found = episodes_of(fixes, motion) + [each for each in still if each.stop - each.start >= _LEAST_STANDSTILL]
+    longest = sorted(found, key=lambda each: each.start - each.stop)[:MOST_EVENTS]
+    return sorted((each.start, each.stop, _briefly(each)) for each in longest)
+
+
+def _briefly(episode: Episode) -> str:
+    if episode.kind == REFUSED:
+        return "fix rejected" if episode.rows == 1 else f"{episode.rows} fixes rejected"
+    return _BRIEFLY[episode.kind]
+
+
 def _runs(kind: str, time: Floats, marked: NDArray[np.bool_], mmsi: int | None, least: int = 1) -> list[Episode]:
     """An episode of every run of marked rows; runs that are hardly apart are one."""
     rows = np.flatnonzero(marked)
@@ -83,11 +108,6 @@ def _runs(kind: str, time: Floats, marked: NDArray[np.bool_], mmsi: int | None, 
         return []
     parts = np.split(rows, np.flatnonzero(np.diff(rows) > _APART) + 1)
     return [Episode(kind, float(time[p[0]]), float(time[p[-1]]), len(p), mmsi) for p in parts if len(p) >= least]
-
-
-def _restarts(track: Motion, mmsi: int | None) -> list[Episode]:
-    starting = track.status == STARTING
-    return [each for each in _runs(RESTARTED, track.time, starting, mmsi) if each.start > track.time[0]]
 
 
 def gaps(time: np.ndarray, reports: bool = False) -> list[tuple[float, float]]:

@@ -12,15 +12,12 @@ from steerway.core.angles import wrap_array
 from steerway.core.arrays import Floats
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
-from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion, Record
+from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
 from steerway.core.statistics import FIX_GATE
-from steerway.report.course_axis import broken, course_cut, on_axis
+from steerway.report.drawing import BAD, OURS, QUIET, THEIRS, broken, course_cut, on_axis, thinned
 from steerway.report.episodes import gaps
 
-OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
-"""Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
 _MOST_POINTS = 20_000
-R = TypeVar("R", bound=Record)
 T = TypeVar("T", float, Floats)
 
 
@@ -55,7 +52,7 @@ def track_figure(motion: Motion) -> Figure:
         track = track.rows(np.isfinite(track.latitude))
         if len(track) < 2:
             continue
-        track = _thinned(track)
+        track = thinned(track, _MOST_POINTS)
         north = (track.latitude - latitude) * meridian
         turned = wrap_array(track.longitude - longitude)
         east = turned * prime_vertical * np.cos(latitude)
@@ -91,9 +88,8 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
     """
     figure = Figure(figsize=(11.0, 11.0), layout="constrained")
     sog, cog, rate, nis = figure.subplots(4, 1, sharex=True)
-    shown = _thinned(motion)
-    reported = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
-    reported = _thinned(reported)
+    shown = thinned(motion, _MOST_POINTS)
+    reported = thinned(fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog)), _MOST_POINTS)
     time, reported_time = _dates(shown.time), _dates(reported.time)
 
     _receiver(sog, reported_time, reported.sog, "receiver's SOG")
@@ -102,12 +98,9 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
     sog.set_ylabel("SOG (m/s)")
 
     moving = np.where(reported.sog > 0.3, reported.cog, np.nan) if len(reported) else reported.cog
-    cut = 90.0 * round(course_cut(shown.cog) / 90.0)
+    cut = course_axis(cog, shown.cog)
     _receiver(cog, reported_time, on_axis(moving, cut), "receiver's COG above 0.3 m/s")
     _banded(cog, time, broken(on_axis(shown.cog, cut)), np.degrees(shown.cog_std), "COG ± 2σ")
-    cog.set_ylim(cut, cut + 360.0)
-    cog.set_yticks(cut + np.arange(0.0, 361.0, 90.0))
-    cog.yaxis.set_major_formatter(lambda tick, _: f"{tick % 360.0:.0f}")
     cog.set_ylabel("COG (°)")
 
     _banded(rate, time, np.degrees(shown.course_rate), np.degrees(shown.course_rate_std), "course rate ± 2σ")
@@ -131,7 +124,6 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
         for k, (start, stop) in enumerate(sorted(holes, key=lambda hole: hole[0] - hole[1])[:200]):
             label = "no fixes" if k == 0 and axes is sog else None
             axes.axvspan(_dates(start), _dates(stop), color=BAD, alpha=0.12, linewidth=0, label=label)
-        axes.grid(alpha=0.25)
         axes.margins(x=0.01)
     if quiet.any():
         bottom = cog.get_xaxis_transform()
@@ -139,10 +131,25 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
         cog.plot([], [], color=QUIET, alpha=0.5, linewidth=6, label="course not defined")
     for axes in (sog, cog, rate, nis):
         axes.legend(loc="upper right", fontsize=8, framealpha=0.85, ncols=4)
-    locator = AutoDateLocator()
-    nis.xaxis.set_major_locator(locator)
-    nis.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+        time_axis(axes)
     return figure
+
+
+def course_axis(axes: Axes, *courses: np.ndarray) -> float:
+    """Cut the vertical axis of courses (rad) at a quarter where they are steered least; that course in degrees."""
+    cut = 90.0 * round(course_cut(*courses) / 90.0)
+    axes.set_ylim(cut, cut + 360.0)
+    axes.set_yticks(cut + np.arange(0.0, 361.0, 90.0))
+    axes.yaxis.set_major_formatter(lambda tick, _: f"{tick % 360.0:.0f}")
+    return cut
+
+
+def time_axis(axes: Axes) -> None:
+    """Dates (days since 1970) on the horizontal axis, and a grid."""
+    locator = AutoDateLocator()
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    axes.grid(alpha=0.25)
 
 
 def _reach(motion: Motion) -> float:
@@ -162,10 +169,6 @@ def _banded(axes: Axes, time: Floats, values: Floats, deviations: Floats, label:
 def _receiver(axes: Axes, time: Floats, values: Floats, label: str) -> None:
     if np.isfinite(values).any():
         axes.plot(time, values, ".", color=THEIRS, markersize=2.5, label=label)
-
-
-def _thinned(table: R) -> R:
-    return table.rows(slice(None, None, max(1, -(-len(table) // _MOST_POINTS))))
 
 
 def _dates(time: T) -> T:

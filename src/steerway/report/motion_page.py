@@ -2,29 +2,15 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.records import Fixes, Motion
-from steerway.report.events import events
+from steerway.report.episodes import events
+from steerway.report.page import ReportContents, Table, png
 from steerway.report.summary import sentences
-from steerway.report.tables import Table
-
-
-@dataclass(frozen=True)
-class ReportContents:
-    """What a report shows: an estimate, the fixes it was made of, tables and remarks."""
-
-    title: str
-    fixes: Fixes
-    motion: Motion
-    tables: Sequence[Table]
-    remarks: Sequence[str]
-    events: Sequence[tuple[float, float, str]] = ()
-    gate: bool = True
 
 
 def write_report(
@@ -40,17 +26,14 @@ def write_report(
     vessels = [] if motion.mmsi is None else [_vessels(motion)]
     tables = [("Summary", ("", ""), sentences(summary)), *vessels, *tables]
     found = events(fixes, motion) if motion.mmsi is None else []
-    report_writer(path)(
-        Path(path), ReportContents(title, fixes, motion, tables, summary["notes"], found, not summary["structures"])
-    )
+    gate = not summary["structures"]
+    report_writer(path)(Path(path), ReportContents(title, fixes, motion, tables, summary["notes"], found, gate=gate))
 
 
 def _page(path: Path, report: ReportContents) -> None:
     from steerway.report.interactive import write_interactive_page
 
-    write_interactive_page(
-        path, report.title, report.fixes, report.motion, report.tables, report.remarks, report.events, gate=report.gate
-    )
+    write_interactive_page(path, report)
 
 
 def _picture(path: Path, report: ReportContents) -> None:
@@ -64,11 +47,7 @@ def _picture(path: Path, report: ReportContents) -> None:
     figures = [track_figure(report.motion)]
     if report.motion.mmsi is None:
         figures.append(signals_figure(report.fixes, report.motion, report.gate))
-    images = []
-    for figure in figures:
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=120)
-        images.append(Image.open(buffer))
+    images = [Image.open(io.BytesIO(png(figure))) for figure in figures]
     width, height = max(image.width for image in images), sum(image.height for image in images)
     sheet = Image.new("RGB", (width, height), "white")
     top = 0

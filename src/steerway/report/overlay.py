@@ -4,15 +4,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from steerway.core.angles import wrap_array
 from steerway.core.earth import radii
 from steerway.formats.results import NamedTrack
-from steerway.report.course_axis import broken, course_cut, on_axis
 from steerway.report.differences import QUANTITIES, differences
+from steerway.report.drawing import broken, on_axis
+from steerway.report.figures import course_axis, time_axis
 
 COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """After Okabe and Ito; the reference is black. Line styles differ too."""
@@ -26,14 +25,9 @@ def overlay_figure(tracks: Sequence[NamedTrack]) -> Figure:
     panes = figure.subplot_mosaic([["map", "sog"], ["map", "cog"], ["map", "course_rate"]], width_ratios=(1.0, 1.2))
     latitude, longitude = (float(np.nanmedian(each)) for each in (tracks[0].latitude, tracks[0].longitude))
     meridian, prime_vertical = radii(latitude)
-    cut = 90.0 * round(course_cut(*(each.cog for each in tracks)) / 90.0)
+    cut = course_axis(panes["cog"], *(each.cog for each in tracks))
     for number, track in enumerate(tracks):
-        look: dict[str, Any] = {
-            "color": COLOURS[number % len(COLOURS)],
-            "linestyle": STYLES[number % len(STYLES)],
-            "linewidth": 1.2,
-        }
-        few = slice(None, None, max(1, len(track.time) // _MOST_POINTS))
+        look, few = _look(number), _few(track)
         east = wrap_array(track.longitude[few] - longitude) * prime_vertical * np.cos(latitude)
         panes["map"].plot(east, (track.latitude[few] - latitude) * meridian, label=track.name, **look)
         time = track.time[few] / 86400.0
@@ -44,13 +38,10 @@ def overlay_figure(tracks: Sequence[NamedTrack]) -> Figure:
     panes["map"].set_xlabel("east (m)")
     panes["map"].set_ylabel("north (m)")
     panes["map"].legend(loc="best", fontsize=8)
-    panes["cog"].set_ylim(cut, cut + 360.0)
-    panes["cog"].set_yticks(cut + np.arange(0.0, 361.0, 90.0))
-    panes["cog"].yaxis.set_major_formatter(lambda tick, _: f"{tick % 360.0:.0f}")
     for name in ("sog", "cog", "course_rate"):
         label, unit, _ = QUANTITIES[name]
         panes[name].set_ylabel(f"{label} ({unit})")
-        _dated(panes[name])
+        time_axis(panes[name])
     panes["map"].grid(alpha=0.3)
     return figure
 
@@ -65,18 +56,13 @@ def differences_figure(tracks: Sequence[NamedTrack]) -> Figure:
     for (over_time, share), name in zip(axes, shown, strict=True):
         label, unit, factor = QUANTITIES[name]
         for number, (track, each) in enumerate(found, 1):
-            look = {
-                "color": COLOURS[number % len(COLOURS)],
-                "linestyle": STYLES[number % len(STYLES)],
-                "linewidth": 1.0,
-            }
-            few = slice(None, None, max(1, len(track.time) // _MOST_POINTS))
+            look, few = _look(number), _few(track)
             over_time.plot(track.time[few] / 86400.0, factor * each[name][few], label=track.name, **look)
             known = np.sort(np.abs(factor * each[name][np.isfinite(each[name])]))
             if len(known):
                 share.plot(known, np.linspace(0.0, 1.0, len(known)), **look)
         over_time.set_ylabel(f"{label} ({unit})")
-        _dated(over_time)
+        time_axis(over_time)
         share.set_xlabel(f"|{label}| ({unit})")
         share.set_ylabel("share below")
         share.grid(alpha=0.3)
@@ -84,8 +70,9 @@ def differences_figure(tracks: Sequence[NamedTrack]) -> Figure:
     return figure
 
 
-def _dated(axes: Axes) -> None:
-    locator = AutoDateLocator()
-    axes.xaxis.set_major_locator(locator)
-    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
-    axes.grid(alpha=0.3)
+def _look(number: int) -> dict[str, Any]:
+    return {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number % len(STYLES)], "linewidth": 1.2}
+
+
+def _few(track: NamedTrack) -> slice:
+    return slice(None, None, max(1, len(track.time) // _MOST_POINTS))

@@ -4,17 +4,42 @@ import base64
 import html
 import io
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from steerway.core.extras import install, is_installed
 from steerway.core.files import complete_or_absent
-from steerway.report.tables import Table, html_table
+from steerway.core.records import Fixes, Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     Drawn = tuple[Figure | bytes, str]
+
+Table = tuple[str, Sequence[str], Sequence[Sequence[Any]]]
+"""Heading, column names, rows."""
+
+
+@dataclass(frozen=True)
+class ReportContents:
+    """What a report shows: an estimate and the fixes it was made of.
+
+    tables: the first stands at the top. remarks: one paragraph each. events: (start, stop, what) each, in Unix s.
+    truth: the true motion at the rows of `motion`, of a simulation. lead: a sentence under the title. gate: whether the
+    estimate has a gate, as that of a profile; structures weigh every fix.
+    """
+
+    title: str
+    fixes: Fixes
+    motion: Motion
+    tables: Sequence[Table]
+    remarks: Sequence[str] = ()
+    events: Sequence[tuple[float, float, str]] = ()
+    truth: Motion | None = None
+    lead: str = ""
+    gate: bool = True
+
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b2733; }
@@ -85,3 +110,25 @@ def _figure(figure: "Figure | bytes", caption: str) -> str:
         f'<figure><img alt="{alt}" src="data:image/png;base64,{encoded}">'
         f"<figcaption>{html.escape(caption)}</figcaption></figure>"
     )
+
+
+def html_table(heading: str, names: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """A section with one table; the first column names the rows."""
+    named = f"<thead><tr>{''.join(map(_header, names))}</tr></thead>" if any(names) else ""
+    body = "".join(f"<tr>{''.join(map(_cell, range(len(row)), row))}</tr>" for row in rows)
+    return (
+        f'<section><h2>{html.escape(heading)}</h2><div class="table" tabindex="0">'
+        f"<table>{named}<tbody>{body}</tbody></table></div></section>"
+    )
+
+
+def _header(name: str) -> str:
+    text = html.escape(str(name))
+    return f'<th scope="col">{text}</th>' if text else "<td></td>"
+
+
+def _cell(column: int, value: object) -> str:
+    text = html.escape(str(value))
+    if column == 0 and text:
+        return f'<th scope="row">{text}</th>'
+    return f'<td class="{text}">{text}</td>' if text in ("met", "missed") else f"<td>{text}</td>"

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.report.drawing import BAD, OURS, QUIET, THEIRS
 
 TRUTH = "black"
 PALETTE = OURS, THEIRS, BAD, "#38761d", QUIET

@@ -7,7 +7,7 @@ paper's compass reads unwrapped headings; the `deviation` card is what a real in
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -167,11 +167,11 @@ class CompassTable(InstrumentTable):
     """
 
     measures: ClassVar[str] = "heading"
-    rate: Rate = 10.0
+    rate: Annotated[Rate, "Hz"] = 10.0
     std_deg: NotNegative = 0.5
     bias_deg: Number = 0.0
     deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    dynamics: tuple[Number, Number, Number, Number] | None = None
+    dynamics: Annotated[tuple[Number, Number, Number, Number] | None, "1"] = None
 
     def build(self) -> Compass | TickingCompass:
         a, b, c, d, e = map(math.radians, self.deviation_deg)

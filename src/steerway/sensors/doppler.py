@@ -1,7 +1,7 @@
 """Speeds: a Doppler log along and across the hull, through the water or over the ground, and the shaft's."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,10 +53,10 @@ class LogTable(InstrumentTable):
     """The keys of a log of the speed through the water in a scenario."""
 
     measures: ClassVar[str] = "water_speed"
-    rate: Rate = 5.0
-    std: NotNegative = 0.05
-    bias: Number = 0.0
-    scale: Positive = 1.0
+    rate: Annotated[Rate, "Hz"] = 5.0
+    std: Annotated[NotNegative, "m/s"] = 0.05
+    bias: Annotated[Number, "m/s"] = 0.0
+    scale: Annotated[Positive, "1"] = 1.0
 
     def build(self) -> DopplerLog:
         return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias, scale=self.scale))
@@ -71,8 +71,8 @@ class BottomLogTable(LogTable):
     """The keys of a Doppler log with bottom lock, of the speed along the hull over ground, in a scenario."""
 
     measures: ClassVar[str] = "bottom_speed"
-    rate: Rate = 10.0
-    std: NotNegative = 0.002
+    rate: Annotated[Rate, "Hz"] = 10.0
+    std: Annotated[NotNegative, "m/s"] = 0.002
 
     @staticmethod
     def read(stream: DopplerStream, time: float, motion: GroundMotion) -> float | None:
@@ -84,8 +84,8 @@ class TachometerTable(InstrumentTable):
     """The keys of a tachometer in a scenario; `std` in rev/s. Only vessels whose model has a shaft can have one."""
 
     measures: ClassVar[str] = "shaft"
-    rate: Rate = 10.0
-    std: NotNegative = 0.02
+    rate: Annotated[Rate, "Hz"] = 10.0
+    std: Annotated[NotNegative, "rev/s"] = 0.02
 
     def build(self) -> Instrument:
         return Instrument(self.rate, white=self.std)

@@ -242,13 +242,13 @@ class GnssTable(Table):
     kind of fix that it reports, which sets what an estimator assumes of its slow error.
     """
 
-    rate: Rate = 5.0
-    white: NotNegative = 0.05
-    markov: tuple[tuple[NotNegative, Positive], ...] = ((1.5, 300.0), (0.25, 5.0))
+    rate: Annotated[Rate, "Hz"] = 5.0
+    white: Annotated[NotNegative, "m"] = 0.05
+    markov: Annotated[tuple[tuple[NotNegative, Positive], ...], "m, s"] = ((1.5, 300.0), (0.25, 5.0))
     settled: Flag = True
-    latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0)] = 0.0
-    lever_arm: Triple = (0.0, 0.0, 0.0)
-    velocity_std: NotNegative | None = None
+    latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0), "s"] = 0.0
+    lever_arm: Annotated[Triple, "m"] = (0.0, 0.0, 0.0)
+    velocity_std: Annotated[NotNegative | None, "m/s"] = None
     solution: Literal["single", "differential", "rtk-float", "rtk-fixed"] = "single"
     faults: tuple[FaultTable, ...] = ()
 

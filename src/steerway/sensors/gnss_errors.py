@@ -7,7 +7,7 @@ drawn for an epoch whatever happens in it, so that a run in blocks of any length
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,10 +116,10 @@ class FaultTable(Table):
     """The keys of a fault in a scenario, at `start` s or `per_hour` times."""
 
     kind: Kind
-    start: NotNegative | None = None
-    per_hour: NotNegative | None = None
-    duration: NotNegative | None = None
-    size: NotNegative = 0.0
+    start: Annotated[NotNegative | None, "s"] = None
+    per_hour: Annotated[NotNegative | None, "1/h"] = None
+    duration: Annotated[NotNegative | None, "s"] = None
+    size: Annotated[NotNegative, "m, or a factor: see the kind"] = 0.0
     direction_deg: Number | None = None
 
     def build(self) -> Fault:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -52,9 +52,9 @@ class GyroTable(InstrumentTable):
     """The keys of a yaw-rate gyro in a scenario."""
 
     measures: ClassVar[str] = "yaw_rate"
-    rate: Rate = 50.0
-    noise_density_deg: NotNegative = 0.005
-    turn_on_deg: NotNegative = 0.5
+    rate: Annotated[Rate, "Hz"] = 50.0
+    noise_density_deg: Annotated[NotNegative, "°/√s"] = 0.005
+    turn_on_deg: Annotated[NotNegative, "°/s"] = 0.5
     in_run_deg_hour: NotNegative = 10.0
 
     def build(self) -> Instrument:
@@ -100,12 +100,12 @@ class AccelerometerTable(InstrumentTable):
     """The keys of an accelerometer along the hull in a scenario; `leak_std` m/s² of gravity over `leak_time` s."""
 
     measures: ClassVar[str] = "acceleration"
-    rate: Rate = 50.0
-    noise_density_micro_g: NotNegative = 60.0
-    turn_on_milli_g: NotNegative = 5.0
-    in_run_micro_g: NotNegative = 5.0
-    leak_std: NotNegative = 0.0034
-    leak_time: Positive = 5.0
+    rate: Annotated[Rate, "Hz"] = 50.0
+    noise_density_micro_g: Annotated[NotNegative, "µg/√Hz"] = 60.0
+    turn_on_milli_g: Annotated[NotNegative, "mg"] = 5.0
+    in_run_micro_g: Annotated[NotNegative, "µg"] = 5.0
+    leak_std: Annotated[NotNegative, "m/s²"] = 0.0034
+    leak_time: Annotated[Positive, "s"] = 5.0
 
     def build(self) -> Accelerometer:
         keys = self.model_dump(exclude={"leak_std", "leak_time"})

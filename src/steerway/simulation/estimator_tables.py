@@ -17,7 +17,7 @@ class HeadingEstimatorTable(Table):
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
     compass_std_deg: Positive = 1.0
     deviation_std_deg: NotNegative = 4.0
-    weight: Annotated[float, Field(strict=True, ge=0.0, le=1.0)] = 0.5
+    weight: Annotated[float, Field(strict=True, ge=0.0, le=1.0), "1"] = 0.5
 
     @model_validator(mode="after")
     def _used(self) -> Self:
@@ -36,10 +36,10 @@ class SpeedEstimatorTable(Table):
     """
 
     kind: Literal["course", "fusion"] = "course"
-    sog_std: Positive = 0.05
-    bottom_std: Positive = 0.002
-    water_std: Positive = 0.05
-    scale_std: NotNegative = 0.003
+    sog_std: Annotated[Positive, "m/s"] = 0.05
+    bottom_std: Annotated[Positive, "m/s"] = 0.002
+    water_std: Annotated[Positive, "m/s"] = 0.05
+    scale_std: Annotated[NotNegative, "1"] = 0.003
 
     @model_validator(mode="after")
     def _used(self) -> Self:

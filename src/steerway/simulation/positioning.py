@@ -33,13 +33,13 @@ class PositioningEstimatorTable(Table):
     waves add to a fix: these for "vessel-filter". process_noise: factor on the Q of P2 (19), for "tekf".
     """
 
-    position_std: Positive = 0.1
+    position_std: Annotated[Positive, "m"] = 0.1
     heading_std_deg: Positive = 0.5
-    force_std: tuple[NotNegative, NotNegative, NotNegative] = (0.0, 0.0, 0.0)
-    force_time: Positive = 50.0
-    wave_std: NotNegative = 0.0
-    wave_frequency: Positive = 0.8
-    process_noise: Annotated[float, Field(strict=True, gt=0.0, le=1e6)] = 1.0
+    force_std: Annotated[tuple[NotNegative, NotNegative, NotNegative], "N, N, N·m"] = (0.0, 0.0, 0.0)
+    force_time: Annotated[Positive, "s"] = 50.0
+    wave_std: Annotated[NotNegative, "m"] = 0.0
+    wave_frequency: Annotated[Positive, "rad/s"] = 0.8
+    process_noise: Annotated[float, Field(strict=True, gt=0.0, le=1e6), "1"] = 1.0
 
     def observer(self, kind: str, vessel: Positioned, fix_interval: float) -> Observer:
         """The observer of a kind for fixes so many s apart."""
@@ -67,9 +67,9 @@ class PositioningTable(Table):
     surge; `anti_windup` false lets the integral wind up at the limits, as in the paper.
     """
 
-    bandwidth: Positive | None = None
-    damping: Positive = 1.0
-    integral: NotNegative = 0.1
+    bandwidth: Annotated[Positive | None, "rad/s"] = None
+    damping: Annotated[Positive, "1"] = 1.0
+    integral: Annotated[NotNegative, "1"] = 0.1
     anti_windup: Flag = True
 
     def controller(self, vessel: Positioned) -> PositionPID:

@@ -28,44 +28,44 @@ from steerway.vessels.kinds import TABLES, AnyVesselTable
 class StartTable(Table):
     """The initial state: m from the origin, and speed through the water (by default the vessel's own, or none)."""
 
-    north: Number = 0.0
-    east: Number = 0.0
+    north: Annotated[Number, "m"] = 0.0
+    east: Annotated[Number, "m"] = 0.0
     heading_deg: Number = 0.0
-    speed: NotNegative | None = None
+    speed: Annotated[NotNegative | None, "m/s"] = None
 
 
 class CurrentTable(Table):
     """Towards `direction_deg`; `std` of its Gauss–Markov variation with `time_constant`."""
 
-    speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0)] = 0.0
+    speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0), "m/s"] = 0.0
     direction_deg: Number = 0.0
-    std: NotNegative = 0.0
-    time_constant: Positive = 600.0
+    std: Annotated[NotNegative, "m/s"] = 0.0
+    time_constant: Annotated[Positive, "s"] = 600.0
 
 
 class WindTable(Table):
     """From `direction_deg`; pushes on `drag_area` m²."""
 
-    speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0)] = 0.0
+    speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0), "m/s"] = 0.0
     direction_deg: Number = 0.0
-    drag_area: NotNegative = 0.4
-    gust_std: NotNegative = 0.0
-    gust_time: Positive = 10.0
-    arm: Number = 0.0
+    drag_area: Annotated[NotNegative, "m²"] = 0.4
+    gust_std: Annotated[NotNegative, "m/s"] = 0.0
+    gust_time: Annotated[Positive, "s"] = 10.0
+    arm: Annotated[Number, "m"] = 0.0
 
 
 class WavesTable(Table):
     """Motion to and fro along `direction_deg`, and a slow drift force."""
 
     direction_deg: Number = 0.0
-    frequency: Positive = 1.2
-    damping: Annotated[float, Field(strict=True, gt=0.0, lt=1.0)] = 0.1
-    displacement_std: NotNegative = 0.0
+    frequency: Annotated[Positive, "rad/s"] = 1.2
+    damping: Annotated[float, Field(strict=True, gt=0.0, lt=1.0), "1"] = 0.1
+    displacement_std: Annotated[NotNegative, "m"] = 0.0
     roll_std_deg: NotNegative = 0.0
     pitch_std_deg: NotNegative = 0.0
-    drift: Number = 0.0
-    drift_std: NotNegative = 0.0
-    drift_time: Positive = 60.0
+    drift: Annotated[Number, "N"] = 0.0
+    drift_std: Annotated[NotNegative, "N"] = 0.0
+    drift_time: Annotated[Positive, "s"] = 60.0
 
 
 class EnvironmentTable(Table):
@@ -76,11 +76,11 @@ class EnvironmentTable(Table):
     current: CurrentTable = CurrentTable()
     wind: WindTable = WindTable()
     waves: WavesTable = WavesTable()
-    force: tuple[Number, Number] = (0.0, 0.0)
-    moment: Number = 0.0
-    force_std: tuple[NotNegative, NotNegative] = (0.0, 0.0)
-    moment_std: NotNegative = 0.0
-    force_time: Positive = 50.0
+    force: Annotated[tuple[Number, Number], "N"] = (0.0, 0.0)
+    moment: Annotated[Number, "N·m"] = 0.0
+    force_std: Annotated[tuple[NotNegative, NotNegative], "N"] = (0.0, 0.0)
+    moment_std: Annotated[NotNegative, "N·m"] = 0.0
+    force_time: Annotated[Positive, "s"] = 50.0
 
     def build(self) -> Environment:
         """The environment, its angles in rad."""
@@ -110,10 +110,10 @@ class AutopilotTable(Table):
     """Pole placement on a Nomoto vessel, model predictive control or LQG; by default the boat's own numbers."""
 
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
-    bandwidth: Positive | None = None
-    damping: Positive | None = None
-    nomoto_gain: Positive | None = None
-    nomoto_time: Positive | None = None
+    bandwidth: Annotated[Positive | None, "rad/s"] = None
+    damping: Annotated[Positive | None, "1"] = None
+    nomoto_gain: Annotated[Positive | None, "rad/s for one unit of the autopilot's output"] = None
+    nomoto_time: Annotated[Positive | None, "s"] = None
 
 
 class SpeedTable(Table):
@@ -124,16 +124,16 @@ class SpeedTable(Table):
     """
 
     controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
-    cruise: NotNegative | None = None
-    bandwidth: Positive | None = None
-    force: Positive | None = None
+    cruise: Annotated[NotNegative | None, "m/s"] = None
+    bandwidth: Annotated[Positive | None, "rad/s"] = None
+    force: Annotated[Positive | None, "N"] = None
 
 
 class StationTable(Table):
     """Station keeping."""
 
-    bandwidth: Positive = 0.2
-    radius: Positive = 5.0
+    bandwidth: Annotated[Positive, "rad/s"] = 0.2
+    radius: Annotated[Positive, "m"] = 5.0
 
 
 class RouteTable(RouteKeys):
@@ -166,9 +166,9 @@ class Scenario(_Instruments):  # type: ignore[misc]
 
     name: str = "simulation"
     description: str = ""
-    duration: Annotated[float, Field(strict=True, gt=0.0, le=1e7)] = 600.0
-    step: Annotated[float, Field(strict=True, gt=0.0, le=10.0)] = 0.02
-    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    duration: Annotated[float, Field(strict=True, gt=0.0, le=1e7), "s"] = 600.0
+    step: Annotated[float, Field(strict=True, gt=0.0, le=10.0), "s"] = 0.02
+    seed: Annotated[int, Field(strict=True, ge=0), "1"] = 1
     begins: str = "2026-06-01T12:00:00Z"  # of the logs that are written
     origin: OriginTable = OriginTable()
     vessel: AnyVesselTable = TABLES[0]()

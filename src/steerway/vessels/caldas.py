@@ -8,7 +8,7 @@ State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground al
 """
 
 import math
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -123,7 +123,7 @@ class CaldasTable(ShaftKeys):
 
     kind: Literal["caldas"] = "caldas"
     length: ClassVar[float] = 15.0
-    moment_limit: Positive = 400e3
+    moment_limit: Annotated[Positive, "N·m"] = 400e3
 
     def build(self) -> Caldas:
         return Caldas(Propeller(self.diameter), self.shaft(), self.moment_limit)

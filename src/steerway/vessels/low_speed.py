@@ -139,26 +139,34 @@ class ThrusterTable(Table):
     `limit_astern` N in the opposite direction, by default as much.
     """
 
-    ahead: Number = 0.0
-    starboard: Number = 0.0
+    ahead: Annotated[Number, "m"] = 0.0
+    starboard: Annotated[Number, "m"] = 0.0
     angle_deg: Number = 0.0
-    limit: Positive
-    limit_astern: NotNegative | None = None
+    limit: Annotated[Positive, "N"]
+    limit_astern: Annotated[NotNegative | None, "N"] = None
 
 
 class LowSpeedTable(VesselTable):
     """The keys of a vessel by its inertia M and damping D (kg, kg·m, kg·m², and the same per second) and thrusters."""
 
     kind: Literal["low-speed"] = "low-speed"
-    inertia: tuple[Triple, Triple, Triple] = ((85.0, 0.0, 0.0), (0.0, 165.0, 10.0), (0.0, 10.0, 40.0))
-    damping: tuple[Triple, Triple, Triple] = ((80.0, 0.0, 0.0), (0.0, 160.0, 0.0), (0.0, 0.0, 25.0))
+    inertia: Annotated[tuple[Triple, Triple, Triple], "kg, kg·m, kg·m²"] = (
+        (85.0, 0.0, 0.0),
+        (0.0, 165.0, 10.0),
+        (0.0, 10.0, 40.0),
+    )
+    damping: Annotated[tuple[Triple, Triple, Triple], "kg/s, kg·m/s, kg·m²/s"] = (
+        (80.0, 0.0, 0.0),
+        (0.0, 160.0, 0.0),
+        (0.0, 0.0, 25.0),
+    )
     thrusters: Annotated[tuple[ThrusterTable, ...], Field(min_length=1)] = (
         ThrusterTable(ahead=-0.8, starboard=-0.4, limit=100.0),
         ThrusterTable(ahead=-0.8, starboard=0.4, limit=100.0),
         ThrusterTable(ahead=0.8, angle_deg=90.0, limit=50.0),
         ThrusterTable(ahead=-0.8, angle_deg=90.0, limit=50.0),
     )
-    cruise: Positive = 0.8
+    cruise: Annotated[Positive, "m/s"] = 0.8
 
     def positioned(self) -> Positioned:
         """M, D and the thrusters."""

@@ -10,7 +10,7 @@ amidships the ship turns slowly, as single-screw ships do.
 """
 
 import math
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -178,7 +178,7 @@ class MarinerTable(VesselTable):
 
     kind: Literal["mariner"] = "mariner"
     length: ClassVar[float] = LENGTH
-    cruise_speed: Positive = CRUISE_SPEED
+    cruise_speed: Annotated[Positive, "m/s"] = CRUISE_SPEED
 
     def build(self) -> Mariner:
         return Mariner(self.cruise_speed, self.method)

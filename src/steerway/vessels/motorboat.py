@@ -8,7 +8,7 @@ the boat's speed: f = min(1, (u/U_max + √n)/2 + 0.1).
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -125,10 +125,10 @@ class MotorboatTable(VesselTable):
     """The keys of a motorboat in a scenario."""
 
     kind: Literal["motorboat"] = "motorboat"
-    top_speed: Positive = 2.0
+    top_speed: Annotated[Positive, "m/s"] = 2.0
     turn_rate_deg: Positive = 25.0
-    surge_time: Positive = 2.0
-    yaw_time: Positive = 0.6
+    surge_time: Annotated[Positive, "s"] = 2.0
+    yaw_time: Annotated[Positive, "s"] = 0.6
     reference: ClassVar[str] = "model"
 
     def build(self) -> Motorboat:

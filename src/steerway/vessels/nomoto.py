@@ -130,9 +130,9 @@ class NomotoTable(VesselTable):
     """The keys of a Nomoto vessel in a scenario: gain K (1/s), time constant T (s), its one speed (m/s), rudder."""
 
     kind: Literal["nomoto"] = "nomoto"
-    gain: Positive = 0.2
-    time_constant: Positive = 20.0
-    speed: Positive = 2.0
+    gain: Annotated[Positive, "1/s for a rad of rudder"] = 0.2
+    time_constant: Annotated[Positive, "s"] = 20.0
+    speed: Annotated[Positive, "m/s"] = 2.0
     rudder_limit_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = 35.0
 
     def build(self) -> Nomoto:

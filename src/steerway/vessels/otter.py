@@ -315,10 +315,10 @@ class OtterTable(VesselTable):
 
     kind: Literal["otter"] = "otter"
     length: ClassVar[float] = LENGTH
-    payload_mass: Annotated[float, Field(strict=True, ge=0.0, le=45.0)] = 25.0
-    payload_position: Triple = (0.05, 0.0, -0.35)
+    payload_mass: Annotated[float, Field(strict=True, ge=0.0, le=45.0), "kg"] = 25.0
+    payload_position: Annotated[Triple, "m"] = (0.05, 0.0, -0.35)
     edition: Literal["today", "2021"] = "today"
-    propeller_lag: NotNegative = 0.1
+    propeller_lag: Annotated[NotNegative, "s"] = 0.1
     reference: ClassVar[str] = "tracking"
 
     def build(self) -> Otter:

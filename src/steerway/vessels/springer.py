@@ -136,9 +136,9 @@ class SpringerTable(VesselTable):
     kind: Literal["springer"] = "springer"
     length: ClassVar[float] = LENGTH
     plant: Literal["paper", "physical"] = "physical"
-    effectiveness: Positive = 1.0
-    bias_rpm: Annotated[float, Field(strict=True, ge=-100.0, le=100.0)] = 0.0
-    speed: Positive = SPEED
+    effectiveness: Annotated[Positive, "1"] = 1.0
+    bias_rpm: Annotated[float, Field(strict=True, ge=-100.0, le=100.0), "rev/min"] = 0.0
+    speed: Annotated[Positive, "m/s"] = SPEED
 
     def build(self) -> Springer:
         return Springer(self.plant, self.effectiveness, self.bias_rpm * RPM, self.speed)

@@ -159,13 +159,13 @@ class ShaftKeys(VesselTable):
     `reverse`, and the guess of drag and thrust that the controllers are given, as factors of the true ones.
     """
 
-    shaft_limit: Positive = 17.5
-    shaft_lag: NotNegative = 0.5
-    shaft_rate: NotNegative = 0.0
+    shaft_limit: Annotated[Positive, "rev/s"] = 17.5
+    shaft_lag: Annotated[NotNegative, "s"] = 0.5
+    shaft_rate: Annotated[NotNegative, "rev/s²"] = 0.0
     reverse: Flag = False
-    diameter: Positive = 0.8
-    guessed_drag: Annotated[float, Field(strict=True, ge=0.1, le=10.0)] = 1.0
-    guessed_thrust: Annotated[float, Field(strict=True, ge=0.1, le=10.0)] = 1.0
+    diameter: Annotated[Positive, "m"] = 0.8
+    guessed_drag: Annotated[float, Field(strict=True, ge=0.1, le=10.0), "1"] = 1.0
+    guessed_thrust: Annotated[float, Field(strict=True, ge=0.1, le=10.0), "1"] = 1.0
 
     def shaft(self) -> Actuator:
         """The shaft."""
@@ -183,9 +183,9 @@ class SurgeTable(ShaftKeys):
     """The keys of a boat that only goes ahead; as given P3's."""
 
     kind: Literal["surge"] = "surge"
-    mass: Positive = CALDAS_MASS
-    linear_drag: NotNegative = CALDAS_LINEAR_DRAG
-    quadratic_drag: NotNegative = CALDAS_QUADRATIC_DRAG
+    mass: Annotated[Positive, "kg"] = CALDAS_MASS
+    linear_drag: Annotated[NotNegative, "N s/m"] = CALDAS_LINEAR_DRAG
+    quadratic_drag: Annotated[NotNegative, "N s²/m²"] = CALDAS_QUADRATIC_DRAG
 
     def build(self) -> Surge:
         propeller = Propeller(self.diameter)

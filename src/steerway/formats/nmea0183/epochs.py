@@ -5,6 +5,7 @@ there, over midnight too, by taking the day that brings a time of day nearest to
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,16 +61,30 @@ _COLUMN_OF = np.array([STD, SOG, COG, HEADING, WATER, YAW, BOTTOM, SHAFT])
 _wrap = part_of_kernels(without_compiling(wrap))
 
 
-def new_memory() -> np.ndarray:
-    """The initial state of the assembler."""
+class Assembly(NamedTuple):
+    """What the assembler fills, and what it has to know from call to call.
+
+    memory (MEMORY,); latest (TALKERS, LATEST) the last time of each talker, when that was received and whether it sends
+    GST; newest (TALKERS, OPEN) the indices of its newest rows, newest first, −1 for none; rows (most, COLUMNS), with
+    seen (a bit a kind) and owners (talker) beside; lost counts by LOST.
+    """
+
+    memory: np.ndarray
+    latest: np.ndarray
+    newest: np.ndarray
+    rows: np.ndarray
+    seen: np.ndarray
+    owners: np.ndarray
+    lost: np.ndarray
+
+
+def new_assembly() -> Assembly:
+    """An assembler without a row."""
     memory = np.full(MEMORY, np.nan)
     memory[[IS_UNDATED, SHIFT, ROLLOVERS, OWN_VARIATION, RMC_VARIATION, AHEAD, LOCAL]] = 0.0
-    return memory
-
-
-def new_open_rows() -> np.ndarray:
-    """For every talker the indices of its newest rows, newest first; −1 for none."""
-    return np.full((TALKERS, OPEN), -1, np.int64)
+    latest, newest = np.full((TALKERS, LATEST), np.nan), np.full((TALKERS, OPEN), -1, np.int64)
+    none = np.empty(0, np.int64)
+    return Assembly(memory, latest, newest, np.empty((0, COLUMNS)), none, none, np.zeros(len(LOST), np.int64))
 
 
 @part_of_kernels
@@ -154,10 +169,11 @@ def _meets(row: Floats, value: Floats, kind: int, seen: int, time: float) -> boo
 
 
 @part_of_kernels
-def _open_row(rows: Floats, n: int, time: float, received: float, undated: float, newest: NDArray[np.int64]) -> int:
+def _open_row(a: Assembly, n: int, talker: int, time: float, received: float, undated: float) -> int:
     """A new row of a talker, which becomes its newest; its index."""
-    rows[n, :] = math.nan
-    rows[n, TIME], rows[n, RECEIVED], rows[n, UNDATED] = time, received, undated
+    row, newest = a.rows[n], a.newest[talker]
+    row[:] = math.nan
+    row[TIME], row[RECEIVED], row[UNDATED] = time, received, undated
     for k in range(OPEN - 1, 0, -1):
         newest[k] = newest[k - 1]
     newest[0] = n
@@ -204,131 +220,92 @@ def _says_nothing(value: Floats) -> bool:
 
 
 @part_of_kernels
-def _row_of_timed(
-    rows: Floats,
-    n: int,
-    seen: NDArray[np.int64],
-    value: Floats,
-    kind: int,
-    time: float,
-    undated: float,
-    newest: NDArray[np.int64],
-) -> int:
+def _row_of_timed(a: Assembly, n: int, talker: int, value: Floats, kind: int, time: float) -> int:
     """The open row of a timed sentence, or a new one."""
     for k in range(OPEN):
-        at = newest[k]
-        if at >= 0 and _meets(rows[at], value, kind, seen[at], time):
+        at = a.newest[talker, k]
+        if at >= 0 and _meets(a.rows[at], value, kind, a.seen[at], time):
             return at
-    return _open_row(rows, n, time, value[field.RECEIVED], undated, newest)
+    return _open_row(a, n, talker, time, value[field.RECEIVED], a.memory[IS_UNDATED])
 
 
 @part_of_kernels
-def _row_of_received(
-    rows: Floats,
-    n: int,
-    seen: NDArray[np.int64],
-    value: Floats,
-    kind: int,
-    memory: Floats,
-    latest: Floats,
-    newest: NDArray[np.int64],
-) -> int:
+def _row_of_received(a: Assembly, n: int, talker: int, value: Floats, kind: int) -> int:
     """The row of a sentence with a receive time only: its own talker's in the same burst, else one of that time."""
-    received, at = value[field.RECEIVED], newest[0]
-    if (
-        at >= 0
-        and abs(received - rows[at, RECEIVED]) < _BURST
-        and _meets(rows[at], value, kind, seen[at], rows[at, TIME])
-    ):
-        return at
+    received, at, latest = value[field.RECEIVED], a.newest[talker, 0], a.latest[talker]
+    if at >= 0 and abs(received - a.rows[at, RECEIVED]) < _BURST:
+        if _meets(a.rows[at], value, kind, a.seen[at], a.rows[at, TIME]):
+            return at
     time = latest[0] if 0.0 <= received - latest[1] < _BURST and math.isfinite(value[field.LAT]) else received
-    return _open_row(rows, n, time, received, 0.0, newest)
+    return _open_row(a, n, talker, time, received, 0.0)
 
 
 @part_of_kernels
-def _row_of_untimed(
-    rows: Floats,
-    n: int,
-    seen: NDArray[np.int64],
-    value: Floats,
-    kind: int,
-    memory: Floats,
-    latest: Floats,
-    newest: NDArray[np.int64],
-) -> int:
+def _row_of_untimed(a: Assembly, n: int, talker: int, value: Floats, kind: int) -> int:
     """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost.
 
     Over a live link one that comes again within an epoch, or long after it, has a row of the time that has passed.
     """
+    memory = a.memory
     passed = memory[NOW] - memory[CAME]
     since = memory[EPOCH] + max(passed - _LATENCY, 0.0)
     if passed >= _BURST and math.isnan(value[field.LAT]):
-        return _open_row(rows, n, since, math.nan, memory[IS_UNDATED], newest)
+        return _open_row(a, n, talker, since, math.nan, memory[IS_UNDATED])
     time = memory[CLOCK]
-    if time - latest[0] < _FRESH:
-        time = latest[0]
+    if time - a.latest[talker, 0] < _FRESH:
+        time = a.latest[talker, 0]
     elif time - memory[EPOCH] < _FRESH:
         time = memory[EPOCH]
     if math.isnan(time):
         return -1 - UNTIMED
     for k in range(OPEN):
-        at = newest[k]
-        if at >= 0 and _meets(rows[at], value, kind, seen[at], time):
+        at = a.newest[talker, k]
+        if at >= 0 and _meets(a.rows[at], value, kind, a.seen[at], time):
             return at
-        if at >= 0 and abs(rows[at, TIME] - time) <= _SAME_TIME and math.isnan(value[field.LAT]):
+        if at >= 0 and abs(a.rows[at, TIME] - time) <= _SAME_TIME and math.isnan(value[field.LAT]):
             if passed > _LATENCY:
-                return _open_row(rows, n, since, math.nan, memory[IS_UNDATED], newest)
+                return _open_row(a, n, talker, since, math.nan, memory[IS_UNDATED])
             return -1 - REPEATED
-    return _open_row(rows, n, time, math.nan, memory[IS_UNDATED], newest)
+    return _open_row(a, n, talker, time, math.nan, memory[IS_UNDATED])
 
 
 @part_of_kernels
-def _date_all(rows: Floats, memory: Floats, latest: Floats) -> None:
+def _date_all(a: Assembly, n: int) -> None:
     """At the first date: shift the times counted from 1970 until now, and make UTC of those in local time."""
-    for k in range(len(rows)):
-        if rows[k, UNDATED] == 1.0:
-            rows[k, TIME] += memory[SHIFT]
-            rows[k, TIME] -= _ahead(rows[k, LAT], rows[k, LON], rows[k, TIME], memory[DATED], memory)
-            rows[k, UNDATED] = 0.0
+    memory = a.memory
+    for k in range(n):
+        row = a.rows[k]
+        if row[UNDATED] == 1.0:
+            row[TIME] += memory[SHIFT]
+            row[TIME] -= _ahead(row[LAT], row[LON], row[TIME], memory[DATED], memory)
+            row[UNDATED] = 0.0
     memory[EPOCH] += memory[SHIFT]
     for talker in range(TALKERS):
-        latest[talker, 0] += memory[SHIFT]
+        a.latest[talker, 0] += memory[SHIFT]
 
 
 @kernel
-def assemble(
-    kinds: NDArray[np.int64],
-    talkers: NDArray[np.int64],
-    values: Floats,
-    memory: Floats,
-    latest: Floats,
-    newest: NDArray[np.int64],
-    rows: Floats,
-    seen: NDArray[np.int64],
-    owners: NDArray[np.int64],
-    n: int,
-    lost: NDArray[np.int64],
-) -> int:
-    """Sentences into rows; the number of rows then.
+def assemble(kinds: NDArray[np.int64], talkers: NDArray[np.int64], values: Floats, a: Assembly, n: int) -> int:
+    """Sentences into rows; the number of rows then, of `n` before.
 
-    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `memory` (MEMORY,); `latest` (TALKERS, LATEST)
-    the last time of each talker, when that was received and whether it sends GST; `newest` (TALKERS, OPEN);
-    `rows` (≥ n + sentences, COLUMNS) with `seen` (a bit a kind) and `owners` (talker) beside; `lost` counts by LOST.
+    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `a` has room for a row a sentence.
     """
+    memory = a.memory
     for i in range(len(kinds)):
         kind, talker, value = kinds[i], talkers[i], values[i]
+        latest = a.latest[talker]
         is_timed = math.isfinite(value[field.TOD])
         if is_timed:
             was_undated = memory[IS_UNDATED] == 1.0
             time = _timed(value, memory)
             if was_undated and memory[IS_UNDATED] == 0.0:
-                _date_all(rows[:n], memory, latest)
+                _date_all(a, n)
             if kind <= LAST_POSITION:
                 if time != memory[EPOCH]:
                     memory[CAME] = memory[NOW]
                 memory[EPOCH] = time
-            if kind <= LAST_POSITION or not abs(time - latest[talker, 0]) < _FRESH:
-                latest[talker, 0], latest[talker, 1] = time, value[field.RECEIVED]
+            if kind <= LAST_POSITION or not abs(time - latest[0]) < _FRESH:
+                latest[0], latest[1] = time, value[field.RECEIVED]
         if kind == RMC and math.isfinite(value[field.VARIATION]):
             memory[LAST_VARIATION] = value[field.VARIATION]
             if math.isnan(memory[FIRST_VARIATION]):
@@ -336,23 +313,23 @@ def assemble(
         if math.isfinite(value[field.MAGNETIC]):
             _make_true(value, memory)
         if kind == GST:
-            latest[talker, 2] = 1.0
-        elif latest[talker, 2] == 1.0:
+            latest[2] = 1.0
+        elif latest[2] == 1.0:
             value[field.STD] = math.nan
         if _says_nothing(value):
             continue
         if is_timed:
-            at = _row_of_timed(rows, n, seen, value, kind, time, memory[IS_UNDATED], newest[talker])
+            at = _row_of_timed(a, n, talker, value, kind, time)
         elif math.isfinite(value[field.RECEIVED]):
-            at = _row_of_received(rows, n, seen, value, kind, memory, latest[talker], newest[talker])
+            at = _row_of_received(a, n, talker, value, kind)
         else:
-            at = _row_of_untimed(rows, n, seen, value, kind, memory, latest[talker], newest[talker])
+            at = _row_of_untimed(a, n, talker, value, kind)
         if at < 0:
-            lost[-1 - at] += 1
+            a.lost[-1 - at] += 1
             continue
         if at == n:
-            seen[n], owners[n] = 0, talker
+            a.seen[n], a.owners[n] = 0, talker
             n += 1
-        seen[at] |= 1 << kind
-        _put(rows[at], value, is_timed or kind == HDT or kind == THS)
+        a.seen[at] |= 1 << kind
+        _put(a.rows[at], value, is_timed or kind == HDT or kind == THS)
     return n

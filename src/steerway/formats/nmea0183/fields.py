@@ -13,12 +13,26 @@ from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT
 from steerway.core.interpreted import part_of_kernels
 from steerway.formats import dilution
-from steerway.formats.nmea0183.field import angle_of, century, letter_of, signed, time_of_day, within
-from steerway.formats.nmea0183.text import day_number, digits
+from steerway.formats.nmea0183.field import (
+    angle_of,
+    century,
+    day_number,
+    digits,
+    letter_of,
+    signed,
+    time_of_day,
+    within,
+)
 
 FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST", "VBW", "RPM")
 GGA, RMC, GLL, GNS, VTG, ZDA, HDT, HDG, HDM, THS, VHW, ROT, GST, VBW, RPM = range(len(FORMATTERS))
 LAST_POSITION = GNS  # the kinds up to here carry a position
+_FIELDS = (
+    (15,), (12, 13, 14), (5, 7, 8), (13, 14), (9, 10), (5, 6, 7, 8), (3,), (6,), (3,), (3,), (9,), (3,),
+    (9,), (7, 11), (6,),
+)  # fmt: skip
+_COUNTS = np.array([sum(1 << n for n in each) for each in _FIELDS])
+"""Bits of the numbers of fields, the header among them, that revisions of the standard or receivers use, by kind."""
 
 REASONS = (
     "checksum wrong",
@@ -258,32 +272,6 @@ def _gst(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 
 @part_of_kernels
-def _fields_fit(kind: int, n: int) -> bool:
-    """Whether the number of fields, the header among them, is one that revisions of the standard or receivers use."""
-    if kind == GGA:
-        return n == 15
-    if kind == RMC:
-        return 12 <= n <= 14
-    if kind == GLL:
-        return n == 5 or n == 7 or n == 8
-    if kind == GNS:
-        return n == 13 or n == 14
-    if kind == VTG:
-        return n == 9 or n == 10
-    if kind == ZDA:
-        return 5 <= n <= 8
-    if kind == HDG:
-        return n == 6
-    if kind == VHW or kind == GST:
-        return n == 9
-    if kind == VBW:
-        return n == 7 or n == 11
-    if kind == RPM:
-        return n == 6
-    return n == 3
-
-
-@part_of_kernels
 def _time_field(kind: int, n: int) -> int:
     """Which field is the time; 0 for none."""
     if kind == GLL:
@@ -322,7 +310,7 @@ def _read_kind(buffer: bytes, fields: NDArray[np.int64], n: int, kind: int, row:
 @part_of_kernels
 def read_fields(buffer: bytes, fields: NDArray[np.int64], n: int, kind: int, row: Floats) -> int:
     """One sentence into its row; the reason or READ. A sentence without fix keeps its time, which sets the clock."""
-    if not _fields_fit(kind, n):
+    if not _COUNTS[kind] >> n & 1:
         return COUNT
     k = _time_field(kind, n)
     if k > 0:

@@ -5,6 +5,7 @@ time become one row of their talker; every talker is a source. What is rejected 
 """
 
 import re
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ from steerway.core.interpreted import is_compiled, without_compiling
 from steerway.core.records import Fixes
 from steerway.formats.nmea0183 import epochs
 from steerway.formats.nmea0183.fields import REASONS, VALUES
-from steerway.formats.nmea0183.repair import mended_times
 from steerway.formats.nmea0183.scan import SHORTEST, TALKERS, scan, talker_name
 from steerway.formats.nmea0183.streams import POSITIONS, streams
 from steerway.formats.recording import Recording
@@ -26,6 +26,8 @@ _CHUNK = 1 << 20
 _WORTH_COMPILING = 12e6
 """Bytes that the interpreter reads in the 10 s that compiling takes."""
 _bytes_interpreted = 0  # by this process: many short logs are worth compiling too
+_HALF_DAY = 0.5 * epochs.DAY
+_STRAY = 16  # rows that one damaged date can affect before the next date
 _SENTENCE = re.compile(rb"\$(?:[A-Z0-9]{2}[A-Z]{3}|P[A-Z][A-Z0-9]{2,6}),[ -~]*[\r\n*]")
 
 # Formatters of NMEA 0183 4.11 and of its forerunners that are still sent; any other means a damaged header.
@@ -97,20 +99,14 @@ class SentenceReader:
         self._with_checksum = np.zeros(TALKERS, np.bool_)
         self._headers: dict[int, int] = {}
         self._skipped = np.zeros(len(REASONS), np.int64)
-        self._lost = np.zeros(len(epochs.LOST), np.int64)
-        self._memory = epochs.new_memory()
-        self._latest = np.full((TALKERS, epochs.LATEST), np.nan)
-        self._newest = epochs.new_open_rows()
-        self._rows = np.empty((0, epochs.COLUMNS))
-        self._seen = np.empty(0, np.int64)
-        self._owners = np.empty(0, np.int64)
-        self._n = 0
+        self._made = epochs.new_assembly()
+        self._n = 0  # rows of it
         self._place = np.full(2, np.nan)  # of the last position that was taken
         self._has_news = self._has_waiting = False
 
     def feed(self, chunk: bytes | memoryview, received: float | None = None, now: float = np.nan) -> None:
         """Read the sentences that a piece of the stream completes. `received` is Unix time, `now` of a link's clock."""
-        self._memory[epochs.NOW] = now
+        self._made.memory[epochs.NOW] = now
         self._read(chunk, False, received)
 
     def finish(self) -> None:
@@ -119,7 +115,7 @@ class SentenceReader:
 
     def recording(self) -> Recording:
         """Everything read so far; the reader goes on."""
-        return self._recording(self._rows[: self._n], np.arange(self._n))
+        return self._recording(self._made.rows[: self._n], np.arange(self._n))
 
     def holds(self, settled: bool = True) -> bool:
         """Whether there may be something to `take`."""
@@ -138,10 +134,10 @@ class SentenceReader:
         give a row of the same time without position.
         """
         self._has_news, self._has_waiting = False, not settled
-        rows = self._rows[: self._n]
+        rows = self._made.rows[: self._n]
         waiting = np.zeros(self._n, bool)
         if not settled:
-            newest = self._newest[:, 0]
+            newest = self._made.newest[:, 0]
             waiting[newest[newest >= 0]] = True
         given = rows[:, epochs.GIVEN] == 1.0
         fresh = rows.copy()
@@ -175,31 +171,30 @@ class SentenceReader:
             return
         self._has_news = True
         self._make_room(len(found.kind))
-        self._n = self._assemble(
-            found.kind, found.talker, found.values, self._memory, self._latest, self._newest,
-            self._rows, self._seen, self._owners, self._n, self._lost,
-        )  # fmt: skip
+        self._n = self._assemble(found.kind, found.talker, found.values, self._made, self._n)
 
     def _make_room(self, more: int) -> None:
-        lacking = self._n + more - len(self._rows)
+        made = self._made
+        lacking = self._n + more - len(made.rows)
         if lacking > 0:
-            grown = max(lacking, len(self._rows))
-            self._rows = np.concatenate([self._rows, np.empty((grown, epochs.COLUMNS))])
-            self._seen = np.concatenate([self._seen, np.empty(grown, np.int64)])
-            self._owners = np.concatenate([self._owners, np.empty(grown, np.int64)])
+            grown = max(lacking, len(made.rows))
+            rows = np.concatenate([made.rows, np.empty((grown, epochs.COLUMNS))])
+            seen, owners = (np.concatenate([each, np.empty(grown, np.int64)]) for each in (made.seen, made.owners))
+            self._made = made._replace(rows=rows, seen=seen, owners=owners)
 
     def _forget_all_but_open(self, waiting: NDArray[np.bool_]) -> None:
-        kept = np.unique(self._newest[self._newest >= 0])
-        self._newest = np.where(self._newest >= 0, np.searchsorted(kept, self._newest), -1)
-        self._rows, self._seen, self._owners = self._rows[kept], self._seen[kept], self._owners[kept]
-        output = ~waiting[kept]
-        self._rows[output, epochs.GIVEN] = np.isfinite(self._rows[output, epochs.LAT])
-        self._rows[output, epochs.STD : epochs.MAGNETIC + 1] = np.nan
+        made = self._made
+        kept = np.unique(made.newest[made.newest >= 0])
+        newest = np.where(made.newest >= 0, np.searchsorted(kept, made.newest), -1)
+        rows, output = made.rows[kept], ~waiting[kept]
+        rows[output, epochs.GIVEN] = np.isfinite(rows[output, epochs.LAT])
+        rows[output, epochs.STD : epochs.MAGNETIC + 1] = np.nan
+        self._made = made._replace(newest=newest, rows=rows, seen=made.seen[kept], owners=made.owners[kept])
         self._n = len(kept)
 
     def _recording(self, rows: Floats, kept: NDArray[np.int64]) -> Recording:
-        owners, seen = self._owners[kept], self._seen[kept]
-        time, notes = mended_times(rows, self._memory)
+        owners, seen = self._made.owners[kept], self._made.seen[kept]
+        time, notes = _mended_times(rows, self._made.memory)
         heading, heading_notes, homeless = self._true_headings(rows, time)
         counts, skipped = self._account()
         if homeless:
@@ -228,7 +223,7 @@ class SentenceReader:
 
     def _account(self) -> tuple[dict[str, int], dict[str, int]]:
         counts, skipped = {}, dict(zip(REASONS, self._skipped.tolist(), strict=True))
-        skipped |= dict(zip(epochs.LOST, self._lost.tolist(), strict=True))
+        skipped |= dict(zip(epochs.LOST, self._made.lost.tolist(), strict=True))
         damaged = 0
         for code, count in self._headers.items():
             name = code.to_bytes(8, "big").lstrip(b"\0").decode()
@@ -244,7 +239,7 @@ class SentenceReader:
         """Headings with those still magnetic made true: by RMC's first variation, else by the model. And the notes."""
         heading = rows[:, epochs.HEADING].copy()
         waiting = np.flatnonzero(np.isnan(heading) & np.isfinite(rows[:, epochs.MAGNETIC]))
-        memory, notes, homeless = self._memory, [], 0
+        memory, notes, homeless = self._made.memory, [], 0
         by_rmc = int(memory[epochs.RMC_VARIATION])
         if len(waiting) and np.isfinite(memory[epochs.FIRST_VARIATION]):
             heading[waiting] = rows[waiting, epochs.MAGNETIC] + memory[epochs.FIRST_VARIATION]
@@ -279,3 +274,44 @@ def _by_model(places: Floats, time: Floats, waiting: NDArray[np.int64], before: 
         f"{len(waiting)} magnetic headings made true by the World Magnetic Model {model} ({low:+.1f} to {high:+.1f}°)"
     )
     return turned, [note]
+
+
+def _mended_times(rows: Floats, memory: Floats) -> tuple[Floats, list[str]]:
+    """Unix time of every row in order of arrival, and a note for each kind of correction.
+
+    Rows whole rollovers behind the newest are moved up to it; a few rows on another day than the rows on either side
+    of them take theirs.
+    """
+    notes = []
+    time = rows[:, epochs.TIME].copy()
+    if rows[:, epochs.UNDATED].any():
+        notes.append("no date anywhere in the log: days are counted from 1970-01-01")
+    if memory[epochs.LOCAL]:
+        hours, minutes = divmod(int(abs(memory[epochs.AHEAD])) // 60, 60)
+        zone = f"{'-' if memory[epochs.AHEAD] < 0.0 else '+'}{hours:02d}:{minutes:02d}"
+        local = int(memory[epochs.LOCAL])
+        notes.append(f"{local} sentences without a date in local time ({zone}): made UTC by those with a date")
+    moved = int(memory[epochs.ROLLOVERS])
+    if len(time) > 1:
+        behind = np.round((time.max() - time) / epochs.ROLLOVER)
+        early = (behind >= 1.0) & (np.abs(time.max() - time - behind * epochs.ROLLOVER) < epochs.NEAR)
+        time[early] += behind[early] * epochs.ROLLOVER
+        moved += int(early.sum())
+    if moved:
+        notes.append(f"GPS week rollover: {moved} dates were 1024 weeks (or a multiple) early and have been moved up")
+    strays = _mend_strays(time) if len(time) > 1 else 0
+    if strays:
+        notes.append(f"{strays} rows had a date unlike those before and after them and took theirs")
+    return time, notes
+
+
+def _mend_strays(time: Floats) -> int:
+    """Correct short runs of rows with another date, in place; returns their number."""
+    jumps = np.flatnonzero(np.abs(np.diff(time)) > _HALF_DAY)
+    mended = 0
+    for before, last in pairwise(jumps):
+        if last - before <= _STRAY and abs(time[last + 1] - time[before]) < _HALF_DAY:
+            stray = slice(before + 1, last + 1)
+            time[stray] += epochs.DAY * np.round((time[before] - time[stray]) / epochs.DAY)
+            mended += int(last - before)
+    return mended

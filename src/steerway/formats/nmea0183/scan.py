@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.interpreted import part_of_kernels
+from steerway.formats.nmea0183.field import day_number, digits, is_digit, number
 from steerway.formats.nmea0183.fields import (
     CHECKSUM,
     CUT,
@@ -24,7 +25,6 @@ from steerway.formats.nmea0183.fields import (
     TOD,
     read_fields,
 )
-from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 
 TALKERS = 36 * 36
 SHORTEST = 8  # bytes; no sentence that is read is shorter

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -32,10 +32,10 @@ class Limits(Table):
 
     min_sog_mps: Positive | None = None
     max_sog_mps: Positive | None = None
-    cross_track: Positive | None = (
+    cross_track: Annotated[Positive | None, "m"] = (
         None  # m to either side of the leg; None: three lookaheads, for a boat that was on it
     )
-    operator_lost: Positive | None = None  # s without a helm page, a control client or a ground station
+    operator_lost: Annotated[Positive | None, "s"] = None  # s without a helm page, a control client or a ground station
 
 
 Instead = Literal["stop", "hand-back", "hold", "return"]
@@ -53,14 +53,14 @@ class BoatTable(Table):
     """How the boat responds to commands; see `steerway.live.autopilot.piloting`."""
 
     max_yaw_rate_dps: Positive | None = None  # largest that is commanded; None: the vehicle's own, else 20
-    yaw_time: NotNegative = 1.5  # s, time constant of the yaw rate with propellers
-    rate_time: Positive = 1.3  # s, of the yaw rate with a loop of its own
-    yaw_munk: NotNegative = 0.0  # s²/m², loss of damping with the speed squared
-    yaw_quadratic: NotNegative = 0.0  # s/rad, damping that grows with the yaw rate
+    yaw_time: Annotated[NotNegative, "s"] = 1.5  # s, time constant of the yaw rate with propellers
+    rate_time: Annotated[Positive, "s"] = 1.3  # s, of the yaw rate with a loop of its own
+    yaw_munk: Annotated[NotNegative, "s²/m²"] = 0.0  # s²/m², loss of damping with the speed squared
+    yaw_quadratic: Annotated[NotNegative, "s/rad"] = 0.0  # s/rad, damping that grows with the yaw rate
     full_yaw_rate_dps: Positive = 90.0  # with one propeller ahead, the other astern
     top_speed_mps: Positive = 3.0  # at full thrust
-    surge_time: Positive = 1.5  # s, time constant of the speed
-    slip_time: NotNegative = 0.2  # s in which the motion through the water follows the bow
+    surge_time: Annotated[Positive, "s"] = 1.5  # s, time constant of the speed
+    slip_time: Annotated[NotNegative, "s"] = 0.2  # s in which the motion through the water follows the bow
     reverse: Flag = False  # whether the propellers turn astern
     pivot_angle_deg: Positive | None = None  # corners from this on are turned on the spot; None: none
 
@@ -71,12 +71,14 @@ class MissionTable(RouteKeys):
     name: str = ""
     origin: PlaceTable | None = Field(None, description="a place, for waypoints given in m")
     law: Literal[*LAWS] | None = Field(None, description="short for guidance.law")  # type: ignore[valid-type]
-    lookahead: Positive | None = Field(None, description="short for guidance.lookahead; 20 where both are missing")  # m
+    lookahead: Annotated[Positive | None, "m"] = Field(
+        None, description="short for guidance.lookahead; 20 where both are missing"
+    )  # m
     guidance: GuidanceTable = Field(GuidanceTable(), description="the guidance law and its gains, as in scenarios")
-    acceptance: Positive = 10.0  # m
+    acceptance: Annotated[Positive, "m"] = 10.0  # m
     speed_mps: Positive = 1.0
     at_end: Literal["stop", "hold"] = "stop"
-    hold_radius: Positive = 5.0  # m within which the boat may drift about a position
+    hold_radius: Annotated[Positive, "m"] = 5.0  # m within which the boat may drift about a position
     safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
     on_stop: OnStop = OnStop()
     rally: PlaceTable | None = Field(None, description="where `return` goes; the route's beginning without it")

@@ -25,15 +25,9 @@ from bokeh.palettes import Viridis256
 from bokeh.plotting import figure
 from bokeh.transform import transform
 
-ESTIMATE, RECEIVER, REJECTED, DIFFERENCE, FIX, UNDEFINED = (
-    "#0072b2",
-    "#d55e00",
-    "#a4262c",
-    "#6b7682",
-    "#111111",
-    "#9aa5b1",
-)
-"""After Okabe and Ito: distinguishable for the colour-blind; also distinguished by line, dot and cross."""
+from steerway.report.drawing import BAD, OURS, QUIET, THEIRS
+
+DIFFERENCE, FIX = "#6b7682", "#111111"
 _CLOSEST = 8.0
 """m across the map at the closest zoom."""
 _FORMATS = ("microseconds", "milliseconds", "seconds", "minsec", "minutes", "hourmin", "hours")
@@ -64,7 +58,7 @@ def track_map(
     _plain(chart)
     chart.xgrid.grid_line_color = chart.ygrid.grid_line_color = "#c3cbd3"
     chart.xaxis.ticker.desired_num_ticks = 5
-    mapper = LinearColorMapper(palette=Viridis256, low=0.0, high=fastest, nan_color=UNDEFINED)
+    mapper = LinearColorMapper(palette=Viridis256, low=0.0, high=fastest, nan_color=QUIET)
     chart.add_tile(_tiles(), name="tiles", visible=False)
     fixes = ColumnDataSource({"x": [], "y": []}, name="fixes")
     chart.scatter("x", "y", source=fixes, size=3, color=FIX, alpha=0.55, name="fix_dots", visible=False)
@@ -81,7 +75,7 @@ def track_map(
     true = ColumnDataSource({"x": [], "y": []}, name="true_track")
     chart.line("x", "y", source=true, line_color="black", line_dash="dashed", line_width=1.2)
     rejected = ColumnDataSource({"x": [], "y": []}, name="rejected")
-    chart.scatter("x", "y", source=rejected, marker="x", size=5, line_width=1, alpha=0.7, color=REJECTED)
+    chart.scatter("x", "y", source=rejected, marker="x", size=5, line_width=1, alpha=0.7, color=BAD)
     if start_and_end is not None:
         ends = ColumnDataSource(start_and_end | {"marker": ["circle", "square"]})
         chart.scatter("x", "y", source=ends, marker="marker", size=10, fill_color="white", line_color="black")
@@ -125,12 +119,12 @@ def strips(begins: float, ends: float, cut: float, innovations: bool, gate: floa
         chart.line(
             "t", name, source=differences, color=DIFFERENCE, alpha=0.6, name=f"differences_{name}", visible=False
         )
-        chart.scatter("t", name, source=reported, size=2.5, color=RECEIVER, name=f"reported_{name}")
+        chart.scatter("t", name, source=reported, size=2.5, color=THEIRS, name=f"reported_{name}")
     for chart, name in ((sog, "sog"), (cog, "cog"), (rate, "rate")):
         band = ColumnDataSource({"t": [], "low": [], "high": []}, name=f"band_{name}")
-        chart.varea("t", "low", "high", source=band, fill_color=ESTIMATE, fill_alpha=0.22)
+        chart.varea("t", "low", "high", source=band, fill_color=OURS, fill_alpha=0.22)
         line = ColumnDataSource({"t": [], "value": []}, name=f"line_{name}")
-        chart.line("t", "value", source=line, color=ESTIMATE, line_width=1.5)
+        chart.line("t", "value", source=line, color=OURS, line_width=1.5)
         true = ColumnDataSource({"t": [], "value": []}, name=f"true_{name}")
         chart.line("t", "value", source=true, color="black", line_dash="dashed", line_width=1.2)
     cog.yaxis.formatter = CustomJSTickFormatter(
@@ -153,11 +147,11 @@ def strips(begins: float, ends: float, cut: float, innovations: bool, gate: floa
 def _innovations(span: Range1d, gate: float | None) -> figure:
     ratio = _strip("ratio", "innovation ratio", span, y_axis_type="log", height=170)
     accepted = ColumnDataSource({"t": [], "ratio": []}, name="accepted")
-    ratio.scatter("t", "ratio", source=accepted, size=2, color=ESTIMATE, alpha=0.6)
+    ratio.scatter("t", "ratio", source=accepted, size=2, color=OURS, alpha=0.6)
     refused = ColumnDataSource({"t": [], "ratio": []}, name="refused")
-    ratio.scatter("t", "ratio", source=refused, marker="x", size=8, line_width=2, color=REJECTED)
+    ratio.scatter("t", "ratio", source=refused, marker="x", size=8, line_width=2, color=BAD)
     if gate is not None:
-        ratio.add_layout(Span(location=gate, dimension="width", line_color=REJECTED, line_dash="dashed"))
+        ratio.add_layout(Span(location=gate, dimension="width", line_color=BAD, line_dash="dashed"))
     return ratio
 
 

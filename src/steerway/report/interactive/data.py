@@ -4,17 +4,16 @@ import base64
 import gzip
 import json
 import math
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.earth import SEMI_MAJOR_AXIS, radii
-from steerway.core.records import REJECTED, STATUSES, Fixes, Motion, Record
+from steerway.core.records import REJECTED, STATUSES, Fixes, Motion
 from steerway.core.statistics import FIX_GATE
-from steerway.report.course_axis import on_axis
+from steerway.report.drawing import on_axis, thinned
 
-R = TypeVar("R", bound=Record)
 Column = tuple[np.ndarray, *tuple[Any, ...]]
 """Values, name of their code, and its numbers."""
 MOST_ROWS = 60_000
@@ -30,11 +29,6 @@ def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, n
     x = np.full(len(longitude), np.nan)
     x[known] = SEMI_MAJOR_AXIS * np.unwrap(longitude[known])
     return x, SEMI_MAJOR_AXIS * np.arctanh(np.sin(latitude))
-
-
-def thinned(table: R, most: int = MOST_ROWS) -> R:
-    """Every k-th row of a table, so that at most `most` are left."""
-    return table.rows(slice(None, None, max(1, -(-len(table) // most))))
 
 
 def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) -> dict[str, Any]:
@@ -70,7 +64,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
             "true_cog": _linear(on_axis(truth.cog, cut)),
             "true_rate": _linear(np.degrees(truth.course_rate)),
         }
-    placed = thinned(fixes.rows(fixes.has_position))
+    placed = thinned(fixes.rows(fixes.has_position), MOST_ROWS)
     fix_x, fix_y = mercator(placed.latitude, placed.longitude)
     turns = (
         np.round((fix_x[0] - x[known[0]]) / (2.0 * math.pi * SEMI_MAJOR_AXIS)) if len(known) and len(placed) else 0.0
@@ -80,7 +74,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
         "fix_x": _single(fix_x - origin[0] - turns * 2.0 * math.pi * SEMI_MAJOR_AXIS),
         "fix_y": _single(fix_y - origin[1]),
     }
-    reported = thinned(fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog)))
+    reported = thinned(fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog)), MOST_ROWS)
     columns |= {
         "reported_step": _single(_steps(reported.time, begins)),
         "reported_sog": _linear(reported.sog),

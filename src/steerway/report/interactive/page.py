@@ -2,7 +2,6 @@
 
 import html
 import math
-from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -13,47 +12,28 @@ from bokeh.embed import components
 from bokeh.resources import Resources
 
 from steerway.core.files import complete_or_absent
-from steerway.core.records import Fixes, Motion
+from steerway.core.records import Motion
 from steerway.core.timestamps import iso
-from steerway.report.course_axis import course_cut
+from steerway.report.drawing import course_cut, thinned
 from steerway.report.interactive import charts
-from steerway.report.interactive.data import mercator, pack, script_json, thinned
-from steerway.report.tables import Table, html_table
+from steerway.report.interactive.data import MOST_ROWS, mercator, pack, script_json
+from steerway.report.page import ReportContents, html_table
 
 
-def write_interactive_page(
-    path: str | Path,
-    title: str,
-    fixes: Fixes,
-    motion: Motion,
-    tables: Sequence[Table],
-    remarks: Sequence[str],
-    events: Sequence[tuple[float, float, str]] = (),
-    truth: Motion | None = None,
-    lead: str = "",
-    gate: bool = True,
-) -> None:
-    """Write the page of an estimate.
-
-    Args:
-        tables: (heading, column names, rows) each; the first stands at the top.
-        remarks: one paragraph each.
-        events: (start, stop, what) each, in Unix s: the list whose entries move the charts there.
-        truth: the true motion at the rows of `motion`, of a simulation.
-        lead: a sentence under the title.
-        gate: whether the estimate has a gate, as that of a profile; structures weigh every fix.
-    """
-    shown, alone = thinned(motion), motion.mmsi is None
+def write_interactive_page(path: str | Path, report: ReportContents) -> None:
+    """Write the page of an estimate; the entries of its list of events move the charts there."""
+    motion, remarks, tables = report.motion, report.remarks, report.tables
+    shown, alone = thinned(motion, MOST_ROWS), motion.mmsi is None
     if len(shown) < len(motion):
         remarks = [*remarks, f"The charts show every {-(-len(motion) // len(shown))}th of {len(motion)} rows."]
     fastest = max(float(np.nanquantile(shown.sog, 0.999)) if np.isfinite(shown.sog).any() else 0.0, 0.1)
-    parts, data = _charts(fixes, shown, truth, events, gate, fastest)
+    parts, data = _charts(report, shown, fastest)
     script, divisions = components(parts, wrap_script=False)
     package = files("steerway.report.interactive")
     page = Template((package / "page.html").read_text(encoding="utf-8"))
     first, *others = tables
     text = page.substitute(
-        title=html.escape(title),
+        title=html.escape(report.title),
         library=Resources(mode="inline", components=["bokeh"]).render_js(),
         charts=script,
         script=(package / "page.js").read_text(encoding="utf-8"),
@@ -61,29 +41,22 @@ def write_interactive_page(
         map=divisions["map"],
         strips="".join(divisions[name] for name in ("sog", "cog", "rate", "ratio") if name in divisions),
         hidden="" if alone else "hidden",
-        without_truth="hidden" if truth is None else "",
-        without_gate="" if gate else "hidden",
+        without_truth="hidden" if report.truth is None else "",
+        without_gate="" if report.gate else "hidden",
         without_ratio="" if "ratio" in divisions else "hidden",
-        without_reported="" if np.isfinite(fixes.sog).any() or np.isfinite(fixes.cog).any() else "hidden",
-        lead=f"<p>{html.escape(lead)}</p>" if lead else "",
+        without_reported="" if np.isfinite([report.fixes.sog, report.fixes.cog]).any() else "hidden",
+        lead=f"<p>{html.escape(report.lead)}</p>" if report.lead else "",
         fastest=f"{fastest:.2g}",
         summary=html_table(*first),
         tables="".join(html_table(*each) for each in others),
         remarks="".join(f"<li>{html.escape(each)}</li>" for each in remarks) or "<li>none</li>",
-        events="".join(_event(number, *each) for number, each in enumerate(events)) or "<li>none</li>",
+        events="".join(_event(number, *each) for number, each in enumerate(report.events)) or "<li>none</li>",
     )
     with complete_or_absent(path) as file:
         file.write(text.encode())
 
 
-def _charts(
-    fixes: Fixes,
-    shown: Motion,
-    truth: Motion | None,
-    events: Sequence[tuple[float, float, str]],
-    gate: bool,
-    fastest: float,
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def _charts(report: ReportContents, shown: Motion, fastest: float) -> tuple[dict[str, Any], dict[str, Any]]:
     """The charts by name, and the data that the page's script draws in them."""
     known = np.isfinite(shown.latitude)
     cosine = math.cos(float(np.nanmedian(shown.latitude))) if known.any() else 1.0
@@ -93,9 +66,9 @@ def _charts(
         return parts, {"events": [], "vessels": True, "colours": colours}
     parts = {"map": charts.track_map(fastest, cosine, [_box(shown)], _ends(shown))}
     cut = course_cut(shown.cog)
-    data = pack(fixes, shown, cut, None if truth is None else thinned(truth))
-    data |= {"events": [list(each) for each in events], "vessels": False, "colours": colours}
-    innovations, limit = bool(np.isfinite(shown.nis).any()), data["gate"] if gate else None
+    data = pack(report.fixes, shown, cut, None if report.truth is None else thinned(report.truth, MOST_ROWS))
+    data |= {"events": [list(each) for each in report.events], "vessels": False, "colours": colours}
+    innovations, limit = bool(np.isfinite(shown.nis).any()), data["gate"] if report.gate else None
     drawn = charts.strips(float(shown.time[0]), float(shown.time[-1]), cut, innovations, limit)
     return parts | {chart.name: chart for chart in drawn}, data
 

@@ -77,7 +77,7 @@ _SHOWN = {
 def _figure(columns: dict[str, Floats]) -> "Figure":
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS
+    from steerway.report.drawing import OURS
 
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
     for axes, (name, label) in zip(figure.subplots(2, 2).flat, _SHOWN.items(), strict=True):

@@ -8,8 +8,7 @@ from matplotlib.patches import Circle
 
 from steerway.core.arrays import Floats
 from steerway.pilot import Mode
-from steerway.report.course_axis import broken, on_axis
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.report.drawing import BAD, OURS, QUIET, THEIRS, broken, on_axis
 from steerway.report.plots import TRUTH, Band, Curve, Panel, series, track
 from steerway.simulation import outcome
 from steerway.simulation.loop import Run

@@ -9,8 +9,7 @@ import numpy as np
 
 from steerway.core.earth import displaced_all
 from steerway.core.records import NO_COURSE, OK, Fixes, Motion
-from steerway.report.page import write_page
-from steerway.report.tables import Table
+from steerway.report.page import ReportContents, Table, write_page
 from steerway.simulation.assembly import begins, holds_places
 from steerway.simulation.manoeuvres import ManoeuvringPilot, limits, measured
 from steerway.simulation.run import Sailed
@@ -214,4 +213,5 @@ def write_story(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> None
         ("Estimated against true", COMPARED, comparison(numbers)),
         ("Summary", ("", ""), summary(numbers)),
     ]
-    write_interactive_page(path, sailed.scenario.name, fixes, estimate, tables, remarks, truth=truth, lead=lead.strip())
+    report = ReportContents(sailed.scenario.name, fixes, estimate, tables, remarks, truth=truth, lead=lead.strip())
+    write_interactive_page(path, report)

@@ -1,6 +1,19 @@
-"""The axis of a course over time: one turn, cut where the course is steered least."""
+"""What all charts share: colours, a table with fewer rows, and the axis of a course over time."""
+
+from typing import TypeVar
 
 import numpy as np
+
+from steerway.core.records import Record
+
+OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
+"""Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
+R = TypeVar("R", bound=Record)
+
+
+def thinned(table: R, most: int) -> R:
+    """Every k-th row of a table, so that at most `most` are left."""
+    return table.rows(slice(None, None, max(1, -(-len(table) // most))))
 
 
 def course_cut(*courses: np.ndarray) -> float:
