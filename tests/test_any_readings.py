@@ -3,12 +3,10 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, ObservedSpeed, SpeedObserverGains
-from steerway.core import InputError
 from steerway.estimation.heading import AidedHeadingFilter
 from steerway.estimation.heading.testing import TICK, HeadingAboard, model_of
 from steerway.live.testing import InputRow, MeasuredSpeed
@@ -78,9 +76,3 @@ def test_heading_aboard_is_an_angle_or_unknown(kind, steps):
         angle, rate = aboard.step(heading, dt, velocity)
         assert math.isnan(angle) == math.isnan(rate)
         assert math.isnan(angle) or -math.pi <= angle < math.pi + 1e-12
-
-
-def test_what_cannot_be_is_refused_with_a_sentence():
-    for wrong in (math.nan, math.inf, 1e9):
-        with pytest.raises(InputError, match="expected"):
-            AidedHeadingFilter(heading=wrong)

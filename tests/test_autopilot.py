@@ -24,12 +24,6 @@ def at(time, cog=0.0, sog=1.2, nis=2.0, status=OK, course_rate=0.0, **more):
     return row._replace(**more)
 
 
-@pytest.fixture(autouse=True)
-def docked():
-    yield
-    dock_all()
-
-
 def off_the_line(desk, seconds=600.0):
     """(s on the leg, m off its line) of every tick of so long, or to the end of the route."""
     seen, leg_before, since, last = [], "", 0.0, desk.time + seconds

@@ -187,27 +187,11 @@ def test_a_second_command_into_the_directory_is_refused_while_the_first_one_last
     assert not any((tmp_path / "out").iterdir())
 
 
-def test_a_lock_that_a_killed_process_has_left_holds_nobody(tmp_path):
-    (tmp_path / ".lock").write_text("process 1 on a machine since long\n")
-    with only_writer(tmp_path, "a test"):
-        assert f"process {os.getpid()} " in (tmp_path / ".lock").read_text()
-
-
 class Found(NamedTuple):
     """A result."""
 
     values: np.ndarray
     names: frozenset
-
-
-class Harm:
-    """Unpickled, it would write a file."""
-
-    def __init__(self, path):
-        self.path = path
-
-    def __reduce__(self):
-        return open, (str(self.path), "w")
 
 
 @pytest.fixture
@@ -217,20 +201,6 @@ def path(tmp_path):
 
 def kept(path, resume=True, origin="work"):
     return Unfinished(path, {"work": origin}, resume, ("tests",))
-
-
-def test_results_are_read_back_and_not_those_of_other_work(path):
-    work = kept(path, resume=False)
-    found = Found(np.arange(6.0).reshape(2, 3), frozenset(["a"]))
-    for key, result in ((7, found), ((1, "b"), {"x": np.float64(0.1), "y": None}), ("text", np.int64(3))):
-        work.add(key, result)
-    again = kept(path).results
-    assert list(again) == [7, (1, "b"), "text"] and again[1, "b"] == {"x": 0.1, "y": None} and again["text"] == 3
-    assert isinstance(again[7], Found) and again[7].names == found.names
-    np.testing.assert_array_equal(again[7].values, found.values)
-    with pytest.raises(InputError, match="is of other work or another version"):
-        kept(path, origin="other")
-    assert kept(path, resume=False).results == {} and kept(path).results == {}
 
 
 @pytest.mark.parametrize("lost", [1, 5, 20])
@@ -243,10 +213,3 @@ def test_what_was_cut_off_is_done_again(path, lost):
     assert list(work.results) == [0, 1]
     work.add(2, "again")
     assert list(kept(path).results) == [0, 1, 2] and kept(path).results[2] == "again"
-
-
-def test_a_file_of_somebody_else_calls_nothing(path, tmp_path):
-    work = kept(path, resume=False)
-    work.add(1, "fine")
-    work.add(2, Harm(tmp_path / "harm"))
-    assert list(kept(path).results) == [1] and not (tmp_path / "harm").exists()

@@ -11,10 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 import steerway
-from steerway import Fixes
 from steerway.commands.testing import app
 from steerway.core import OK, REJECTED
-from steerway.core.testing import NO_COURSE, PREDICTED, STARTING
+from steerway.core.testing import PREDICTED, STARTING
 from steerway.estimation.testing import LogEstimator, laid_out, whole_log
 from tests import fitted
 from tests.fitted import STD
@@ -105,21 +104,6 @@ def test_place_and_direction_change_little_of_what_is_inferred():
     known[:SETTLED] = False
     assert (np.abs(usual.sog - anew.sog) / usual.sog_std)[known].max() < 0.5
     assert (angle_error(usual.cog + 2.0, anew.cog) / usual.cog_std)[known].max() < 0.5
-
-
-def test_a_straight_course_leads_over_the_pole():
-    from_pole = (np.arange(300) - 150.0) * 1e-6 + 3e-7  # rad, some 6.4 m a step
-    noise = np.random.default_rng(3).normal(0.0, 1e-8, 300)
-    latitude = 0.5 * math.pi - np.abs(from_pole) - noise
-    longitude = np.where(from_pole < 0.0, 0.4, 0.4 - math.pi)
-    motion = estimator_of("small_craft").motion(Fixes(EPOCH + np.arange(300.0), latitude, longitude))
-    assert abs(np.mean(motion.sog[20:]) - 6.3996) < 0.02
-    assert (np.abs(motion.sog - 6.3996) < 4.0 * motion.sog_std)[20:].all()
-    before, after = motion.cog[20:148], motion.cog[152:]
-    assert np.abs(before).max() < 0.05
-    assert angle_error(after, math.pi).max() < 0.05
-    assert (motion.status[20:] == OK).all()
-    np.testing.assert_allclose(motion.latitude, latitude, atol=1e-7)
 
 
 @pytest.mark.parametrize("name", EVERY_SCENE)
@@ -213,13 +197,6 @@ def test_little_evidence_is_enough_for_an_estimate(n):
             known = np.isfinite(getattr(motion, name))
             np.testing.assert_array_equal(known, np.isfinite(getattr(motion, f"{name}_std")))
         assert np.isfinite(motion.sog[motion.status != STARTING]).all()
-
-
-def test_a_vessel_at_one_place_is_at_rest():
-    fixes = Fixes(EPOCH + np.arange(200.0), np.full(200, HOME[0]), np.full(200, HOME[1]))
-    motion = estimator_of("small_craft").motion(fixes)
-    assert (motion.status[10:] == NO_COURSE).all()
-    assert motion.sog[-1] < 3.0 * motion.sog_std[-1] < 0.3
 
 
 def test_rows_at_a_rate_and_gaps():

@@ -12,16 +12,10 @@ from steerway.core import InputError, displacement, wrap
 from steerway.core.testing import displaced
 from steerway.live.testing import Address, ControlPort, Controls, Limits, State, control_address
 from tests import hastened
-from tests.desk import HOME, OTTER, SQUARE, Desk, dock_all, square
+from tests.desk import HOME, OTTER, SQUARE, Desk, square
 from tests.ports import free_port
 
 TOKEN = "a token for programs"
-
-
-@pytest.fixture(autouse=True)
-def docked():
-    yield
-    dock_all()
 
 
 def holding_desk(corners=SQUARE, limits=None, at_end="stop", **settings):

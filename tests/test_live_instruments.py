@@ -58,20 +58,3 @@ def test_a_compass_goes_on_where_the_receiver_falls_silent():
         reader.feed(sealed(f"HEHDT,{k},T"), now=now + 0.1 * k)
     headings = values(rows_of(reader.take().sources), "heading")
     assert len(headings) > 95 and headings[-1][0] == pytest.approx(9.8, abs=0.05)
-
-
-@pytest.mark.parametrize(
-    ("text", "name", "value"),
-    [
-        ("IIRPM,S,1,600.0,10.0,A", "shaft", 10.0),
-        ("ERRPM,E,0,-300.0,,A", "shaft", -5.0),
-        ("VDVBW,,,V,2.0,0.1,A", "bottom_speed", 2.0 * 1852.0 / 3600.0),
-        ("VDVBW,3.0,0.1,A,,,V", "water_speed", 3.0 * 1852.0 / 3600.0),
-        ("VWVHW,,,,,4.0,N,7.4,K", "water_speed", 4.0 * 1852.0 / 3600.0),
-        ("TIROT,60.0,A", "yaw_rate", math.radians(1.0)),
-    ],
-)
-def test_every_speed_and_rate_arrives_from_a_talker_without_positions(text, name, value, per_second=5):
-    found, reader = rows(lambda k: [sealed(text)], per_second=per_second)
-    assert [each for _, each in values(found, name)] == pytest.approx([value] * 3 * per_second)
-    assert not reader.skipped

@@ -7,13 +7,7 @@ import pytest
 from steerway.core import InputError, displacement
 from steerway.guidance.testing import PlaceTable, WaypointTable
 from steerway.live.testing import Controls, GeodeticRoute, Limits, MissionTable, OnStop, State
-from tests.desk import HOME, Desk, corner, dock_all, square
-
-
-@pytest.fixture(autouse=True)
-def _docked():
-    yield
-    dock_all()
+from tests.desk import HOME, Desk, corner, square
 
 
 def afloat(on_stop="stop", **settings):

@@ -7,15 +7,9 @@ import pytest
 
 from steerway.core import InputError
 from steerway.live.testing import Order, Settings, State, build_service
-from tests.desk import Desk, dock_all, square
+from tests.desk import Desk, square
 from tests.ports import free_port
 from tests.square import OTTER
-
-
-@pytest.fixture(autouse=True)
-def _docked():
-    yield
-    dock_all()
 
 
 def test_every_reason_is_logged_once_in_five_seconds_and_numbers_alone_are_no_news(caplog):

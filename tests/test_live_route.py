@@ -20,7 +20,7 @@ from steerway.live.testing import (
     lost,
     pilot_of,
 )
-from tests.desk import HOME, NOON, SQUARE, Desk, corner, dock_all, square
+from tests.desk import HOME, NOON, SQUARE, Desk, corner, square
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 STARBOARD = Leg(18.52, 0.0, math.radians(350.0), 1852.0, math.radians(-10.0), 2.0, *HOME, "WP0", "WP1")
@@ -155,7 +155,6 @@ def test_a_mission_is_guided_as_a_scenario_is(law, gains):
     if law == "integral-line-of-sight":
         found = math.atan(0.25 * guide_by.integral / 8.0)
     assert abs(wrap(found - crab)) < math.radians(8.0) and crab > math.radians(8.0)
-    dock_all()
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from steerway.core.testing import displaced
 from steerway.live.testing import MissionLink, MissionServer, Settings, State, addresses, build_service, dialect, key_of
 from tests import hastened
 from tests.command_line import STEERWAY
-from tests.desk import HOME, Desk, dock_all, square
+from tests.desk import HOME, Desk, square
 from tests.ports import free_port, until
 from tests.square import OTTER
 
@@ -22,12 +22,6 @@ pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 M = dialect("a test")
 MAVPROXY = shutil.which("mavproxy.py")
 ACCEPTED, DENIED, INVALID = M.MAV_MISSION_ACCEPTED, M.MAV_MISSION_DENIED, M.MAV_MISSION_INVALID
-
-
-@pytest.fixture(autouse=True)
-def _docked():
-    yield
-    dock_all()
 
 
 def degrees(north, east):

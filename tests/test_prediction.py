@@ -137,22 +137,6 @@ def test_silence_lengthens_the_horizon():
     assert math.hypot(*apart) < 150.0, "both lie where the course leads by then"
 
 
-def test_what_is_transmitted_is_used():
-    """Positions of 10 m and a SOG and COG without error: with them the way is known far better."""
-    errors = {True: [], False: []}
-    there = straight(6.0, 0.5, 420.0, rate=0.1)
-    for seed in range(10):
-        fixes = straight(6.0, 0.5, 300.0, rate=0.1).fixes(10.0, seed)
-        for transmitted in errors:
-            sog, cog = (np.full(len(fixes), each if transmitted else np.nan) for each in (6.0, 0.5))
-            given = Fixes(fixes.time, fixes.latitude, fixes.longitude, sog=sog, cog=cog, mmsi=np.full(len(fixes), 1))
-            found = predict(given, 120.0)
-            errors[transmitted].append(
-                math.hypot(*displacement(*there.place(42), found.latitude[0], found.longitude[0]))
-            )
-    assert np.median(errors[True]) < 0.6 * np.median(errors[False])
-
-
 def test_an_impossible_horizon_is_refused():
     for horizon in (0.0, 4000.0, math.nan):
         with pytest.raises(steerway.InputError, match="horizon is"):

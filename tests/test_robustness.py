@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steerway.core import REJECTED, Fixes, displacement
+from steerway.core import REJECTED, displacement
 from steerway.core.testing import NO_COURSE
 from steerway.estimation import FiveStateFilter, Profile
 from steerway_studies.testing import SLOW
@@ -139,15 +139,6 @@ def test_a_filter_that_runs_stream_wise_forgives_a_step_back_in_time():
     before = estimator.cog
     estimator.predict(-5.0)
     assert estimator.cog == before
-
-
-def test_a_gap_of_hours_starts_anew():
-    first, second = straight(2.0, 0.3, 60.0), straight(2.0, 2.5, 60.0)
-    one, two = first.fixes(0.1, 1), second.fixes(0.1, 2)
-    columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("latitude", "longitude")}
-    motion = FiveStateFilter(SMALL).filter(Fixes(np.r_[one.time, two.time + 7200.0], **columns))
-    assert math.degrees(angle_error(motion.cog[-1], 2.5)) < 5.0
-    assert not (motion.status[len(one) :] == REJECTED).any()
 
 
 def test_speed_is_not_biased_however_the_filter_is_tuned():

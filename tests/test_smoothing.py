@@ -128,18 +128,6 @@ def test_where_there_is_one_motion_model_it_is_the_smoother_of_one(two):
         assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
 
 
-def test_the_time_of_a_fix_is_as_uncertain_where_modes_are_alike():
-    """Way along the course is then less certain than across it, by half as much as the fixes are."""
-    one = ONE_MODEL.model_copy(update={"time_std": 0.1})
-    fixes = turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6).fixes(0.1, 0)
-    surely, plain, two = (
-        steerway.estimate(fixes, each, smooth=True) for each in (ONE_MODEL, one, one.model_copy(update=SAME_TWICE))
-    )
-    assert np.all(np.abs(deviations(two) / deviations(plain) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
-    assert np.mean(two.sog_std[MIDDLE] / surely.sog_std[MIDDLE]) > 1.05
-    assert np.max(np.abs(apart(output(plain), output(two)) / deviations(plain))[:, MIDDLE]) < ALIKE
-
-
 O05 = CELLS["o05"]
 
 

@@ -11,7 +11,7 @@ from steerway import estimate
 from steerway.core.testing import iso
 from steerway.formats.testing import deviation, gpx, nmea0183, nmea2000, table
 from steerway.live.testing import GpsdDecoder, Navigator, SignalKDecoder, rows_of
-from tests.canboat_lines import gnss, line, position
+from tests.canboat_lines import gnss, line
 from tests.gpx_documents import POINT, document
 from tests.sentences import START, clock, place, rmc, sealed
 
@@ -57,29 +57,9 @@ def test_deviations_overrule_dilution_from_the_first_on():
     assert sources["GN"].position_std[0] == pytest.approx(1.5 * ALONE)
 
 
-def test_a_live_reader_says_the_same_as_a_record():
-    log = b"".join(gga(k, hdop=f"{1.0 + 0.1 * k:.1f}") + (gst(k, 2.0, k) if k > 2 else b"") for k in range(8))
-    reader, taken = nmea0183.SentenceReader(), []
-    for at in range(0, len(log), 17):
-        reader.feed(log[at : at + 17])
-        taken += [each for fixes in reader.take(settled=False).sources.values() for each in fixes.position_std]
-    taken += [each for fixes in reader.take(settled=True).sources.values() for each in fixes.position_std]
-    assert taken == stds(log)
-
-
 def test_nmea_2000_tells_it_with_the_gnss_position():
     (fixes,) = nmea2000.read("\n".join([line(0.5, 129029, 3, gnss(50.0, -4.5, method=4))]).encode()).sources.values()
     assert fixes.position_std[0] == pytest.approx(FIXED)
-
-
-def test_nmea_2000_rapid_positions_take_the_last_given_while_it_is_fresh():
-    lines = [line(0.05 + 0.2 * k, 129025, 3, position(50.0, -4.5 + 1e-6 * k)) for k in range(40)]
-    lines.insert(5, line(1.0, 129029, 3, gnss(50.0, -4.5)))
-    (fixes,) = nmea2000.read("\n".join(lines).encode()).sources.values()
-    elapsed = fixes.time - fixes.time[0]
-    known = (elapsed > 0.9) & (elapsed < 3.9)
-    np.testing.assert_allclose(fixes.position_std[known], ALONE)
-    assert np.isnan(fixes.position_std[(elapsed < 0.8) | (elapsed > 4.0)]).all() and known.sum() > 10
 
 
 def test_nmea_2000_dilution_not_available():

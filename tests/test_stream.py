@@ -95,17 +95,6 @@ def test_the_navigator_gives_the_rows_of_estimate():
     assert all(math.isfinite(each) for each in navigator.position_covariance)
 
 
-def test_a_late_fix_is_used_at_its_own_time():
-    _, fixes = sortie()
-    inputs = list(rows_of({"": fixes.rows(slice(500))}))
-    late = [*inputs[:450], *inputs[451:453], inputs[450], *inputs[453:]]
-    rows = []
-    for order in (inputs, late):
-        navigator = Navigator(profile())
-        rows.append([row for each in order for row in navigator.add(each)][-1])
-    assert rows[1].sog == pytest.approx(rows[0].sog, rel=1e-9)
-
-
 @pytest.mark.study
 def test_what_is_learned_is_nearly_what_estimate_infers():
     scene, fixes = sortie(2, 300.0)

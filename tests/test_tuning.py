@@ -121,16 +121,6 @@ def test_a_profile_of_structures_survives_a_file_and_serves_another_log(sortie, 
         Profile.load(path)
 
 
-def test_vessels_of_one_log_are_each_estimated_by_the_structures(sortie):
-    _, tuned = sortie
-    one, two = one_mode(11, 100.0), one_mode(12, 100.0)
-    columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("time", "latitude", "longitude")}
-    both = steerway.Fixes(**columns, mmsi=np.repeat([7, 8], [len(one), len(two)]))
-    motion = steerway.estimate(both, tuned.profile, causal=True)
-    np.testing.assert_array_equal(motion.mmsi, both.mmsi)
-    np.testing.assert_array_equal(motion.sog[len(one) :], steerway.estimate(two, tuned.profile, causal=True).sog)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
