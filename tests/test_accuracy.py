@@ -80,23 +80,6 @@ def test_a_receiver_that_says_when_it_is_bad_is_followed_through(profile):
     assert np.mean(nis) == pytest.approx(2.0, abs=0.25)
 
 
-@pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
-def test_streaming_is_the_record(profile):
-    _, fixes, _ = troubled(2)
-    given = np.where(np.arange(len(fixes)) % 7 == 3, np.nan, fixes.position_std)
-    fixes = replace(fixes, position_std=given)
-    record = FiveStateFilter(profile).filter(fixes)
-    estimator, rows = FiveStateFilter(profile), []
-    for k in range(len(fixes)):
-        estimator.predict(fixes.time[k] - fixes.time[k - 1] if k else 0.0)
-        said = () if math.isnan(given[k]) else (given[k],)
-        estimator.update(fixes.latitude[k], fixes.longitude[k], *said)
-        rows.append(estimator.output())
-    ours = np.array(rows).T
-    for name, column in zip(("latitude", "longitude", "sog", "cog", "course_rate"), ours, strict=False):
-        np.testing.assert_allclose(column, getattr(record, name), rtol=1e-9, atol=1e-10, err_msg=name)
-
-
 def received(fixes, source="GP"):
     return list(rows_of({source: fixes}))
 

@@ -13,7 +13,6 @@ from steerway.core import wrap
 from steerway.core.testing import displaced
 from tests.five_state_by_matrices import PROFILE, dense, winding
 
-RECEIVER_ERRS = PROFILE.model_copy(update={"error_std": 0.7, "error_time": 20.0, "speed_decay": 0.05})
 STEPS = (0.02, 0.2, 1.0, 7.0)
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 
@@ -57,23 +56,6 @@ def tracked(north, east, time, profile=PROFILE):
         found.append(estimator.update_north_east(north[k], east[k]))
         rows.append(estimator.output())
     return np.array(rows), np.array(found)
-
-
-@pytest.mark.parametrize("profile", [PROFILE, RECEIVER_ERRS], ids=["plain", "receiver errs"])
-def test_streaming_is_the_whole_record(profile):
-    time, north, east = winding()
-    latitude, longitude = 1.0 + north / 6.37e6, 0.2 + east / 3.4e6
-    motion = FiveStateFilter(profile).filter(Fixes(time, latitude, longitude))
-    estimator = FiveStateFilter(profile)
-    output = []
-    for k in range(len(time)):
-        if k:
-            estimator.predict(time[k] - time[k - 1])
-        nis = estimator.update(latitude[k], longitude[k])
-        output.append([*estimator.position, estimator.sog, estimator.cog, estimator.course_rate, nis])
-    moving = np.arange(20, len(time))
-    whole_record = np.stack([motion.latitude, motion.longitude, motion.sog, motion.cog, motion.course_rate, motion.nis])
-    np.testing.assert_allclose(np.array(output)[moving], whole_record.T[moving], rtol=1e-12, atol=1e-12)
 
 
 def assert_turned(scene, original, turn, sign=1.0):

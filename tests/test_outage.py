@@ -9,7 +9,7 @@ import pytest
 import steerway
 from steerway.core import Fixes, wrap_array
 from steerway.core.testing import displaced_all
-from steerway.estimation import FiveStateFilter, InferredProfile, Profile
+from steerway.estimation import InferredProfile, Profile
 from steerway.estimation.testing import infer_log
 from steerway.report.testing import CONTRADICTED, episodes_of
 from tests.command_line import run
@@ -58,26 +58,6 @@ def test_who_only_turned_meanwhile_keeps_the_course():
     motion = steerway.estimate(sailed(slide=0.0, turned=1.5), PLAIN, causal=True)
     since = motion.time - 1.7e9 - 200.0
     assert np.isfinite(motion.cog[(since > 6.0) & (since < 20.0)]).all()
-
-
-@pytest.mark.parametrize("name", ["small-usv", "swell", "inferred"])
-def test_a_stream_doubts_as_the_record_does(fixes, inferred, name):
-    profile = inferred if name == "inferred" else name
-    stream, rows = FiveStateFilter(profile), []
-    for k in range(len(fixes)):
-        dt = fixes.time[k] - fixes.time[k - 1] if k else 0.0
-        output, _, _ = stream.row(float(dt), fixes.latitude[k], fixes.longitude[k])
-        rows.append(output[2:7])
-    motion = FiveStateFilter(profile).filter(fixes)
-    expected = np.column_stack([motion.sog, motion.cog, motion.course_rate, motion.sog_std, motion.cog_std])
-    np.testing.assert_allclose(np.array(rows), expected, rtol=1e-9, atol=1e-12)
-    assert name == "small-usv" or np.nanmax(motion.sog_std[181:199]) > 1.0, "one mode refuses the slide"
-    by_steps = FiveStateFilter(profile)
-    for k in range(190):
-        if k:
-            by_steps.predict(float(fixes.time[k] - fixes.time[k - 1]))
-        by_steps.update(fixes.latitude[k], fixes.longitude[k])
-    assert by_steps.output()[5] == pytest.approx(motion.sog_std[189])
 
 
 def test_the_summary_names_the_receivers_own_speed_where_it_contradicts(fixes, inferred, tmp_path):

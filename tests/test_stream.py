@@ -10,11 +10,12 @@ import pytest
 
 import steerway
 from steerway.core.testing import PREDICTED
-from steerway.estimation import InferredFilter, InferredProfile, LearningFilter
+from steerway.estimation import FiveStateFilter, InferredFilter, InferredProfile, LearningFilter
 from steerway.estimation.testing import prior_profile
 from steerway.live.testing import Navigator, rows_of
 from tests import fitted
-from tests.scenes import angle_error, turning
+from tests.reference_outputs.sorties import ONE, TWO
+from tests.scenes import angle_error, straight, turning
 
 NAMES = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_relative_std")
 
@@ -39,11 +40,43 @@ def streamed(estimator, fixes):
 
 
 def with_trouble(fixes):
-    """A gap of a minute, a jump, and reported accuracy."""
-    late = np.where(np.arange(len(fixes)) < 400, 0.0, 60.0)
-    latitude = fixes.latitude + np.where(np.arange(len(fixes)) == 700, 3e-6, 0.0)
-    std = np.where(np.arange(len(fixes)) % 50 < 45, 0.4, 4.0)
+    """A gap of a minute, behind which the receiver slides in from 100 m, a jump, and accuracy, reported of most fixes."""
+    k = np.arange(len(fixes))
+    late, slides = np.where(k < 400, 0.0, 60.0), np.where(k < 400, 0.0, 2e-5 * np.exp((400 - k) / 22.0))
+    latitude = fixes.latitude + np.where(k == 700, 3e-6, 0.0) + slides
+    std = np.where(k % 7 == 3, math.nan, np.where(k % 50 < 45, 0.4, 4.0))
     return replace(fixes, time=fixes.time + late, latitude=latitude, position_std=std)
+
+
+PROFILES = {
+    "one mode": ONE,
+    "one mode at rest": ONE.model_copy(update={"position_std": 0.01, "course_rate_noise": 1e-5}),
+    "two modes": TWO,
+    "receiver errs": ONE.model_copy(update={"error_std": 0.7, "error_time": 20.0, "speed_decay": 0.05}),
+    "swell": "swell",
+    "inferred": None,
+}
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_stream_is_the_record_whatever_the_profile(name):
+    """By rows, and by predictions and updates."""
+    fixes, chosen = with_trouble(sortie()[1]), PROFILES[name] or profile()
+    if "at rest" in name:
+        slow = straight(0.1, 0.4, 60.0).fixes(0.0, 1)
+        fixes = with_trouble(slow.rows(slice(380)))
+    motion = FiveStateFilter(chosen).filter(fixes)
+    values, nis, status = streamed(FiveStateFilter(chosen), fixes)
+    for column, found in zip(("latitude", "longitude", *NAMES), values.T, strict=True):
+        np.testing.assert_allclose(found, getattr(motion, column), rtol=1e-9, atol=1e-12, err_msg=column)
+    np.testing.assert_allclose(nis, motion.nis, rtol=1e-9)
+    np.testing.assert_array_equal(status, motion.status)
+    estimator = FiveStateFilter(chosen)
+    for k in range(300):
+        estimator.predict(fixes.time[k] - fixes.time[k - 1] if k else 0.0)
+        said = () if math.isnan(fixes.position_std[k]) else (fixes.position_std[k],)
+        estimator.update(fixes.latitude[k], fixes.longitude[k], *said)
+    np.testing.assert_allclose(estimator.output()[:8], values[k, :8], rtol=1e-9)
 
 
 @pytest.mark.parametrize("trouble", [False, True])
