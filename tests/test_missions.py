@@ -3,7 +3,6 @@
 import asyncio
 import math
 import socket
-import time
 
 import pytest
 
@@ -12,6 +11,7 @@ from steerway.core.testing import displaced
 from steerway.live.testing import MissionLink, MissionServer, Settings, State, addresses, build_service, dialect, key_of
 from tests import hastened
 from tests.desk import HOME, Desk, square
+from tests.mavlink_wire import signed
 from tests.ports import free_port, until
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
@@ -154,8 +154,7 @@ def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
     mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), []
     codec = M.MAVLink(None, 255, 190)
     if theirs:
-        codec.signing.secret_key, codec.signing.sign_outgoing = key_of(str(tmp_path / theirs)), True
-        codec.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)  # since 2015, 10 µs
+        signed(codec, key_of(str(tmp_path / theirs)))
 
     async def run():
         running = asyncio.create_task(link.run())

@@ -40,7 +40,7 @@ def streamed(estimator, fixes):
 
 
 def with_trouble(fixes):
-    """A gap of a minute, behind which the receiver slides in from 100 m, a jump, and accuracy, reported of most fixes."""
+    """A gap of a minute, behind which the receiver slides in from 100 m, a jump, and accuracy told of most fixes."""
     k = np.arange(len(fixes))
     late, slides = np.where(k < 400, 0.0, 60.0), np.where(k < 400, 0.0, 2e-5 * np.exp((400 - k) / 22.0))
     latitude = fixes.latitude + np.where(k == 700, 3e-6, 0.0) + slides

@@ -159,24 +159,6 @@ def test_a_boat_at_anchor_keeps_the_seconds_of_its_clock():
     assert fixes.time[-1] - fixes.time[0] == 10.0 * K[-1]
 
 
-def test_a_time_in_milliseconds_means_the_same_to_identify(tmp_path):
-    """As of `estimate`: numbers of a time column without a unit are taken by their size."""
-    said = set()
-    for name, factor in (("seconds", 1), ("milliseconds", 1000)):
-        time, rate, heading, rows = 0.0, 0.0, 0.0, []
-        for k in range(800):
-            rudder = 10.0 * np.sign(np.sin(k / 24.0) + 0.3 * np.sin(k / 10.0))
-            rows.append(f"{round((START + time) * factor)},{rudder},{math.degrees(heading) % 360.0:.6f}")
-            rate += 0.2 * math.radians(rudder) / 2.0 - rate / 2.0
-            heading, time = heading + rate, time + 1.0
-        path = tmp_path / f"{name}.csv"
-        path.write_text("\n".join(["time,rudder_deg,heading_deg", *rows]))
-        code, out, error = run("identify", "yaw", path)
-        assert code == 0, error
-        said.add(out.replace(path.name, ""))
-    assert len(said) == 1
-
-
 def test_a_track_of_the_robotic_sailing_rules(tmp_path):
     """Across midnight and the end of a month; damage costs its line."""
     path, out = tmp_path / "track.txt", tmp_path / "out.csv"
