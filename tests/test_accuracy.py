@@ -102,22 +102,6 @@ def test_live_without_it_and_of_another_receiver():
     np.testing.assert_array_equal([row.sog for row in weighted], [row.sog for row in unweighted])
 
 
-def test_reset_and_restore_include_it():
-    estimator = FiveStateFilter(ONE)
-    for _ in range(30):
-        estimator.update(1.0, 0.2, 0.1)
-    kept = estimator.snapshot()
-    first = [estimator.update(1.0, 0.2, given) for given in (1.0, 0.1)]
-    estimator.restore(kept)
-    assert [estimator.update(1.0, 0.2, given) for given in (1.0, 0.1)] == first
-    estimator.reset()
-    fresh = FiveStateFilter(ONE)
-    for each in (estimator, fresh):
-        each.update(1.0, 0.2, 10.0)
-        each.predict(1.0)
-    assert estimator.update(1.0, 0.2, 10.0) == fresh.update(1.0, 0.2, 10.0)
-
-
 def test_rows_without_a_position_make_no_rule():
     _, fixes, _ = troubled(9)
     nowhere = np.full(len(fixes), np.nan)

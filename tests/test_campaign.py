@@ -3,8 +3,6 @@
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from functools import partial
 from pathlib import Path
@@ -16,7 +14,7 @@ import pytest
 from steerway.core import InputError
 from steerway.core.testing import only_writer
 from steerway.simulation import Unfinished, numbers_of_seed, over_seeds, parse_scenario
-from tests.command_line import STEERWAY, run
+from tests.command_line import run
 
 ROOT = Path(__file__).parent.parent
 SHORT = parse_scenario(
@@ -79,94 +77,6 @@ def test_a_cluster_that_is_not_there(monkeypatch):
     for address in ("127.0.0.1:9", "nonsense"):
         with pytest.raises(InputError, match=f"no Dask scheduler responds at '{address}'"):
             over_seeds(divide, [1], dask=address)
-
-
-MODULE = """
-import os, time
-from functools import partial
-import numpy as np
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Results, Study
-
-class Found:
-    def __init__(self, values):
-        self.values = values
-
-def one(factor, case):
-    with open(os.environ["RAN"], "a") as file:
-        file.write(f"{factor} {case}\\n")
-    time.sleep(0.05)
-    return Found(np.array([factor * case[0], case[0] / 3.0]))
-
-def run(seeds, first_seed, progress):
-    cases = [(seed, "a") for seed in range(first_seed, first_seed + seeds)]
-    results = Results("Theirs")
-    twice = over_cases(partial(one, 2.0), cases, lambda share: progress(share, "twice"))
-    thrice = over_cases(partial(one, 3.0 * twice[0].values[1] + 3.0), cases)
-    for k, (a, b) in enumerate(zip(twice, thrice)):
-        results.numbers[str(k)] = float((a.values @ b.values) / 7.0)
-    return results
-
-STUDY = Study("theirs", "a study of somebody else", run)
-STUDIES = {"theirs": "elsewhere"}
-"""
-
-
-class Theirs:
-    """A study of another package, run by the command."""
-
-    def __init__(self, folder):
-        self.folder, self.ran = folder, folder / "ran"
-        (folder / "elsewhere.py").write_text(MODULE)
-        package = folder / "elsewhere-1.dist-info"
-        package.mkdir()
-        (package / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1\n")
-        (package / "entry_points.txt").write_text("[steerway.studies]\nelsewhere = elsewhere:STUDIES\n")
-
-    def begun(self, out, *options):
-        path = os.pathsep.join([str(self.folder), *sys.path])
-        command = [*STEERWAY, "study", "theirs", "-o", str(out), "--seeds", "20", *options]
-        # Signals are heeded also where the tests themselves run under nohup.
-        return subprocess.Popen(
-            command,
-            env=os.environ | {"PYTHONPATH": path, "RAN": str(self.ran)},
-            stderr=subprocess.PIPE,
-            text=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        )
-
-    def cases(self):
-        return self.ran.read_text().splitlines() if self.ran.exists() else []
-
-
-def test_an_interrupted_study_continues_whatever_interrupted_it(tmp_path):
-    theirs = Theirs(tmp_path)
-    whole = theirs.begun(tmp_path / "whole")
-    assert whole.communicate(timeout=60.0)[1] == "" and whole.returncode == 0
-    for number in (signal.SIGINT, signal.SIGKILL):
-        theirs.ran.unlink()
-        out = tmp_path / number.name
-        process = theirs.begun(out)
-        until = time.monotonic() + 60.0
-        while len(theirs.cases()) < 25:  # in the second of its two stages
-            assert time.monotonic() < until and process.poll() is None
-            time.sleep(0.01)
-        process.send_signal(number)
-        _, output = process.communicate(timeout=5.0)
-        assert process.returncode == (130 if number == signal.SIGINT else -number)
-        if number == signal.SIGINT:
-            assert output.startswith("steerway: interrupted, ")
-            assert output.endswith(f"kept in {out}; --resume continues\n")
-        before = theirs.cases()
-        assert not (out / "results.json").exists()
-
-        process = theirs.begun(out, "--resume")
-        _, output = process.communicate(timeout=60.0)
-        assert process.returncode == 0 and output.startswith("resumed with ")
-        assert (out / "results.json").read_bytes() == (tmp_path / "whole" / "results.json").read_bytes()
-        assert not (out / "study.unfinished").exists()
-        assert set(theirs.cases()) > set(before) and len(set(theirs.cases())) == 40
-        assert len(theirs.cases()) - 40 <= os.cpu_count()  # again only those that were at work
 
 
 @pytest.mark.parametrize(

@@ -74,14 +74,6 @@ def test_no_region_is_larger_than_the_speeds_of_the_record_allow():
     assert within.latitude[1] == within.latitude[2]
 
 
-@pytest.mark.parametrize("speed", [1.0, 1.65, 3.0])
-def test_a_vessel_of_ais_keeps_about_its_speed(speed):
-    """Ten minutes ahead the 95 % region reaches no farther than the root mean square of its speeds takes it."""
-    fixes = straight(speed, 0.5, 300.0, rate=0.2).fixes(1.0, 1)
-    found = predict(fixes, 600.0, "ais")
-    assert 0.5 * speed * 600.0 < found.ellipse[0] < 2.45 * 600.0 * math.hypot(speed, 0.5 * speed + 1.0)
-
-
 def test_predictions_turn_with_the_scene():
     """Rotate the course by 90°: the ellipse turns along, and nothing else changes."""
     one, other = (predict(straight(6.0, each, 100.0).fixes(0.0, 0), 200.0, WANDERING) for each in (0.3, 0.3 + NINETY))

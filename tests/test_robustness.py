@@ -50,15 +50,6 @@ def test_jump_burst_and_step(speed, std):
     assert np.mean(consistent) > 0.97
 
 
-def test_a_position_taken_anew_keeps_the_motion():
-    scene = straight(3.0, 1.0, 60.0)
-    estimator = FiveStateFilter(SMALL)
-    motion = estimator.filter(scene.fixes(0.1, 1, lambda t: (10.0 * (t >= 30.0), 0.0 * t)))
-    rejected = np.flatnonzero(motion.status == REJECTED)
-    assert 10 <= np.sum((rejected >= 150) & (rejected < 170)) <= 12, "two seconds of unbroken rejections, then no more"
-    assert np.nanmax(angle_error(motion.cog, scene.cog)[100:]) < math.radians(8.0)
-
-
 @pytest.mark.parametrize("turns", [{}, {"turn_time": 10.0, "straight_time": 40.0, "turn_speed_noise": 1e-3}])
 def test_a_position_taken_anew_leaves_a_covariance_that_one_can_have(turns):
     """The receiver's slow error goes along with the motion by then; forgetting half of that made variances negative."""
