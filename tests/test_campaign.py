@@ -6,7 +6,6 @@ import signal
 import time
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -95,13 +94,6 @@ def test_a_second_command_into_the_directory_is_refused_while_the_first_one_last
         code, _, said = run(*command, "-o", tmp_path / "out")
         assert code == 2 and re.search(r"out is being written by process \d+ on \S+ since 20\d\d-", said), said
     assert not any((tmp_path / "out").iterdir())
-
-
-class Found(NamedTuple):
-    """A result."""
-
-    values: np.ndarray
-    names: frozenset
 
 
 @pytest.fixture

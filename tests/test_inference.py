@@ -15,9 +15,8 @@ from steerway.commands.testing import app
 from steerway.core import OK, REJECTED
 from steerway.core.testing import PREDICTED, STARTING
 from steerway.estimation.testing import LogEstimator, laid_out, whole_log
-from tests import fitted
-from tests.fitted import STD
-from tests.scenes import EPOCH, HOME, angle_error, sailed, straight, turning
+from tests import scenes
+from tests.scenes import EPOCH, HOME, STD, angle_error, sailed, straight, turning
 
 SETTLED = 100
 
@@ -28,7 +27,7 @@ def small_craft(seed):
 
 def estimator():
     """With what is inferred from the first voyage."""
-    return fitted.small_craft()[2]
+    return scenes.small_craft()[2]
 
 
 @cache
@@ -139,7 +138,7 @@ def test_copies_are_predicted_and_cost_nothing():
 
 
 def test_blocks_of_a_long_record_join(monkeypatch):
-    _, fixes, estimator = fitted.small_craft()
+    _, fixes, estimator = scenes.small_craft()
     whole = [estimator.motion(fixes, smooth=smooth) for smooth in (False, True)]
     monkeypatch.setattr(whole_log, "_BLOCK", 300)
     monkeypatch.setattr(whole_log, "_OVERLAP", 200)

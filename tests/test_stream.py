@@ -13,7 +13,7 @@ from steerway.core.testing import PREDICTED
 from steerway.estimation import FiveStateFilter, InferredFilter, InferredProfile, LearningFilter
 from steerway.estimation.testing import prior_profile
 from steerway.live.testing import Navigator, rows_of
-from tests import fitted
+from tests import scenes
 from tests.reference_outputs.sorties import ONE, TWO
 from tests.scenes import angle_error, straight, turning
 
@@ -27,7 +27,7 @@ def sortie(seed=1, duration=200.0):
 
 
 def profile():
-    return fitted.small_craft()[2].profile
+    return scenes.small_craft()[2].profile
 
 
 def streamed(estimator, fixes):
