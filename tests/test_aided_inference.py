@@ -16,7 +16,6 @@ from steerway_studies.testing import SLOW
 from steerway_studies.testing import limits_judged as judged
 from steerway_studies.testing import scenarios_sail as sail
 from tests import scenes
-from tests.command_line import run
 from tests.scenes import angle_error
 
 VELOCITY_STD = 0.05
@@ -126,11 +125,3 @@ def test_without_a_velocity_and_with_a_profile_nothing_changes():
     np.testing.assert_array_equal(
         steerway.estimate(doppler(), "small-usv", aid=("auto",)).sog, steerway.estimate(fixes, "small-usv").sog
     )
-
-
-@pytest.mark.study
-def test_the_command_hints_at_it(tmp_path):
-    log = tmp_path / "sortie.csv"
-    doppler().rows(slice(150)).to_frame().write_csv(log)
-    code, out, _ = run("estimate", log)
-    assert code == 0 and "--aid auto" in out

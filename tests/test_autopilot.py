@@ -219,22 +219,6 @@ def test_a_start_is_refused_in_words():
     assert desk.order.state is State.IDLE
 
 
-def test_from_rest_she_departs_and_after_a_stop_again():
-    desk = Desk(square(boat=OTTER))
-    desk.drive = 0.0
-    desk.state[0] = 0.0
-    desk.start()
-    desk.until(lambda: desk.leg.destination == "WP2", 120.0)
-    desk.sail(20.0)
-    desk.autopilot.stop()
-    desk.sail(30.0)
-    assert abs(desk.state[0]) < 0.3, "the boat moves"
-    desk.autopilot.start()
-    desk.sail(1.0)
-    _, off = off_the_line(desk, 60.0).T
-    assert desk.order.state is State.RUNNING and desk.leg.destination == "WP3" and rms(off[-500:]) < 1.0
-
-
 def test_a_current_that_is_too_strong_ends_it_within_half_a_minute(towards=3.0):
     """A boat of 3 m/s in a current of 3.6 m/s."""
     desk = Desk(square(boat=OTTER), by="propellers", current=0.0)

@@ -109,13 +109,6 @@ def test_tune_refuses_a_log_that_tells_nothing():
         steerway.tune(straight(0.0, 0.0, 20.0).fixes(0.1, 1))
 
 
-def test_profiles_survive_a_file(tmp_path):
-    path = tmp_path / "mine.toml"
-    profile = SMALL.model_copy(update={"name": 'the "Ægir"', "position_std": 0.1 + 0.2})
-    profile.save(path)
-    assert Profile.load(path) == profile
-
-
 def test_a_path_is_no_record():
     with pytest.raises(steerway.InputError, match=r"given as str, expected Fixes, as steerway.read\(path\)"):
         steerway.estimate("sortie.nmea")

@@ -61,17 +61,6 @@ def test_a_frozen_receiver_stops_the_autopilot(by, rate):
     assert not desk.order.yaw_rate and not desk.order.thrust
 
 
-def test_a_frozen_receiver_stops_a_position_that_is_held():
-    desk = Desk(square(boat=OTTER, hold_radius=3.0), current=0.4)
-    desk.start()
-    desk.sail(60.0)
-    desk.autopilot.guide.hold_position()
-    desk.sail(30.0)
-    assert desk.order.state is State.RUNNING
-    frozen(desk)
-    assert until_doubted_and_stopped(desk, 20.0)[1] <= 5.0
-
-
 class Disobedient(Desk):
     """From `since` on the boat gets another yaw rate than ordered: `turns(ordered, s)`."""
 

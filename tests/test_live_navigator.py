@@ -60,14 +60,6 @@ def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, ra
         assert_equal(at_ticks, motion)
 
 
-def test_what_aids_is_taken_beside_positions(fixes):
-    n = len(fixes)
-    rates = np.where(np.arange(n) % 2 == 0, 0.5 / 2.0 * np.ones(n), np.nan)
-    aided = Fixes(fixes.time, fixes.latitude, fixes.longitude, yaw_rate=rates)
-    at_fixes, _ = replayed({"GP": aided}, aid=("yaw_rate",))
-    assert_equal(at_fixes, estimate(aided, "small-usv", aid=("yaw_rate",), causal=True))
-
-
 def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
     in_order, late = Navigator(), Navigator()
     rows = received_from(fixes)
