@@ -15,16 +15,7 @@ from steerway.core import InputError, displacement
 from steerway.estimation import Profile, estimate
 from steerway.estimation.testing import prior_profile
 from steerway.formats.testing import nmea0183, read, write
-from steerway.live.testing import (
-    Feed,
-    Navigator,
-    Order,
-    ReceiverDecoder,
-    RecordedLearning,
-    Service,
-    State,
-    rows_of,
-)
+from steerway.live.testing import Feed, Navigator, Order, ReceiverDecoder, RecordedLearning, Service, State, rows_of
 from tests.command_line import run
 from tests.kept_outputs import Kept, assert_equal
 from tests.scenes import turning

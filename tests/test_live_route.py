@@ -10,16 +10,7 @@ from steerway.core import OK, InputError
 from steerway.core.testing import NAUTICAL_MILE, Leg, displaced
 from steerway.formats.testing import apb, rmb, sealed, xte
 from steerway.guidance.testing import GuidanceTable, WaypointTable
-from steerway.live.testing import (
-    Fence,
-    GeodeticRoute,
-    MissionTable,
-    Row,
-    SentenceOutput,
-    Supervisor,
-    lost,
-    pilot_of,
-)
+from steerway.live.testing import Fence, GeodeticRoute, MissionTable, Row, SentenceOutput, Supervisor, lost, pilot_of
 from tests.desk import HOME, NOON, SQUARE, corner, square
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"

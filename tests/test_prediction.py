@@ -9,19 +9,8 @@ import pytest
 
 import steerway
 from steerway.core import Fixes, displacement, wrap
-from steerway.estimation import (
-    FiveStateFilter,
-    InferredProfile,
-    Prediction,
-    Profile,
-    choose_profile,
-    hindcast,
-    predict,
-)
-from steerway.estimation.testing import (
-    WeighedStructure,
-    parameters_of,
-)
+from steerway.estimation import FiveStateFilter, InferredProfile, Prediction, Profile, choose_profile, hindcast, predict
+from steerway.estimation.testing import WeighedStructure, parameters_of
 from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight
 

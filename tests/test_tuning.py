@@ -10,11 +10,7 @@ import steerway
 from steerway import estimation
 from steerway.core import displacement
 from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, log_likelihood, predict, tune
-from steerway.estimation.testing import (
-    infer,
-    infer_log,
-    motion_of,
-)
+from steerway.estimation.testing import infer, infer_log, motion_of
 from steerway.estimation.testing import tune as tuning
 from steerway.sensors import Gnss
 from steerway_studies.testing import FAST, SLOW
