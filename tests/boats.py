@@ -1,6 +1,11 @@
-"""Plain boats for the tests of guidance and control: a Nomoto vessel, and a hull with two propellers in a current."""
+"""Plain boats for the tests of guidance and control, and a weaving Springer with a compass, velocities and readings."""
 
 import math
+
+import numpy as np
+
+from steerway.sensors import TRUE_TCM2, DynamicCompass
+from steerway.vessels import RPM, Springer, conditions
 
 
 class Nomoto:
@@ -48,3 +53,20 @@ class Hull:
         self.surge += dt * ((force - 77.0 * self.surge) / 85.0 + self.sway * self.yaw_rate)
         self.sway += dt * (-150.0 * self.sway / 162.0 - 0.5 * self.surge * self.yaw_rate)
         self.yaw_rate += dt * (moment + self.yaw_disturbance - 41.0 * self.yaw_rate) / 41.0
+
+
+def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, **vessel):
+    """(differences, readings, headings, velocities) of a weaving run."""
+    rng = np.random.default_rng(seed)
+    boat, stream = Springer(plant, **vessel), DynamicCompass(compass).start(heading, rng)
+    state, around, rows = boat.start(heading=heading), conditions(current), []
+    for k in range(seconds):
+        difference = 60.0 * RPM * math.sin(k / 15.0)
+        motion = boat.motion(state, around)
+        velocity = (
+            motion.north_velocity + 0.1 * rng.standard_normal(),
+            motion.east_velocity + 0.1 * rng.standard_normal(),
+        )
+        rows.append((difference, stream.second(boat.heading(state)), boat.heading(state), velocity))
+        state = boat.step(state, (difference,), around, 1.0)
+    return tuple(zip(*rows, strict=True))

@@ -1,5 +1,6 @@
 import gc
 import os
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -20,6 +21,14 @@ def shared_data() -> Path:
     if not folder:
         pytest.skip("STEERWAY_DATA is not set: no recorded logs and reference numbers on this machine")
     return Path(folder)
+
+
+@pytest.fixture(autouse=True)
+def _docked():
+    """Boats on a desk are docked at the end of a test."""
+    yield
+    if desk := sys.modules.get("tests.desk"):
+        desk.dock_all()
 
 
 def pytest_collection_finish(session):

@@ -7,7 +7,10 @@ import math
 
 import numpy as np
 
+from steerway import Profile
+
 MEASURED = np.eye(5)[:2]
+PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
 
 
 class ExactTurn:
@@ -76,3 +79,18 @@ def update(x, p, fix, variance):
     gain = p @ MEASURED.T @ np.linalg.inv(MEASURED @ p @ MEASURED.T + r)
     kept = np.eye(5) - gain @ MEASURED
     return x + gain @ (fix - x[:2]), kept @ p @ kept.T + gain @ r @ gain.T
+
+
+def dense(profile, dt):
+    """The motion model of a profile."""
+    return ExactTurn(dt, profile.speed_noise, profile.course_rate_noise, profile.speed_decay, profile.course_rate_decay)
+
+
+def winding(n=1500, dt=0.2, seed=1):
+    """Fixes (n,) north and east of a boat that winds its way, and their times."""
+    rng = np.random.default_rng(seed)
+    time = dt * np.arange(n)
+    course = np.cumsum(0.25 * np.sin(time / 15.0)) * dt
+    speed = 2.5 + np.sin(time / 40.0)
+    noise = np.clip(0.2 * rng.standard_normal((2, n)), -0.5, 0.5)
+    return time, np.cumsum(speed * np.cos(course)) * dt + noise[0], np.cumsum(speed * np.sin(course)) * dt + noise[1]

@@ -1,5 +1,7 @@
 """What a service puts out, kept and compared."""
 
+import json
+
 import numpy as np
 
 from steerway.live.testing import Row
@@ -32,3 +34,19 @@ def assert_equal(rows, motion):
     columns = np.array(rows, dtype=float).reshape(-1, len(Row._fields)).T
     for name, column in zip(Row._fields, columns, strict=True):
         np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-10, err_msg=name)
+
+
+class RecordingSink:
+    """`messages`: everything that was sent."""
+
+    def __init__(self):
+        self.messages = []
+
+    def send(self, message):
+        self.messages.append(message)
+
+    def close(self):
+        pass
+
+    def lines(self):
+        return [json.loads(message) for message in self.messages]

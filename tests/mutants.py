@@ -34,10 +34,10 @@ ARCHIVE = (
 )
 SMOOTHER = ("test_two_filter_smoother",)
 COVERED = {
-    "core/angles.py": ("test_angles",),
+    "core/angles.py": ("test_earth",),
     "core/earth.py": ("test_earth",),
     "core/kalman.py": ("test_kalman",),
-    "core/kinematics.py": ("test_kinematics",),
+    "core/kinematics.py": ("test_earth",),
     "estimation/filter/five_state.py": ("test_table_one",),
     "archive/association.py": ARCHIVE,
     "archive/encounters.py": ARCHIVE,

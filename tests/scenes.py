@@ -1,12 +1,14 @@
-"""Generated sorties for tests: true motion, and fixes of it with white noise."""
+"""Generated sorties for tests: true motion, and fixes of it with white noise; a log and what is inferred from it."""
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from steerway.core import Fixes, radii, wrap_array
 from steerway.core.testing import displaced
+from steerway.estimation.testing import LogEstimator
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))
@@ -85,3 +87,14 @@ def angle_error(estimated, true) -> np.ndarray:
 def binary_sequence(n, hold, size, rng):
     """(n,) ± size, changed at random every `hold` rows: a manoeuvre to identify from."""
     return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
+
+
+STD = 0.4
+
+
+@cache
+def small_craft():
+    """A boat of 1.5 m/s that wanders, 5 Hz: the scene, its fixes (STD m of noise), and the estimator of the log."""
+    scene = turning(1.5, 0.7, 200.0, seed=1)
+    fixes = scene.fixes(STD, 1)
+    return scene, fixes, LogEstimator(fixes)

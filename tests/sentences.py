@@ -74,3 +74,9 @@ def sortie(n: int, **at) -> bytes:
         lines += [rmc(time, lat, lon), gga(time, lat, lon), gll(time, lat, lon)]
         lines += [sealed("GPVTG,123.4,T,,M,5.0,N,9.26,K,A"), sealed("HCHDG,120.0,,,2.5,E")]
     return b"".join(lines)
+
+
+def only(recording):
+    """The fixes of the only source of a recording."""
+    (fixes,) = recording.sources.values()
+    return fixes

@@ -15,8 +15,7 @@ from steerway.sensors import Gnss, Instrument
 from steerway_studies.testing import SLOW
 from steerway_studies.testing import limits_judged as judged
 from steerway_studies.testing import scenarios_sail as sail
-from tests import fitted
-from tests.command_line import run
+from tests import scenes
 from tests.scenes import angle_error
 
 VELOCITY_STD = 0.05
@@ -81,19 +80,19 @@ def test_aids_between_the_fixes_are_used():
 
 def with_velocity(north, east):
     """The fixes with this velocity (m/s) as SOG and COG."""
-    return replace(fitted.small_craft()[1], sog=np.hypot(north, east), cog=np.arctan2(east, north))
+    return replace(scenes.small_craft()[1], sog=np.hypot(north, east), cog=np.arctan2(east, north))
 
 
 @cache
 def doppler():
-    scene = fitted.small_craft()[0]
+    scene = scenes.small_craft()[0]
     noise = np.random.default_rng(3).normal(0.0, 0.05, (2, len(scene.time)))
     return with_velocity(scene.sog * np.cos(scene.cog) + noise[0], scene.sog * np.sin(scene.cog) + noise[1])
 
 
 def differences(span):
     """Velocity from the fix so many rows before."""
-    fixes = fitted.small_craft()[1]
+    fixes = scenes.small_craft()[1]
     radius = 6.37e6 * np.array([[1.0], [math.cos(fixes.latitude[0])]])
     place = radius * np.array([fixes.latitude, fixes.longitude])
     return with_velocity(*np.pad(place[:, span:] - place[:, :-span], ((0, 0), (span, 0))) / (0.2 * span))
@@ -104,7 +103,7 @@ def rms(errors):
 
 
 def test_a_doppler_velocity_is_used():
-    scene, fixes, alone = fitted.small_craft()
+    scene, fixes, alone = scenes.small_craft()
     first = slice(300)
     estimator = LogEstimator(doppler().rows(first), aid=("auto",))
     assert estimator.aid == ("sog", "cog")
@@ -115,22 +114,14 @@ def test_a_doppler_velocity_is_used():
 
 
 def test_differences_of_the_same_positions_are_not():
-    structures = fitted.small_craft()[2].profile.weighed
+    structures = scenes.small_craft()[2].profile.weighed
     assert velocity_of(doppler(), structures)
     assert not any(velocity_of(differences(span), structures) for span in (1, 15))
 
 
 def test_without_a_velocity_and_with_a_profile_nothing_changes():
-    _, fixes, alone = fitted.small_craft()
+    _, fixes, alone = scenes.small_craft()
     assert not velocity_of(fixes, alone.profile.weighed)
     np.testing.assert_array_equal(
         steerway.estimate(doppler(), "small-usv", aid=("auto",)).sog, steerway.estimate(fixes, "small-usv").sog
     )
-
-
-@pytest.mark.study
-def test_the_command_hints_at_it(tmp_path):
-    log = tmp_path / "sortie.csv"
-    doppler().rows(slice(150)).to_frame().write_csv(log)
-    code, out, _ = run("estimate", log)
-    assert code == 0 and "--aid auto" in out

@@ -69,15 +69,6 @@ def test_workers_that_are_processes_files_in_another_order_and_more_buckets_give
     assert digest(tmp_path) == digest(whole)
 
 
-def test_a_cluster_gives_the_same(files, whole, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp", scheduler_port=0
-    ) as cluster:
-        steerway.archive.run(files, tmp_path, buckets=2, scheduler=cluster.scheduler_address)
-    assert digest(tmp_path) == digest(whole)
-
-
 def test_a_run_that_was_killed_goes_on(files, whole, tmp_path):
     steerway.archive.run(files, tmp_path, buckets=2, workers=1)
     store = Store(tmp_path)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from steerway.control.testing import COMFORTABLE, RATE_SHARE, comfortable_bandwidth, loop_damping
 from steerway.core import OK, InputError, track_errors
 from steerway.core.testing import STATUSES, Leg
-from steerway.live.testing import UNDER_WAY, InputRow, Limits, Row, State, Supervisor, TableFile, lost, piloting
+from steerway.live.testing import UNDER_WAY, Limits, Row, State, Supervisor, TableFile, lost, piloting
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, led, square
 
 FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))
@@ -22,12 +22,6 @@ LEG = Leg(2.0, 0.0, 0.0, 50.0, 0.3, 1.0, *HOME, "WP0", "WP1", speed=1.2)
 def at(time, cog=0.0, sog=1.2, nis=2.0, status=OK, course_rate=0.0, **more):
     row = Row(NOON + time, *HOME, sog, cog, course_rate, 0.1, 0.05, 0.02, 0.3, 0.3, nis, status)
     return row._replace(**more)
-
-
-@pytest.fixture(autouse=True)
-def docked():
-    yield
-    dock_all()
 
 
 def off_the_line(desk, seconds=600.0):
@@ -47,17 +41,6 @@ def off_the_line(desk, seconds=600.0):
 
 def rms(values):
     return math.sqrt(np.mean(np.square(values)))
-
-
-def test_a_square_in_a_current():
-    desk = Desk(square(boat=OTTER)).start()
-    elapsed, off = off_the_line(desk).T
-    assert desk.order.reason == "the route is finished"
-    assert rms(off[elapsed > 15.0]) < 0.4 and rms(off) < 1.5
-    assert desk.time < 240.0 + 20.0
-    assert np.median([order.speed for order in desk.output if order.engaged and order.thrust]) == pytest.approx(
-        1.2, abs=0.1
-    )
 
 
 def under_way(**settings):
@@ -234,43 +217,6 @@ def test_a_start_is_refused_in_words():
     with pytest.raises(InputError, match="link mavlink is lost"):
         desk.autopilot.start()
     assert desk.order.state is State.IDLE
-
-
-def test_from_rest_she_departs_and_after_a_stop_again():
-    desk = Desk(square(boat=OTTER))
-    desk.drive = 0.0
-    desk.state[0] = 0.0
-    desk.start()
-    desk.until(lambda: desk.leg.destination == "WP2", 120.0)
-    desk.sail(20.0)
-    desk.autopilot.stop()
-    desk.sail(30.0)
-    assert abs(desk.state[0]) < 0.3, "the boat moves"
-    desk.autopilot.start()
-    desk.sail(1.0)
-    _, off = off_the_line(desk, 60.0).T
-    assert desk.order.state is State.RUNNING and desk.leg.destination == "WP3" and rms(off[-500:]) < 1.0
-
-
-def _current_missed(seed, tells):
-    """m/s, 6 s after she is started from a drift in 0.6 m/s, her motor said to idle or not."""
-    desk = Desk(square(boat=OTTER), current=0.6, noise=0.05, seed=seed)
-    desk.drive, desk.state, fixes = 0.0, desk.boat.start(-20.0, -20.0, float(seed), 0.0), desk.fixes
-
-    def rows(time, north, east):
-        throttle = 0.5 if desk.order is not None and desk.order.engaged else 0.0
-        return [*([InputRow("motor", NOON + time, throttle=throttle)] if tells else []), *fixes(time, north, east)]
-
-    desk.fixes = rows
-    desk.sail(10.0)
-    desk.start().sail(6.0)
-    seen = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
-    return math.hypot(seen.current_north - desk.sea[0], seen.current_east - desk.sea[1])
-
-
-def test_where_the_motor_is_said_to_idle_she_departs_with_the_current_of_her_drift():
-    missed = {tells: [_current_missed(seed, tells) for seed in (3, 4)] for tells in (True, False)}
-    assert max(missed[True]) < 0.25 < min(missed[False])
 
 
 def test_a_current_that_is_too_strong_ends_it_within_half_a_minute(towards=3.0):

@@ -3,12 +3,9 @@
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,7 +13,7 @@ import pytest
 from steerway.core import InputError
 from steerway.core.testing import only_writer
 from steerway.simulation import Unfinished, numbers_of_seed, over_seeds, parse_scenario
-from tests.command_line import STEERWAY, run
+from tests.command_line import run
 
 ROOT = Path(__file__).parent.parent
 SHORT = parse_scenario(
@@ -81,94 +78,6 @@ def test_a_cluster_that_is_not_there(monkeypatch):
             over_seeds(divide, [1], dask=address)
 
 
-MODULE = """
-import os, time
-from functools import partial
-import numpy as np
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Results, Study
-
-class Found:
-    def __init__(self, values):
-        self.values = values
-
-def one(factor, case):
-    with open(os.environ["RAN"], "a") as file:
-        file.write(f"{factor} {case}\\n")
-    time.sleep(0.05)
-    return Found(np.array([factor * case[0], case[0] / 3.0]))
-
-def run(seeds, first_seed, progress):
-    cases = [(seed, "a") for seed in range(first_seed, first_seed + seeds)]
-    results = Results("Theirs")
-    twice = over_cases(partial(one, 2.0), cases, lambda share: progress(share, "twice"))
-    thrice = over_cases(partial(one, 3.0 * twice[0].values[1] + 3.0), cases)
-    for k, (a, b) in enumerate(zip(twice, thrice)):
-        results.numbers[str(k)] = float((a.values @ b.values) / 7.0)
-    return results
-
-STUDY = Study("theirs", "a study of somebody else", run)
-STUDIES = {"theirs": "elsewhere"}
-"""
-
-
-class Theirs:
-    """A study of another package, run by the command."""
-
-    def __init__(self, folder):
-        self.folder, self.ran = folder, folder / "ran"
-        (folder / "elsewhere.py").write_text(MODULE)
-        package = folder / "elsewhere-1.dist-info"
-        package.mkdir()
-        (package / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1\n")
-        (package / "entry_points.txt").write_text("[steerway.studies]\nelsewhere = elsewhere:STUDIES\n")
-
-    def begun(self, out, *options):
-        path = os.pathsep.join([str(self.folder), *sys.path])
-        command = [*STEERWAY, "study", "theirs", "-o", str(out), "--seeds", "20", *options]
-        # Signals are heeded also where the tests themselves run under nohup.
-        return subprocess.Popen(
-            command,
-            env=os.environ | {"PYTHONPATH": path, "RAN": str(self.ran)},
-            stderr=subprocess.PIPE,
-            text=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        )
-
-    def cases(self):
-        return self.ran.read_text().splitlines() if self.ran.exists() else []
-
-
-def test_an_interrupted_study_continues_whatever_interrupted_it(tmp_path):
-    theirs = Theirs(tmp_path)
-    whole = theirs.begun(tmp_path / "whole")
-    assert whole.communicate(timeout=60.0)[1] == "" and whole.returncode == 0
-    for number in (signal.SIGINT, signal.SIGKILL):
-        theirs.ran.unlink()
-        out = tmp_path / number.name
-        process = theirs.begun(out)
-        until = time.monotonic() + 60.0
-        while len(theirs.cases()) < 25:  # in the second of its two stages
-            assert time.monotonic() < until and process.poll() is None
-            time.sleep(0.01)
-        process.send_signal(number)
-        _, output = process.communicate(timeout=5.0)
-        assert process.returncode == (130 if number == signal.SIGINT else -number)
-        if number == signal.SIGINT:
-            assert output.startswith("steerway: interrupted, ")
-            assert output.endswith(f"kept in {out}; --resume continues\n")
-        before = theirs.cases()
-        assert not (out / "results.json").exists()
-
-        process = theirs.begun(out, "--resume")
-        _, output = process.communicate(timeout=60.0)
-        assert process.returncode == 0 and output.startswith("resumed with ")
-        assert (out / "results.json").read_bytes() == (tmp_path / "whole" / "results.json").read_bytes()
-        assert not (out / "study.unfinished").exists()
-        assert set(theirs.cases()) > set(before) and len(set(theirs.cases())) == 40
-        assert len(theirs.cases()) - 40 <= os.cpu_count()  # again only those that were at work
-
-
 @pytest.mark.parametrize(
     "command",
     [
@@ -187,29 +96,6 @@ def test_a_second_command_into_the_directory_is_refused_while_the_first_one_last
     assert not any((tmp_path / "out").iterdir())
 
 
-def test_a_lock_that_a_killed_process_has_left_holds_nobody(tmp_path):
-    (tmp_path / ".lock").write_text("process 1 on a machine since long\n")
-    with only_writer(tmp_path, "a test"):
-        assert f"process {os.getpid()} " in (tmp_path / ".lock").read_text()
-
-
-class Found(NamedTuple):
-    """A result."""
-
-    values: np.ndarray
-    names: frozenset
-
-
-class Harm:
-    """Unpickled, it would write a file."""
-
-    def __init__(self, path):
-        self.path = path
-
-    def __reduce__(self):
-        return open, (str(self.path), "w")
-
-
 @pytest.fixture
 def path(tmp_path):
     return tmp_path / "work.unfinished"
@@ -217,20 +103,6 @@ def path(tmp_path):
 
 def kept(path, resume=True, origin="work"):
     return Unfinished(path, {"work": origin}, resume, ("tests",))
-
-
-def test_results_are_read_back_and_not_those_of_other_work(path):
-    work = kept(path, resume=False)
-    found = Found(np.arange(6.0).reshape(2, 3), frozenset(["a"]))
-    for key, result in ((7, found), ((1, "b"), {"x": np.float64(0.1), "y": None}), ("text", np.int64(3))):
-        work.add(key, result)
-    again = kept(path).results
-    assert list(again) == [7, (1, "b"), "text"] and again[1, "b"] == {"x": 0.1, "y": None} and again["text"] == 3
-    assert isinstance(again[7], Found) and again[7].names == found.names
-    np.testing.assert_array_equal(again[7].values, found.values)
-    with pytest.raises(InputError, match="is of other work or another version"):
-        kept(path, origin="other")
-    assert kept(path, resume=False).results == {} and kept(path).results == {}
 
 
 @pytest.mark.parametrize("lost", [1, 5, 20])
@@ -243,10 +115,3 @@ def test_what_was_cut_off_is_done_again(path, lost):
     assert list(work.results) == [0, 1]
     work.add(2, "again")
     assert list(kept(path).results) == [0, 1, 2] and kept(path).results[2] == "again"
-
-
-def test_a_file_of_somebody_else_calls_nothing(path, tmp_path):
-    work = kept(path, resume=False)
-    work.add(1, "fine")
-    work.add(2, Harm(tmp_path / "harm"))
-    assert list(kept(path).results) == [1] and not (tmp_path / "harm").exists()

@@ -1,4 +1,4 @@
-"""The whole loop: a scene turned, moved or mirrored changes nothing; a station in current; advice and reality."""
+"""The whole loop: a scene turned, moved or mirrored changes nothing; a quick boat; the least possible error."""
 
 import math
 
@@ -11,6 +11,7 @@ from steerway.estimation.testing import FilterEstimator
 from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
 from steerway.sensors import Suite, low_cost
 from steerway.simulation import Start, parse_scenario, sail, sail_scenario
+from steerway.simulation.testing import course_bound, errors, evaluated
 from steerway.testing import Mode, Pilot
 from steerway.vessels import Current, Environment, Otter
 from steerway.vessels.testing import OTTER_BOAT as OTTER
@@ -96,3 +97,28 @@ def test_a_quick_boat_keeps_to_a_square_with_the_reference_filter_it_gets(gain, 
     corners = "[route]\nwaypoints = [{north = 0, east = 0}, {north = 200, east = 0}, {north = 200, east = 200}]"
     text = f'duration = 400.0\nstep = 0.1\n{boat}[estimator]\nkind = "truth"\n{corners}'
     assert sail_scenario(parse_scenario(text)).numbers["cross_track_rms_m"] < 9.0
+
+
+SCENARIO = """
+duration = 150.0
+[environment.current]
+speed = 0.3
+direction_deg = 90.0
+[estimator]
+kind = "steering"
+[gnss]
+markov = %s
+[route]
+waypoints = [{ north = 0.0, east = 0.0 }, { north = 60.0, east = 0.0 }, { north = 60.0, east = 90.0 }]
+"""
+
+
+def test_no_estimate_is_better_and_a_poorer_receiver_allows_less():
+    bounds = []
+    for markov in ("[]", "[[0.25, 5.0]]", "[[0.25, 5.0], [1.5, 300.0]]"):
+        scenario = parse_scenario(SCENARIO % markov)
+        run = sail_scenario(scenario).run
+        course = errors(run)["cog"][evaluated(run)]
+        bounds.append(course_bound(scenario, run))
+        assert bounds[-1] < 1.2 * np.sqrt(np.mean(course**2))
+    assert bounds[0] < 0.5 * bounds[1] and bounds[1] < 0.9 * bounds[2]

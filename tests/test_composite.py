@@ -1,11 +1,14 @@
-"""The composite filter, its bank, its H∞ cousin and the aided filter, against the textbook and against each other."""
+"""The composite filter, its bank, its H∞ cousin and the aided filter; and speed and heading of any readings."""
 
 import itertools
 import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, ObservedSpeed, SpeedObserverGains
 from steerway.core import InputError
 from steerway.estimation.heading import (
     AidedHeadingFilter,
@@ -18,12 +21,13 @@ from steerway.estimation.heading import (
     corners,
     grid,
 )
-from steerway.estimation.heading.testing import PRODUCT
+from steerway.estimation.heading.testing import PRODUCT, TICK, HeadingAboard, model_of
+from steerway.live.testing import InputRow, MeasuredSpeed
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels import RPM
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
 from steerway_studies.testing import PrintedIntervalFilter
-from tests.weaving import record
+from tests.boats import record
 
 
 def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=1e-12):
@@ -56,20 +60,6 @@ def test_composite_is_the_kalman_filter(compass, yaw):
     expected, variance = by_matrices(compass, yaw, differences, readings)
     np.testing.assert_allclose(headings, expected, rtol=1e-9, atol=1e-12)
     assert estimator.heading_std == pytest.approx(math.sqrt(variance), rel=1e-6)
-
-
-def test_true_model_is_consistent_and_nominal_is_not():
-    nis, errors = {}, {}
-    for name, compass in {"true": TRUE_TCM2, "nominal": TCM2}.items():
-        differences, readings, headings, _ = record(400)
-        estimator, values, wrong = CompositeFilter(composite_model(compass)), [], []
-        for u, z, heading in zip(differences, readings, headings, strict=True):
-            wrong.append(estimator.heading - heading)
-            estimator.step(u, z)
-            values.append(estimator.nis)
-        nis[name], errors[name] = np.mean(values), np.degrees(np.sqrt(np.mean(np.square(wrong))))
-    assert nis["true"] == pytest.approx(1.0, abs=0.02)
-    assert errors["true"] < 0.05 and errors["nominal"] > 3.0 * errors["true"]
 
 
 def test_bank_holds_its_members_and_blends_towards_the_true_one():
@@ -215,3 +205,70 @@ def test_other_steps_and_rates_estimate_the_same_heading(step, rate):
 def test_mis_shaped_models_are_refused(wrong):
     with pytest.raises(InputError, match="expected"):
         wrong()
+
+
+NAN = st.just(math.nan)
+SPEED = st.one_of(NAN, st.floats(-30.0, 30.0))
+FEW = settings(max_examples=25, deadline=None)
+
+
+@FEW
+@given(
+    st.sampled_from([(AdaptiveSpeed, AdaptiveSpeedGains), (ObservedSpeed, SpeedObserverGains)]),
+    st.lists(st.tuples(SPEED, SPEED, st.one_of(NAN, st.floats(-50.0, 50.0)), st.floats(0.001, 5.0)), max_size=40),
+)
+def test_speed_controllers_command_within_the_limits(kind, steps):
+    controller, gains = kind
+    control = controller(gains(low=-5.0))
+    for setpoint, speed, shaft, dt in steps:
+        command = control.step(0.0 if math.isnan(setpoint) else setpoint, speed, dt, shaft)
+        assert -5.0 <= command <= 17.5
+
+
+ROW = st.builds(
+    lambda time, **read: InputRow("any", time, **read),
+    st.floats(-100.0, 1000.0),
+    sog=SPEED,
+    bottom_speed=SPEED,
+    water_speed=SPEED,
+    acceleration=st.one_of(NAN, st.floats(-50.0, 50.0)),
+    shaft=SPEED,
+)
+
+
+@FEW
+@given(st.lists(ROW, max_size=60))
+def test_a_fused_speed_is_a_number_with_its_deviation(rows):
+    measured = MeasuredSpeed()
+    for row in rows:
+        measured.take(row)
+    assert math.isfinite(measured.fusion.speed) and measured.fusion.speed_std >= 0.0
+    assert math.isfinite(measured.fusion.filter.log_scale_std)
+
+
+READINGS = st.lists(st.one_of(NAN, st.floats(-7.0, 7.0)), max_size=90)
+VELOCITY = st.tuples(SPEED, SPEED)
+
+
+@FEW
+@given(st.lists(st.tuples(READINGS, VELOCITY, st.sampled_from([0.02, 0.5, 1.0, 2.5])), min_size=1, max_size=5))
+def test_a_heading_sought_all_round_is_known_with_its_deviation_or_unknown(steps):
+    estimator = AidedHeadingFilter(heading=None)
+    for readings, velocity, dt in steps:
+        heading = estimator.step(1.0, readings, velocity, dt)
+        nothing = not np.isfinite(readings).any() and not np.isfinite(velocity).all()
+        assert math.isfinite(heading) or nothing or dt < TICK, "a reading waits for its tick"
+        assert math.isfinite(estimator.heading_std) and math.isfinite(estimator.heading_for(1.0))
+
+
+@FEW
+@given(
+    st.sampled_from(["aided", "composite"]), st.lists(st.tuples(SPEED, VELOCITY, st.floats(0.001, 3.0)), max_size=20)
+)
+def test_heading_aboard_is_an_angle_or_unknown(kind, steps):
+    aboard = HeadingAboard(kind, model_of((1.0, 0.9), (0.02, -0.02), 0.1, 0.5), 0.5, 2.0)
+    for heading, velocity, dt in steps:
+        aboard.order(0.3)
+        angle, rate = aboard.step(heading, dt, velocity)
+        assert math.isnan(angle) == math.isnan(rate)
+        assert math.isnan(angle) or -math.pi <= angle < math.pi + 1e-12

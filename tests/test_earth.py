@@ -1,4 +1,4 @@
-"""The ellipsoid against golden numbers, and the tangent plane as its own inverse."""
+"""Angles, places and motion on the earth, and magnetic variation: against closed forms and published values."""
 
 import itertools
 import math
@@ -6,8 +6,18 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core import displacement, radii
-from steerway.core.testing import displaced
+from steerway.core import displacement, radii, wrap, wrap_array
+from steerway.core.testing import (
+    GroundMotion,
+    displaced,
+    heading_for,
+    in_body,
+    model_of,
+    over_ground,
+    sinc,
+    turning_rate,
+    variation,
+)
 from tests.golden import assert_golden, golden
 
 HEIGHT = 7.0  # of the golden tangent planes above the ellipsoid; a boat's is 0
@@ -53,3 +63,128 @@ def test_displacement_undoes_displaced_across_the_antimeridian():
 def test_a_minute_of_latitude_is_a_nautical_mile():
     north, _ = displacement(math.radians(45.0 + 1.0 / 60.0), 0.0, math.radians(45.0), 0.0)
     assert north == pytest.approx(1852.0, abs=1.0)
+
+
+def test_wrap_matches_the_golden_rows(shared_data):
+    table = golden(shared_data, "ssa")
+    assert_golden([wrap(angle) for angle in table["rad_in"]], table["rad_out"])
+    assert_golden([math.degrees(wrap(math.radians(angle))) for angle in table["deg_in"]], table["deg_out"])
+
+
+def test_the_range_is_half_open():
+    assert wrap(math.pi) == wrap(-math.pi) == wrap(3.0 * math.pi) == -math.pi
+    below = math.nextafter(math.pi, 0.0)
+    assert wrap(below) == below
+
+
+def test_wrapping_keeps_the_direction():
+    angles = np.linspace(-30.0, 30.0, 301)
+    wrapped = np.array([wrap(angle) for angle in angles])
+    assert ((wrapped >= -math.pi) & (wrapped < math.pi)).all()
+    np.testing.assert_allclose(np.exp(1j * wrapped), np.exp(1j * angles), atol=1e-12)
+    assert [wrap(angle) for angle in wrapped] == wrapped.tolist()
+
+
+def test_an_array_is_wrapped_as_its_elements_are():
+    angles = [0.2, -math.pi, math.pi, 4.0, -9.0, math.nextafter(-math.pi, -4.0)]
+    assert wrap_array([angles, angles]).tolist() == [[wrap(each) for each in angles]] * 2
+
+
+@pytest.mark.parametrize("angle", [-0.049, 0.01, 0.049, 0.051, 2.0])
+def test_sinc_is_its_series(angle):
+    ratio = sum((-1) ** k * angle ** (2 * k) / math.factorial(2 * k + 1) for k in range(15))
+    slope = sum((-1) ** k * 2 * k * angle ** (2 * k - 1) / math.factorial(2 * k + 1) for k in range(1, 15))
+    assert sinc(angle) == pytest.approx((ratio, slope), rel=5e-13)
+
+
+YEAR = 365.2425 * 86400.0
+
+
+def test_published_values():
+    """NOAA's and BGS's test values for WMM2020 and WMM2025 at height 0."""
+    for year, declinations in ((2020.0, [-1.28, 0.16, 69.36]), (2025.0, [1.28, -0.16, 68.78])):
+        found = variation(np.radians([80.0, 0.0, -80.0]), np.radians([0.0, 120.0, 240.0]), (year - 1970.0) * YEAR)
+        np.testing.assert_allclose(np.degrees(found), declinations, atol=0.02)
+
+
+def test_the_model_of_its_time():
+    years = {1990.0: 2010, 2012.0: 2010, 2019.9: 2015, 2020.1: 2020, 2040.0: 2025}
+    assert {year: model_of((year - 1970.0) * YEAR) for year in years} == years
+    assert model_of(np.nan) == 2025
+
+
+def test_unknown_place_is_unknown_and_far_dates_do_not_raise():
+    found = variation([np.nan, 0.9, 0.9], [0.1, 0.1, 0.1], [1.7e9, np.nan, -1e9])
+    assert np.isnan(found[0]) and np.isfinite(found[1:]).all()
+
+
+HEADINGS = [0.3 * k - 3.0 for k in range(21)]
+
+
+def motion(heading, surge, sway, current=(0.0, 0.0), **rest):
+    north, east = over_ground(surge, sway, heading)
+    known = {"north": 0.0, "east": 0.0, "yaw_rate": 0.0, "course_rate": 0.0, "roll": 0.0, "pitch": 0.0} | rest
+    return GroundMotion(
+        heading=heading,
+        north_velocity=north + current[0],
+        east_velocity=east + current[1],
+        surge=surge,
+        sway=sway,
+        **known,
+    )
+
+
+@pytest.mark.parametrize(("surge", "sway"), [(2.0, 0.5), (2.0, -0.5), (-1.0, 0.3), (-1.0, -0.3), (0.0, 1.0)])
+def test_course_is_heading_and_crab_angle(surge, sway):
+    """P1 (5)–(7): without current crab angle and sideslip are one, and right astern too."""
+    for heading in HEADINGS:
+        m = motion(heading, surge, sway)
+        assert m.sog == pytest.approx(math.hypot(surge, sway)) == m.water_speed
+        assert wrap(m.cog - heading - m.crab_angle) == pytest.approx(0.0, abs=1e-12)
+        assert m.crab_angle == pytest.approx(math.atan2(sway, surge)) == m.sideslip
+        assert m.along == pytest.approx(surge)
+
+
+def test_a_boat_that_crabs_across_a_current_has_no_sideslip():
+    """Heading 30° up against the current to make good a track due north: P1 figure 1."""
+    m = motion(math.radians(-30.0), 2.0, 0.0, current=(0.0, 1.0))
+    assert m.cog == pytest.approx(0.0, abs=1e-12)
+    assert m.crab_angle == pytest.approx(math.radians(30.0))
+    assert m.sideslip == 0.0
+    assert m.sog == pytest.approx(math.sqrt(3.0))
+
+
+def test_body_and_ground_are_each_others_inverse():
+    for heading in HEADINGS:
+        assert in_body(*over_ground(1.2, -0.4, heading), heading) == pytest.approx((1.2, -0.4))
+    assert in_body(1.0, 0.0, math.pi / 2) == pytest.approx((0.0, -1.0))  # a current to the north comes from starboard
+
+
+def test_course_rate_is_yaw_rate_and_the_crab_angles_rate():
+    """P1 (28): r = ω_χ − β̇, by differences on a boat whose sway grows as she turns."""
+    surge, rate, h = 2.0, 0.2, 1e-6
+
+    def velocity(t):
+        return over_ground(surge, 0.3 * t, 0.7 + rate * t)
+
+    now, later = velocity(1.0), velocity(1.0 + h)
+    acceleration = [(b - a) / h for a, b in zip(now, later, strict=True)]
+    crab_rate = (math.atan2(0.3 * (1.0 + h), surge) - math.atan2(0.3, surge)) / h
+    assert turning_rate(*now, *acceleration) == pytest.approx(rate + crab_rate, rel=1e-5)
+
+
+@pytest.mark.parametrize("current", [(0.3, -0.5), (-0.6, 0.1), (0.0, 0.0)])
+def test_the_heading_against_a_current_makes_the_course_good(current):
+    for course in HEADINGS:
+        heading, speed = heading_for(course, 1.2, *current)
+        north, east = over_ground(1.2, 0.0, heading)
+        made_good = north + current[0], east + current[1]
+        assert made_good == pytest.approx((speed * math.cos(course), speed * math.sin(course)))
+        assert heading_for(course, 0.0, *current)[0] == course
+
+
+@pytest.mark.parametrize("to_starboard", [1.0, -1.0])
+def test_across_a_current_faster_than_the_boat_the_heading_is_across(to_starboard):
+    heading, speed = heading_for(0.0, 1.0, 0.2, 5.0 * to_starboard)
+    assert heading == pytest.approx(-math.asin(0.98) * to_starboard)
+    assert speed == pytest.approx(0.2 + math.sqrt(1.0 - 0.98**2))

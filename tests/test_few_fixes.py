@@ -132,21 +132,6 @@ def test_the_steering_filter_takes_a_heading_and_a_yaw_rate():
     assert filter.started
 
 
-def test_a_boat_that_is_driven_off_by_hand_is_no_longer_at_rest():
-    """Against the current she stands still over ground for a moment; what she does then is not all current."""
-    chance, current = np.random.default_rng(4), np.array([-1.0, -0.15])
-    filter = SteeringFilter(Response(0.3, math.radians(20.0), 2.0, 2.0), 0.1)
-    place, heading = np.zeros(2), 0.0
-    for k in range(50):
-        velocity = current + min(1.0, 0.1 * k) * np.array([math.cos(heading), math.sin(heading)])
-        if k >= 5:
-            filter.fix(0.2 * k, *place + 0.1 * chance.standard_normal(2), *velocity + 0.1 * chance.standard_normal(2))
-        place += 0.2 * velocity
-        heading += 0.06 * (k > 3)
-    found = filter.at(9.8)
-    assert math.dist((found.current_north, found.current_east), current) < 2.0 * found.current_std
-
-
 def _departure(towards, tells, watched=3.0, way=0.0, leeway=0.0):
     """m/s by which the current (1 m/s) is missed 5 s after a boat departs from a drift, without a compass, and its 1σ.
 
@@ -190,33 +175,6 @@ def test_a_drift_is_partly_wind():
     for towards in 0.1 + np.arange(8) * math.pi / 4.0:
         error, std = _departure(towards, True, leeway=0.15)
         assert error < 3.0 * std
-
-
-def _current_missed(seed, gyro):
-    """m/s by which the current is missed after three turns; the motion follows the bow in 0.5 s."""
-    chance, current = np.random.default_rng(seed), np.array([-0.97, 0.26])
-    response = Response(1.3, math.radians(20.0), 2.0, 2.0, time_std=0.5, damping_std=0.0, slip_time=0.2, slip_std=0.25)
-    filter = SteeringFilter(response, 0.1)
-    place, bow, heading, rate, dt = np.zeros(2), 0.0, 0.0, 0.0, 0.05
-    for k in range(1400):
-        ordered = math.radians(16.0) if k > 400 and k % 400 < 112 else 0.0
-        filter.order(k * dt, ordered, 2.0)
-        rate += dt / 0.3 * (ordered - rate)
-        bow += dt * rate
-        heading += dt / 0.5 * (bow - heading)
-        velocity = current + 2.0 * np.array([math.cos(heading), math.sin(heading)])
-        place += dt * velocity
-        if k % 4 == 0:
-            seen = *place + 0.1 * chance.standard_normal(2), *velocity + 0.1 * chance.standard_normal(2)
-            filter.fix(k * dt, *seen, bow if k < 60 else math.nan, rate if gyro else math.nan)
-    found = filter.at(1400 * dt)
-    return math.dist((found.current_north, found.current_east), current)
-
-
-def test_the_gyro_of_a_hull_that_slips_does_no_harm():
-    """The slip of her turns was taken for current, 0.06 m/s of it here."""
-    missed = {gyro: np.mean([_current_missed(seed, gyro) for seed in range(4)]) for gyro in (True, False)}
-    assert missed[True] <= missed[False] <= 0.06
 
 
 def _heading_missed(deviation):

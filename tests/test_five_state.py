@@ -8,13 +8,11 @@ import pickle
 import numpy as np
 import pytest
 
-from steerway import FiveStateFilter, Fixes, Profile
+from steerway import FiveStateFilter, Fixes
 from steerway.core import wrap
 from steerway.core.testing import displaced
-from tests.five_state_by_matrices import ExactTurn
+from tests.five_state_by_matrices import PROFILE, dense, winding
 
-PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
-RECEIVER_ERRS = PROFILE.model_copy(update={"error_std": 0.7, "error_time": 20.0, "speed_decay": 0.05})
 STEPS = (0.02, 0.2, 1.0, 7.0)
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 
@@ -26,10 +24,6 @@ def some_state(seed, n=5):
     x[:5] = [3.0, -2.0, rng.uniform(0.5, 8.0), rng.uniform(-math.pi, math.pi), rng.uniform(-0.3, 0.3)]
     root = rng.standard_normal((n, n)) * rng.uniform(0.1, 1.0, n)[:, None]
     return x, root @ root.T
-
-
-def dense(profile, dt):
-    return ExactTurn(dt, profile.speed_noise, profile.course_rate_noise, profile.speed_decay, profile.course_rate_decay)
 
 
 def test_the_jacobian_is_the_slope_of_the_motion():
@@ -54,16 +48,6 @@ def test_a_step_follows_the_arc():
     np.testing.assert_allclose(after, x, atol=2e-4)  # the chord takes the rate as constant: 1e-4 m here
 
 
-def winding(n=1500, dt=0.2, seed=1):
-    """Fixes (n,) north and east of a boat that winds its way, and their times."""
-    rng = np.random.default_rng(seed)
-    time = dt * np.arange(n)
-    course = np.cumsum(0.25 * np.sin(time / 15.0)) * dt
-    speed = 2.5 + np.sin(time / 40.0)
-    noise = np.clip(0.2 * rng.standard_normal((2, n)), -0.5, 0.5)
-    return time, np.cumsum(speed * np.cos(course)) * dt + noise[0], np.cumsum(speed * np.sin(course)) * dt + noise[1]
-
-
 def tracked(north, east, time, profile=PROFILE):
     """Rows of the estimate (n, 9) in the plane of the fixes, and their NIS."""
     estimator, rows, found = FiveStateFilter(profile), [], []
@@ -72,23 +56,6 @@ def tracked(north, east, time, profile=PROFILE):
         found.append(estimator.update_north_east(north[k], east[k]))
         rows.append(estimator.output())
     return np.array(rows), np.array(found)
-
-
-@pytest.mark.parametrize("profile", [PROFILE, RECEIVER_ERRS], ids=["plain", "receiver errs"])
-def test_streaming_is_the_whole_record(profile):
-    time, north, east = winding()
-    latitude, longitude = 1.0 + north / 6.37e6, 0.2 + east / 3.4e6
-    motion = FiveStateFilter(profile).filter(Fixes(time, latitude, longitude))
-    estimator = FiveStateFilter(profile)
-    output = []
-    for k in range(len(time)):
-        if k:
-            estimator.predict(time[k] - time[k - 1])
-        nis = estimator.update(latitude[k], longitude[k])
-        output.append([*estimator.position, estimator.sog, estimator.cog, estimator.course_rate, nis])
-    moving = np.arange(20, len(time))
-    whole_record = np.stack([motion.latitude, motion.longitude, motion.sog, motion.cog, motion.course_rate, motion.nis])
-    np.testing.assert_allclose(np.array(output)[moving], whole_record.T[moving], rtol=1e-12, atol=1e-12)
 
 
 def assert_turned(scene, original, turn, sign=1.0):
@@ -140,17 +107,6 @@ def test_a_place_changes_nothing():
         np.testing.assert_allclose(motion.sog[late], plane[late, SPEED], atol=2e-3)
         gap = [wrap(each) for each in motion.cog[late] - plane[late, COURSE]]
         assert np.abs(gap).max() < math.radians(0.1), place
-
-
-def test_every_course_is_found_from_nothing():
-    time = 0.2 * np.arange(150)
-    way = 1.3 * time
-    for course_deg in range(-180, 180, 15):
-        course = math.radians(course_deg)
-        noise = 0.1 * np.random.default_rng(course_deg + 180).standard_normal((2, len(time)))
-        output, _ = tracked(way * math.cos(course) + noise[0], way * math.sin(course) + noise[1], time)
-        assert abs(wrap(output[-1, COURSE] - course)) < math.radians(5.0), course_deg
-        assert abs(output[-1, SPEED] - 1.3) < 0.1, course_deg
 
 
 def test_a_turn_to_starboard_is_positive():

@@ -8,7 +8,7 @@ import pytest
 from steerway import InputError
 from steerway.estimation import FiveStateFilter, LearningFilter, Profile
 from steerway.live.testing import Navigator, rows_of
-from tests import fitted
+from tests import scenes
 from tests.command_line import run
 from tests.scenes import angle_error, straight, turning
 
@@ -27,7 +27,7 @@ def delayed(estimator, fixes):
 
 
 def test_with_a_lag_of_the_whole_record_it_is_the_whole_records_smoother():
-    fixes, profile = turning(1.5, 0.4, 30.0, density=1e-3, decay=0.2).fixes(0.4, 81), fitted.small_craft()[2].profile
+    fixes, profile = turning(1.5, 0.4, 30.0, density=1e-3, decay=0.2).fixes(0.4, 81), scenes.small_craft()[2].profile
     time, values = delayed(FiveStateFilter(profile, lag=1e3), fixes)
     whole = FiveStateFilter(profile).smooth(fixes)
     rows = np.searchsorted(whole.time, time - 1e-6)

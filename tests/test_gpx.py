@@ -7,13 +7,9 @@ from numpy.testing import assert_allclose
 from steerway.core import InputError
 from steerway.formats.testing import gpx
 from tests.gpx_documents import HEAD, POINT, POINTS, WHOLE, document
+from tests.sentences import only
 
 T = 1672531200.0
-
-
-def only(recording):
-    (fixes,) = recording.sources.values()
-    return fixes
 
 
 def test_speed_and_course_of_version_1_0():

@@ -16,8 +16,9 @@ from steerway.control import (
     StationKeeper,
     place_poles,
 )
-from steerway.control.testing import HandOver, Steerageway
-from steerway.core import InputError
+from steerway.control.testing import HandOver, PositionHold, Steerageway
+from steerway.core import Estimate, InputError
+from steerway.core.testing import over_ground
 from steerway.guidance import LineOfSight, Mission, Phase, ReferenceModel, Route
 from tests.boats import Hull
 
@@ -182,3 +183,18 @@ def test_an_otter_holds_station_in_a_current_and_leaves_again(towards, strength,
     assert abs(cross_track[-1]) < 0.6
     if not noise:
         assert np.max(np.abs(np.diff(boat.moments[moments + 1 :]))) < 6.0
+
+
+def estimate(north, east):
+    return Estimate(*[math.nan] * 9, 1.0, 0.0, 0.1, 0.0, north, east, 0.0, 1.0)
+
+
+def test_in_a_current_she_goes_as_fast_as_the_water_with_her_bow_up_it():
+    hold = PositionHold(5.0, 0.8)
+    assert hold.step(0.0, 2.0, estimate(0.0, 0.5)) == pytest.approx((-0.5 * math.pi, 0.5))
+    for bearing in np.linspace(-3.0, 3.0, 7):
+        wanted = hold.step(3.0, bearing, estimate(0.0, 0.5))
+        north, east = over_ground(wanted.water_speed, 0.0, wanted.heading)
+        nearer = north * math.cos(bearing) + (east + 0.5) * math.sin(bearing)
+        assert nearer > 0.15 and math.cos(wanted.heading + 0.5 * math.pi) > 0.7
+    assert hold.step(20.0, 0.5 * math.pi, estimate(0.0, 0.5)).heading == pytest.approx(0.5 * math.pi)  # far: back

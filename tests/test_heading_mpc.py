@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control import HeadingLqg, HeadingMpc, HeadingResponse, InputLimits
+from steerway.control import HeadingMpc, HeadingResponse, InputLimits
 from steerway.control.testing import steering
 from steerway.core import InputError, wrap
 from steerway.identification import identify_heading
@@ -51,30 +51,6 @@ def test_equals_a_reference_solver_on_random_cases(yaw):
         worst = max(worst, abs(change - best[0]) / RPM)
         assert abs(change) <= (20.0 + 1e-9) * RPM and abs(mpc.input + change) <= (300.0 + 1e-9) * RPM
     assert worst < 1e-9
-
-
-def held_on(autopilot, plant, seconds, bias_rpm=10.0, wanted=1.0):
-    """Headings (rad) of a vessel with a biased propeller under an autopilot that sees them."""
-    vessel = Springer(plant, bias=bias_rpm * RPM)
-    state, out = vessel.start(), []
-    for _ in range(seconds):
-        heading = vessel.heading(state)
-        out.append(heading)
-        u = autopilot.step(wanted, heading)
-        assert abs(u) <= (300.0 + 1e-9) * RPM and abs(u - state[4]) <= (20.0 + 1e-9) * RPM
-        state = vessel.step(state, (u,), CALM, 1.0)
-    return np.array(out)
-
-
-@pytest.mark.parametrize(("plant", "kind"), [("paper", "mpc"), ("physical", "lqg")])
-def test_no_offset_from_a_bias(plant, kind):
-    yaw = PAPER_YAW if plant == "paper" else PHYSICAL_YAW
-    weights = {"output_weight": math.degrees(1.0) ** 2, "change_weight": 0.1 / RPM**2}
-    autopilot = paper_mpc(yaw) if kind == "mpc" else HeadingLqg(*autopilot_parts(yaw), **weights)
-    headings = np.degrees(held_on(autopilot, plant, 3600))
-    assert abs(headings[600] - np.degrees(1.0)) < 0.01
-    assert abs(headings[-1] - np.degrees(1.0)) < 0.01
-    assert autopilot.observer.bias == pytest.approx(10.0 * RPM, rel=0.01)
 
 
 def test_unknown_heading_is_predicted_over_and_turns_are_short():

@@ -8,13 +8,7 @@ from steerway.control import OTTER_PROPELLERS
 from steerway.core.testing import displaced
 from steerway.live.testing import UNDER_WAY, ReceiverMonitor, ResponseMonitor, State
 from steerway.vessels import conditions
-from tests.desk import FULL, HOME, OTTER, TICK, Desk, dock_all, square
-
-
-@pytest.fixture(autouse=True)
-def docked():
-    yield
-    dock_all()
+from tests.desk import FULL, HOME, OTTER, TICK, Desk, square
 
 
 def frozen(desk):
@@ -65,17 +59,6 @@ def test_a_frozen_receiver_stops_the_autopilot(by, rate):
     assert stopped <= max(5.0, 6.0 / rate) + 2.0 * TICK
     assert math.dist(place, desk.state[6:8]) < (2.5 if rate == 5.0 else 9.0)
     assert not desk.order.yaw_rate and not desk.order.thrust
-
-
-def test_a_frozen_receiver_stops_a_position_that_is_held():
-    desk = Desk(square(boat=OTTER, hold_radius=3.0), current=0.4)
-    desk.start()
-    desk.sail(60.0)
-    desk.autopilot.guide.hold_position()
-    desk.sail(30.0)
-    assert desk.order.state is State.RUNNING
-    frozen(desk)
-    assert until_doubted_and_stopped(desk, 20.0)[1] <= 5.0
 
 
 class Disobedient(Desk):
@@ -148,11 +131,6 @@ def until_carried_off(direction, speed=3.5):
     while desk.order.state in UNDER_WAY and desk.time < begun + 100.0:
         desk.sail(TICK)
     return desk.time - begun, math.dist(place, desk.state[6:8])
-
-
-@pytest.mark.parametrize("direction", [0.0, 2.3, math.pi])
-def test_a_current_above_the_boats_speed_carries_it_off_by_a_bounded_distance(direction):
-    assert until_carried_off(direction)[1] <= 60.0
 
 
 def positions(monitor, places, interval=0.2, sog=1.2):

@@ -22,8 +22,8 @@ from steerway.estimation.heading.testing import arithmetic
 from steerway.sensors import TCM2, random_compass
 from steerway.vessels import HeadingModel
 from steerway_studies.testing import PrintedIntervalFilter
+from tests.boats import record
 from tests.exact_headings import rigour
-from tests.weaving import record
 
 NUMBERS = st.floats(-1e9, 1e9).filter(lambda x: x == 0.0 or abs(x) > 1e-9)
 INTERVALS = st.tuples(NUMBERS, NUMBERS).map(lambda pair: (min(pair), max(pair)))

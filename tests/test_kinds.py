@@ -11,7 +11,6 @@ from steerway.core.testing import NotNegative, Table, refusal, union_by_kind
 from steerway.guidance.testing import LAWS, SHAPERS
 from steerway.sensors.testing import INSTRUMENTS
 from steerway.simulation import parse_scenario, sail_scenario
-from steerway.simulation.testing import leg_rms
 from steerway.vessels.testing import TABLES, OtterTable, VesselTable
 
 ROUTE = "duration = 20\n[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 400, east = 0 }]\n[compass]\n"
@@ -122,18 +121,6 @@ def finished(vessel, tables="", keys=""):
 )
 def test_every_autopilot_sails_every_vessel_that_is_steered(vessel, kind):
     finished(vessel, f'[autopilot]\nkind = "{kind}"\n')
-
-
-IN_CURRENT = '[estimator]\nkind = "steering"\n[environment.current]\nspeed = 0.5\ndirection_deg = 130.0\n'
-
-
-@pytest.mark.parametrize(
-    ("kind", "controller"), [("pole-placement", "pi"), ("mpc", "adaptive"), ("lqg", "disturbance-observer")]
-)
-def test_every_autopilot_and_speed_controller_sails_by_the_current(kind, controller):
-    tables = f'[autopilot]\nkind = "{kind}"\n[speed]\ncontroller = "{controller}"\n'
-    _, beside_receiver = leg_rms(finished("otter", IN_CURRENT + tables).run)
-    assert beside_receiver < 1.0
 
 
 FUSED = (

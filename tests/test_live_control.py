@@ -12,16 +12,10 @@ from steerway.core import InputError, displacement, wrap
 from steerway.core.testing import displaced
 from steerway.live.testing import Address, ControlPort, Controls, Limits, State, control_address
 from tests import hastened
-from tests.desk import HOME, OTTER, SQUARE, Desk, dock_all, square
+from tests.desk import HOME, OTTER, SQUARE, Desk, square
 from tests.ports import free_port
 
 TOKEN = "a token for programs"
-
-
-@pytest.fixture(autouse=True)
-def docked():
-    yield
-    dock_all()
 
 
 def holding_desk(corners=SQUARE, limits=None, at_end="stop", **settings):
@@ -275,23 +269,12 @@ def test_the_port_answers_who_knows_the_token_and_sends_the_state():
     assert not any("ok" in answer for answers in others for answer in answers)
 
 
-def test_silent_connections_to_the_port_do_not_keep_others_out():
+@pytest.mark.parametrize(("count", "seconds"), [(30, 30.0), (40, 0.0)], ids=["silent", "again and again"])
+def test_strangers_at_the_port_do_not_keep_others_out(count, seconds):
     async def run():
         async with listening(Steered()) as port:
-            silent = [await asyncio.open_connection("127.0.0.1", port) for _ in range(30)]
-            await asyncio.sleep(30.0)
-            answers = await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
-            for _, writer in silent:
-                writer.close()
-            return answers
-
-    assert {"id": 1, "ok": True} in hastened.run(run())
-
-
-def test_strangers_that_come_to_the_port_again_and_again_do_not_keep_others_out():
-    async def run():
-        async with listening(Steered()) as port:
-            strangers = [await asyncio.open_connection("127.0.0.1", port) for _ in range(40)]
+            strangers = [await asyncio.open_connection("127.0.0.1", port) for _ in range(count)]
+            await asyncio.sleep(seconds)
             answers = await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
             for _, writer in strangers:
                 writer.close()

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core import InputError, wrap
+from steerway.core import InputError
 from steerway.estimation.testing import HeadingEstimatorTable
 from steerway.live.testing import InputRow, MeasuredHeading, MeasuredSpeed, Settings, measured_speed
 from steerway.live.testing import launch_launch as launch
-from tests.desk import NOON, OTTER, Desk, square
+from tests.desk import OTTER, Desk, square
 
 pytest.importorskip("daqp")
 
@@ -57,60 +57,6 @@ def test_speed_from_whatever_the_links_report():
             measured.take(InputRow("log", time - 0.01, bottom_speed=1.005 * speed, shaft=7.0))
     assert measured.speed(time) == pytest.approx(speed, abs=0.03) and measured.shaft == 7.0
     assert math.isnan(measured.speed(time + 10.0))
-
-
-def test_the_boat_holds_her_measured_speed():
-    measured = MeasuredSpeed()
-    desk = Desk(square(boat=OTTER), by="propellers", kinds=("pole-placement", "adaptive"), measured=measured)
-    fixes = desk.fixes
-
-    def rows(time, north, east):
-        return [*fixes(time, north, east), InputRow("log", NOON + desk.time, bottom_speed=float(desk.state[0]))]
-
-    desk.fixes = rows
-    desk.start().sail(20.0)
-    speeds = []
-    while desk.leg.destination == "WP1" and desk.order.speed > 1.19:  # in a turn the autopilot asks for less
-        speeds.append(float(desk.state[0]))
-        assert measured.speed(NOON + desk.time) == pytest.approx(speeds[-1], abs=0.1)
-        desk.sail(1.0)
-    assert len(speeds) > 3 and np.mean(speeds) == pytest.approx(1.2, abs=0.06)
-
-
-@pytest.mark.parametrize(
-    ("kind", "autopilot"),
-    [("aided", "lqg"), ("composite", "pole-placement"), ("interval", "pole-placement")],
-)
-def test_heading_by_a_filter_from_a_poor_compass_at_irregular_times(kind, autopilot):
-    """A compass with a deviation of 6° at some 12 Hz that pauses now and then, a gyro, receiver velocity, a current."""
-    deviation, draws = math.radians(6.0), np.random.default_rng(4)
-    desk = Desk(square(boat=OTTER), current=0.4, kinds=(autopilot, "pi"), heading=HeadingEstimatorTable(kind=kind))
-    fixes, errors = desk.fixes, []
-
-    def rows(time, north, east):
-        motion = desk.boat.motion(desk.state, desk.sea)
-        heading = motion.heading
-        moved = np.array((motion.north_velocity, motion.east_velocity)) + 0.1 * draws.standard_normal(2)
-        (fix,) = fixes(time, north, east)
-        found = [fix._replace(sog=math.hypot(*moved), cog=math.atan2(moved[1], moved[0]))]
-        for back in sorted(draws.uniform(0.0, 0.2, draws.integers(0, 6)), reverse=True):
-            wrong = deviation * math.sin(heading) + math.radians(1.0) * draws.standard_normal()
-            read = heading - desk.state[5] * back + wrong
-            found.insert(0, InputRow("compass", NOON + time - back, heading=wrap(read), yaw_rate=desk.state[5]))
-        known = desk.autopilot.pilot.estimator.heading.at(NOON + time)
-        if math.isfinite(known):
-            errors.append(math.degrees(abs(wrap(known - heading))))
-        return found
-
-    desk.fixes = rows
-    desk.start()
-    desk.until(lambda: desk.leg.destination == "WP2", 180.0)
-    desk.sail(20.0)
-    assert desk.leg.destination == "WP2" and desk.order.engaged
-    seen = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
-    assert np.median(errors[100:]) < 7.0
-    current = seen.current_north - desk.sea[0], seen.current_east - desk.sea[1]
-    assert math.hypot(*current) < 0.2 and seen.knows_current
 
 
 def test_a_silent_compass_leaves_the_heading_unknown_and_another_takes_over():

@@ -41,9 +41,8 @@ from steerway.live.testing import (
 )
 from steerway.live.testing import signalk_token_of as token_of
 from tests import hastened
-from tests.kept_outputs import Kept, assert_equal
+from tests.kept_outputs import Kept, RecordingSink, assert_equal
 from tests.ports import free_port, until
-from tests.recording_sink import RecordingSink
 from tests.sentences import gga, pvt, rmc, sortie, track
 
 NOON = 1_719_835_200.0

@@ -60,24 +60,6 @@ def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, ra
         assert_equal(at_ticks, motion)
 
 
-def test_what_aids_is_taken_beside_positions(fixes):
-    n = len(fixes)
-    rates = np.where(np.arange(n) % 2 == 0, 0.5 / 2.0 * np.ones(n), np.nan)
-    aided = Fixes(fixes.time, fixes.latitude, fixes.longitude, yaw_rate=rates)
-    at_fixes, _ = replayed({"GP": aided}, aid=("yaw_rate",))
-    assert_equal(at_fixes, estimate(aided, "small-usv", aid=("yaw_rate",), causal=True))
-
-
-def test_asking_changes_nothing(fixes):
-    asked, silent = Navigator(), Navigator()
-    for received in received_from(fixes):
-        asked.add(received), silent.add(received)
-        for ahead in (0.05, 0.4, 0.1):
-            asked.at(received.time + ahead)
-    end = fixes.time[-1] + 0.3
-    np.testing.assert_array_equal(asked.at(end), silent.at(end))
-
-
 def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
     in_order, late = Navigator(), Navigator()
     rows = received_from(fixes)

@@ -11,18 +11,17 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from steerway.core import InputError
 from steerway.core.testing import iso
 from steerway.estimation import estimate
-from steerway.formats.testing import nmea0183, ubx
+from steerway.formats.testing import nmea0183
 from steerway.live.testing import Address, Context, ControlPort, Navigator, Service, addresses, connected
 from tests.command_line import run_process
-from tests.kept_outputs import Kept, assert_equal
+from tests.kept_outputs import Kept
 from tests.ports import free_port, until
-from tests.sentences import START, gga, pvt, rmc, sortie, track
+from tests.sentences import START, gga, rmc, sortie
 
 LOOPBACK = """
 const { Server } = require('net')
@@ -266,53 +265,6 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
         wanted = in_signal_k(motion, row_of[moment])
         for pair in given[moment]["values"]:
             assert_held(pair["value"], wanted[pair["path"]])
-
-
-def damaged(messages, seed):
-    """Bytes flipped, messages cut and what follows hung on to them; and the messages of which nothing was touched."""
-    rng = np.random.default_rng(seed)
-    damaged, sound = list(messages), []
-    for k, message in enumerate(messages):
-        what = rng.integers(0, 12)
-        if what == 0:
-            at = rng.integers(1, len(message) - 2)
-            damaged[k] = message[:at] + bytes([rng.integers(1, 256)]) + message[at + 1 :]
-        elif what == 1:
-            damaged[k] = message[: rng.integers(1, len(message) - 2)]
-        else:
-            sound.append(message)
-    return b"".join(damaged), b"".join(sound)
-
-
-def test_a_serial_line_with_damaged_messages(tmp_path):
-    """At true pace, sentences and UBX mixed; UBX is used."""
-    socat = installed("socat")
-    ours, theirs = tmp_path / "boat", tmp_path / "receiver"
-    moments = zip(sortie(600).splitlines(keepends=True), np.repeat(np.array(track(600)).T, 5, axis=0), strict=True)
-    messages = [each for k, (line, moment) in enumerate(moments) for each in ([line, pvt(*moment)][: 1 + (k % 5 == 4)])]
-    log, sound = damaged(messages, 5)
-    expected, untouched = (ubx.read(each).sources["UBX"] for each in (log, sound))
-    assert set(untouched.time) <= set(expected.time), "nothing valid is lost by what is damaged beside it"
-
-    async def chain():
-        async with serving([f"serial:{ours}?baud=38400"], [f"serial:{ours}"], sources=("UBX",)) as kept:
-            with open(theirs, "r+b", buffering=0) as line:
-                await asyncio.sleep(0.3)
-                for start in range(0, len(log), 997):
-                    await asyncio.to_thread(line.write, log[start : start + 997])
-                    await asyncio.sleep(0.002)
-                await until(lambda: kept.fixes and kept.fixes[-1].time >= expected.time[-1])
-                await asyncio.sleep(1.1)
-                os.set_blocking(line.fileno(), False)
-                return kept.fixes, line.read(1 << 16)
-
-    with running(socat, f"pty,raw,echo=0,link={ours}", f"pty,raw,echo=0,link={theirs}"):
-        asyncio.run(until(lambda: ours.exists() and theirs.exists()))
-        rows, answer = asyncio.run(chain())
-    placed = expected.rows(expected.has_position)
-    assert len(placed) > 480
-    assert answer.count(b"$SWRMC") >= 1
-    assert_equal(rows, estimate(placed, "small-usv", causal=True))
 
 
 def test_the_command_from_end_to_end(tmp_path):

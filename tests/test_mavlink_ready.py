@@ -8,7 +8,7 @@ import pytest
 from steerway.core import InputError
 from steerway.live.testing import Companion, MavlinkLink, Readiness, Settings, State, addresses, key_of
 from tests import hastened
-from tests.desk import Desk, dock_all, square
+from tests.desk import Desk, square
 from tests.mavlink_wire import messages
 from tests.ports import free_port, until
 
@@ -16,12 +16,6 @@ GOOD_EKF = messages.EKF_ATTITUDE | messages.EKF_VELOCITY_HORIZ | messages.EKF_PO
 BATTERY = messages.MAV_SYS_STATUS_SENSOR_BATTERY
 PREARM = messages.MAV_SYS_STATUS_PREARM_CHECK
 PREARM_TEXT = messages.MAVLink_statustext_message(2, b"PreArm: GPS 1: bad")
-
-
-@pytest.fixture(autouse=True)
-def docked():
-    yield
-    dock_all()
 
 
 def heartbeat(armed=True, state=messages.MAV_STATE_ACTIVE):

@@ -1,33 +1,40 @@
-"""Missions by MAVLink's protocol: uploaded, downloaded equal, changed under way with what is learned of the current."""
+"""Missions by MAVLink's protocol and QGroundControl's files, changed under way; areas that the boat must not enter."""
 
 import asyncio
+import json
 import math
-import shutil
 import socket
-import subprocess
-import time
 
 import pytest
 
 from steerway.core import InputError, displacement
 from steerway.core.testing import displaced
-from steerway.live.testing import MissionLink, MissionServer, Settings, State, addresses, build_service, dialect, key_of
+from steerway.live.testing import (
+    GeodeticRoute,
+    LimitGuard,
+    Limits,
+    MissionItem,
+    MissionLink,
+    MissionServer,
+    NoGo,
+    Settings,
+    State,
+    addresses,
+    build_service,
+    dialect,
+    items_of,
+    key_of,
+    lost,
+    mission_of,
+)
 from tests import hastened
-from tests.command_line import STEERWAY
-from tests.desk import HOME, Desk, dock_all, square
+from tests.desk import HOME, Desk, square
+from tests.mavlink_wire import signed
 from tests.ports import free_port, until
-from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 M = dialect("a test")
-MAVPROXY = shutil.which("mavproxy.py")
 ACCEPTED, DENIED, INVALID = M.MAV_MISSION_ACCEPTED, M.MAV_MISSION_DENIED, M.MAV_MISSION_INVALID
-
-
-@pytest.fixture(autouse=True)
-def _docked():
-    yield
-    dock_all()
 
 
 def degrees(north, east):
@@ -165,8 +172,7 @@ def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
     mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), []
     codec = M.MAVLink(None, 255, 190)
     if theirs:
-        codec.signing.secret_key, codec.signing.sign_outgoing = key_of(str(tmp_path / theirs)), True
-        codec.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)  # since 2015, 10 µs
+        signed(codec, key_of(str(tmp_path / theirs)))
 
     async def run():
         running = asyncio.create_task(link.run())
@@ -210,52 +216,106 @@ def test_without_a_mission_file_there_is_nothing_to_change():
         build_service.launch(settings)
 
 
-@pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: it is no part of the lock")
-def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
-    """A separate program, at true pace; and the mission that is changed."""
-    port, receiver = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
-    given, got = tmp_path / "given.waypoints", tmp_path / "got.waypoints"
-    lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t63.44\t10.4\t0\t1"]
-    lines += [f"{k}\t0\t3\t16\t0\t0\t0\t0\t{63.44 + 0.0001 * k:.4f}\t10.4003\t0\t1" for k in (1, 2, 3)]
-    given.write_text("\n".join(lines) + "\n")
-    ends = [
-        "--from",
-        f"udp://127.0.0.1:{receiver}",
-        "--mission",
-        OTTER.mission,
-        "--missions",
-        f"udpin:127.0.0.1:{port}",
+PLACES = [(54.0, 10.0), (54.001, 10.0), (54.001, 10.002)]
+
+
+def simple(command, latitude=0.0, longitude=0.0, *parameters, frame=3):
+    filled = [*parameters, *[0.0] * (4 - len(parameters))]
+    return {"type": "SimpleItem", "command": command, "frame": frame, "params": [*filled, latitude, longitude, 0.0]}
+
+
+def plan(items, polygons=(), rally=()):
+    return {
+        "fileType": "Plan",
+        "mission": {"items": items, "plannedHomePosition": [54.0, 9.999, 0.0]},
+        "geoFence": {"circles": [], "polygons": list(polygons), "version": 2},
+        "rallyPoints": {"points": [list(each) for each in rally]},
+        "version": 1,
+    }
+
+
+def loaded(tmp_path, text, name="route.plan"):
+    path = tmp_path / name
+    path.write_text(text if isinstance(text, str) else json.dumps(text))
+    return GeodeticRoute.load(path)
+
+
+def degrees_of(route):
+    return [tuple(round(math.degrees(each), 7) for each in place) for place in route.places]
+
+
+def test_a_plan_is_a_route_with_speeds_fence_rally_and_areas_not_to_enter(tmp_path):
+    box = [[53.99, 9.99], [53.99, 10.01], [54.01, 10.01], [54.01, 9.99]]
+    shoal = [[54.0001, 10.0014], [54.0001, 10.0018], [54.0002, 10.0018], [54.0002, 10.0014]]
+    items = [simple(16, *PLACES[0]), simple(178, 0.0, 0.0, 1.0, 1.5), simple(16, *PLACES[1], 0.0, 3.0)]
+    survey = {"type": "ComplexItem", "TransectStyleComplexItem": {"Items": [simple(16, *PLACES[2])]}}
+    polygons = [{"inclusion": True, "polygon": box}, {"inclusion": False, "polygon": shoal}]
+    route = loaded(tmp_path, plan([*items, survey, simple(20)], polygons, [(54.0002, 10.0, 0.0)]))
+    assert degrees_of(route) == [*PLACES, (54.0, 9.999)]
+    assert route.speed.tolist() == [1.0, 1.5, 1.5, 1.5] and route.acceptance.tolist() == [10.0, 3.0, 10.0, 10.0]
+    assert route.fence is not None and len(route.no_go) == 1
+    assert math.degrees(route.rally[0]) == pytest.approx(54.0002)
+
+
+def test_a_file_of_waypoints_begins_with_home_and_may_loiter_at_its_end(tmp_path):
+    lines = ["QGC WPL 110", "0 1 0 16 0 0 0 0 54.0 9.999 0 1"]
+    lines += [
+        f"{k} 0 3 {command} 0 0 0 0 {lat} {lon} 0 1"
+        for k, command, (lat, lon) in zip((1, 2, 3), (16, 16, 17), PLACES, strict=True)
     ]
-    with open(tmp_path / "log", "w") as log:
-        live = subprocess.Popen([*STEERWAY, "live", *map(str, ends)], stdout=subprocess.DEVNULL, stderr=log)
-    program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
-    with open(tmp_path / "said", "w") as said:
-        station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=said, cwd=tmp_path, text=True)
-    try:
-        _wait_for(tmp_path / "said", "online system 1")
-        for k, way in enumerate((lines, [*lines[:-1], lines[-1].replace("63.4403", "63.4409")]), start=1):
-            given.write_text("\n".join(way) + "\n")
-            for order, answer in ((f"wp load {given}", "ACCEPTED"), (f"wp save {got}", f"Saved 4 waypoints to {got}")):
-                station.stdin.write(order + "\n")
-                station.stdin.flush()
-                _wait_for(tmp_path / "said", answer, k)
-            assert _places(got) == _places(given)
-    finally:
-        station.kill()  # it takes no SIGTERM
-        station.wait(20.0)
-        live.terminate()
-        live.wait(20.0)
-    assert (tmp_path / "log").read_text().count("mission of 4 items taken") == 2
+    route = loaded(tmp_path, "\n".join(lines).replace(" ", "\t").replace("QGC\tWPL\t110", "QGC WPL 110"), "a.waypoints")
+    assert degrees_of(route) == PLACES and route.settings.at_end == "hold"
 
 
-def _wait_for(path, words, times=1):
-    end = time.monotonic() + 60.0
-    while path.read_text().count(words) < times:
-        assert time.monotonic() < end, path.read_text()
-        time.sleep(0.1)
+@pytest.mark.parametrize(
+    ("items", "words"),
+    [
+        ([simple(16, *PLACES[0]), simple(22, *PLACES[1])], "item 1 has command 22 in frame 3, expected a waypoint"),
+        ([simple(16, *PLACES[0], 5.0), simple(16, *PLACES[1])], "item 0 stays for 5 s, expected 0 s"),
+        ([simple(17, *PLACES[0]), simple(16, *PLACES[1])], "item 1 follows one that loiters"),
+        ([simple(16, *PLACES[0])], "has 1 waypoints, expected at least 2"),
+    ],
+)
+def test_what_cannot_be_sailed_is_refused_by_its_item(tmp_path, items, words):
+    with pytest.raises(InputError, match=words):
+        loaded(tmp_path, plan(items))
 
 
-def _places(path):
-    """Command, latitude and longitude of each item of a file."""
-    columns = [line.split("\t") for line in path.read_text().splitlines()[1:]]
-    return [(int(each[3]), round(float(each[8]), 6), round(float(each[9]), 6)) for each in columns]
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.plan", "{}"),
+        ("a.plan", "[]"),
+        ("a.plan", "nonsense"),
+        ("a.waypoints", "nonsense"),
+        ("a.waypoints", "QGC WPL 110\n1 2"),
+    ],
+)
+def test_damaged_files_are_refused_with_their_name(tmp_path, name, text):
+    with pytest.raises(InputError, match=r"route .*a\.(plan|waypoints)"):
+        loaded(tmp_path, text, name)
+
+
+def test_items_of_a_route_are_the_route():
+    places = [tuple(map(math.radians, each)) for each in PLACES]
+    keys = mission_of(items_of(places, [1.0, 1.0, 1.5], "hold")[1:])
+    assert keys["at_end"] == "hold"
+    given = [round(each[key], 9) for each in keys["waypoint"] for key in ("lat_deg", "lon_deg")]
+    assert given == [number for place in PLACES for number in place]
+    assert [each["speed_mps"] for each in keys["waypoint"]] == [1.0, 1.0, 1.5]
+    with pytest.raises(InputError, match="no home position"):
+        mission_of([MissionItem(20, 0, (0.0,) * 4, 0.0, 0.0)])
+
+
+def test_a_leg_through_an_area_is_refused_and_a_boat_stops_before_it(tmp_path):
+    shoal = [[54.0003, 9.9996], [54.0003, 10.0004], [54.0006, 10.0004], [54.0006, 9.9996]]
+    items = [simple(16, *each) for each in PLACES]
+    with pytest.raises(InputError, match=r"the leg to waypoint 1 enters no_go\[0\]"):
+        loaded(tmp_path, plan(items, [{"inclusion": False, "polygon": shoal}]))
+    area = NoGo([tuple(map(math.radians, each)) for each in shoal], "no_go[0]")
+    guard = LimitGuard(Limits(), None, no_go=[area])
+    here = lost(0.0)._replace(latitude=math.radians(54.00025), longitude=math.radians(10.0), sog=1.0, cog=math.pi)
+    assert guard.step(here, 0.0, False, 0.1) == ""
+    assert guard.step(here._replace(sog=2.0, cog=0.0), 0.0, False, 0.1) == "no_go[0] is about to be entered, within 3 s"
+    inside = here._replace(latitude=math.radians(54.0005))
+    assert guard.step(inside, 0.0, False, 0.1) == "the boat is inside of no_go[0]"

@@ -1,12 +1,16 @@
 """One small case a paper, with the paper's own numbers: a broken equation fails here at once.
 
-Whole studies, over seeds and with their comparisons, are in tests/studies (`make studies`).
+Whole studies, over seeds and with their comparisons, and whole scenarios are in tests/studies (`make studies`).
 """
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from steerway.guidance.testing import OrderTable
 from steerway.sensors import TRUE_TCM2
+from steerway.simulation import load_scenario, sail_scenario
 from steerway_studies.testing import (
     Job,
     PrintedMrac,
@@ -66,3 +70,36 @@ def test_p4_the_ideal_filter_reaches_all_waypoints_and_the_nominal_one_misses_so
     assert best.reached == 7 and best.finished and best.heading_rms_deg < 0.05
     assert len(best.heading) == pytest.approx(869, abs=3)
     assert 3 <= misled.reached <= 5 and misled.heading_rms_deg > 15.0
+
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def numbers(name, **changes):
+    """Of a paper's scenario with other keys."""
+    return sail_scenario(load_scenario(EXAMPLES / f"{name}.toml").model_copy(update=changes)).numbers
+
+
+def test_p0_settles_on_its_first_order():
+    orders = OrderTable(course_deg=0.0), OrderTable(time=20.0, course_deg=20.0)
+    found = numbers("p0", orders=orders, duration=35.0)
+    assert 9.2 < found["settling_s"] < 10.2 and found["overshoot_pct"] < 5.0
+
+
+def test_p1_passes_its_first_waypoints_without_saturation():
+    found = numbers("p1", duration=700.0)
+    assert found["waypoints_reached"] == 1.0 and found["waypoints_missed"] == 0.0
+    assert found["rudder_rate_max_dps"] < 5.0 and found["rudder_max_deg"] < 39.9
+
+
+@pytest.mark.parametrize("controller", ["adaptive", "disturbance-observer", "pi"])
+def test_p3_settles_from_rest(controller):
+    scenario = load_scenario(EXAMPLES / "p3.toml")
+    speed = scenario.speed.model_copy(update={"controller": controller})
+    found = numbers("p3", speed=speed, orders=(OrderTable(speed=6.0),), duration=45.0)
+    assert found["settling_s_6"] < 40.0 and found["overshoot_pct"] < 2.0
+
+
+def test_p4_reaches_its_first_waypoints():
+    found = numbers("p4", duration=260.0)
+    assert found["waypoints_reached"] == 2.0 and found["waypoints_missed"] == 0.0

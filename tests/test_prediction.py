@@ -9,19 +9,8 @@ import pytest
 
 import steerway
 from steerway.core import Fixes, displacement, wrap
-from steerway.estimation import (
-    FiveStateFilter,
-    InferredProfile,
-    Prediction,
-    Profile,
-    choose_profile,
-    hindcast,
-    predict,
-)
-from steerway.estimation.testing import (
-    WeighedStructure,
-    parameters_of,
-)
+from steerway.estimation import FiveStateFilter, InferredProfile, Prediction, Profile, choose_profile, hindcast, predict
+from steerway.estimation.testing import WeighedStructure, parameters_of
 from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight
 
@@ -72,14 +61,6 @@ def test_no_region_is_larger_than_the_speeds_of_the_record_allow():
     assert (within.ellipse[0] < 2.45 * 2.0 * within.horizon).all()
     assert (within.ellipse[0] > 0.2 * within.horizon).all()
     assert within.latitude[1] == within.latitude[2]
-
-
-@pytest.mark.parametrize("speed", [1.0, 1.65, 3.0])
-def test_a_vessel_of_ais_keeps_about_its_speed(speed):
-    """Ten minutes ahead the 95 % region reaches no farther than the root mean square of its speeds takes it."""
-    fixes = straight(speed, 0.5, 300.0, rate=0.2).fixes(1.0, 1)
-    found = predict(fixes, 600.0, "ais")
-    assert 0.5 * speed * 600.0 < found.ellipse[0] < 2.45 * 600.0 * math.hypot(speed, 0.5 * speed + 1.0)
 
 
 def test_predictions_turn_with_the_scene():
@@ -135,22 +116,6 @@ def test_silence_lengthens_the_horizon():
     assert found.ellipse[0][0] > 2.0 * found.ellipse[0][1]
     apart = displacement(found.latitude[0], found.longitude[0], found.latitude[1], found.longitude[1])
     assert math.hypot(*apart) < 150.0, "both lie where the course leads by then"
-
-
-def test_what_is_transmitted_is_used():
-    """Positions of 10 m and a SOG and COG without error: with them the way is known far better."""
-    errors = {True: [], False: []}
-    there = straight(6.0, 0.5, 420.0, rate=0.1)
-    for seed in range(10):
-        fixes = straight(6.0, 0.5, 300.0, rate=0.1).fixes(10.0, seed)
-        for transmitted in errors:
-            sog, cog = (np.full(len(fixes), each if transmitted else np.nan) for each in (6.0, 0.5))
-            given = Fixes(fixes.time, fixes.latitude, fixes.longitude, sog=sog, cog=cog, mmsi=np.full(len(fixes), 1))
-            found = predict(given, 120.0)
-            errors[transmitted].append(
-                math.hypot(*displacement(*there.place(42), found.latitude[0], found.longitude[0]))
-            )
-    assert np.median(errors[True]) < 0.6 * np.median(errors[False])
 
 
 def test_an_impossible_horizon_is_refused():

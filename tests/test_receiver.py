@@ -28,7 +28,7 @@ from steerway.estimation.testing import (
 )
 from steerway.estimation.testing import bank_start as start
 from steerway.estimation.testing import model_empty_bank as empty_bank
-from tests import fitted
+from tests import scenes
 from tests.scenes import sailed, straight, turning
 
 SETTLED = 100
@@ -203,7 +203,7 @@ def extrapolating(fixes, period):
 def test_fixes_that_a_receiver_extrapolates_are_predicted_and_tell_nothing():
     scene = turning(1.5, 0.3, 400.0, seed=2, density=1e-4)
     fixes = extrapolating(scene.fixes(0.1, 2), 5)
-    estimator = fitted.small_craft()[2]
+    estimator = scenes.small_craft()[2]
     motion = estimator.motion(fixes)
     measured = motion.status != PREDICTED
     assert measured.mean() == pytest.approx(0.2, abs=0.01)
@@ -237,7 +237,7 @@ def test_of_two_receivers_whose_fixes_alternate_the_better_one_is_followed():
     rate = np.radians(12.0) * np.where(t % 60.0 < 30.0, 0.0, np.where(t % 120.0 < 60.0, 1.0, -1.0))
     scene = sailed(1.5, np.cumsum(rate) / 10.0, 10.0)
     fixes = scene.fixes(0.0, 1, lambda _: two_receivers(scene, 1))
-    motion = fitted.small_craft()[2].smooth(fixes)
+    motion = scenes.small_craft()[2].smooth(fixes)
     assert ((motion.status == PREDICTED) == (np.arange(len(t)) % 2 == 1))[SETTLED:].all()
     turns = (t > 20.0) & (np.abs(t % 30.0 - 15.0) < 10.0) & (rate != 0.0)
     assert abs(np.mean(wrap_array(motion.cog - scene.cog)[turns] * np.sign(rate[turns]))) < np.radians(0.5)

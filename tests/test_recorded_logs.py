@@ -183,11 +183,6 @@ def test_every_log_runs_through(logs, shared_data):
                 assert np.isfinite(column).all(), name
 
 
-def test_a_log_without_positions_is_refused(shared_data):
-    with pytest.raises(steerway.InputError, match="no position in it"):
-        steerway.read(shared_data / "data/palmer_seapath_truth/NBP1406_gyr1-2014-08-01")
-
-
 def missed(reason):
     return pytest.mark.xfail(strict=True, reason=reason)
 

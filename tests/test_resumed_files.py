@@ -6,7 +6,6 @@ import json
 import os
 import pickle
 import re
-import subprocess
 import sys
 import zlib
 from dataclasses import dataclass, field
@@ -17,14 +16,8 @@ import pytest
 
 import steerway
 from steerway.simulation import Unfinished
-from tests.command_line import STEERWAY
 
 SOURCES = Path(steerway.__file__).parents[1]
-SCENARIO = """duration = 60
-[route]
-at_end = "stop"
-waypoints = [{ north = 0, east = 0 }, { north = 2000, east = 0 }]
-"""
 
 
 def test_no_source_unpickles_a_file():
@@ -80,24 +73,6 @@ def test_a_crafted_file_runs_nothing_and_is_begun_anew(k, tmp_path):
     assert work.results == {} and not harm.exists()
     work.add(7, 1.5)
     assert Unfinished(path, {"work": "w"}, resume=True).results == {7: 1.5}
-
-
-def test_a_crafted_campaign_runs_nothing(tmp_path):
-    """As a user meets it: somebody's directory, `--resume`."""
-    (tmp_path / "leg.toml").write_text(SCENARIO)
-    command = [*STEERWAY, "simulate", "leg.toml", "--seeds", "2", "-o", "many"]
-    first = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    file = tmp_path / "many" / "campaign.unfinished"
-    head = b""
-    while not head.endswith(b"\n") and first.poll() is None:
-        head = file.read_bytes() if file.exists() else b""
-    first.kill()
-    first.wait()
-    harm = tmp_path / "harm"
-    file.write_bytes(head.split(b"\n")[0] + b"\n" + crafted(harm)[0])
-    done = subprocess.run([*command, "--resume"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert not harm.exists() and not file.exists()
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,12 @@
 smoother of one motion model where there is but one.
 """
 
-import math
-
 import numpy as np
 import pytest
 
 import steerway
-from steerway.core import Fixes, InputError, wrap_array
+from steerway.core import InputError, wrap_array
 from steerway.estimation import FiveStateFilter, Profile
-from steerway.sensors import Gnss
 from steerway_studies.testing import CELLS, errors
 from tests.scenes import straight, turning
 from tests.troubles import TROUBLES
@@ -47,12 +44,6 @@ def apart(one, other):
     return difference
 
 
-def backwards(fixes: Fixes) -> Fixes:
-    """The same voyage as a film that runs backwards."""
-    time = fixes.time[0] + fixes.time[-1] - fixes.time[::-1]
-    return Fixes(time, fixes.latitude[::-1].copy(), fixes.longitude[::-1].copy())
-
-
 @pytest.mark.parametrize("kind", PROFILES)
 def test_smoothed_is_better_and_surer_than_causal(kind):
     profile = profile_of("o05", kind)
@@ -86,19 +77,6 @@ def test_a_record_is_smoothed_unless_causal_is_asked_for():
         steerway.estimate(fixes, profile, causal=True, smooth=True)
 
 
-@pytest.mark.parametrize("kind", ["one motion model", "two motion models"])
-def test_it_knows_no_direction_of_time(kind):
-    """Backwards she sails the opposite courses and turns the other way; RMS of the difference in deviations.
-
-    Not to the last digit: filters begin at one end, and a fix that seems wild from one side need not from the other."""
-    profile = profile_of("o05", kind)
-    _, fixes = CELLS["o05"].sailed(0)
-    there, back = (steerway.estimate(each, profile, smooth=True) for each in (fixes, backwards(fixes)))
-    mirrored = np.stack([back.sog, back.cog + math.pi, -back.course_rate])[:, ::-1]
-    difference = apart(output(there), mirrored) / deviations(there)
-    assert np.all(np.sqrt(np.nanmean(difference[:, MIDDLE] ** 2, axis=1)) < 0.3)
-
-
 ALIKE, ALIKE_DEVIATIONS = 0.03, 0.01
 """How far apart estimates (in deviations) and deviations (as a part of them) may be that should be the same."""
 ONE_MODEL = Profile(speed_noise=1e-4, course_rate_noise=1e-6, course_rate_decay=0.2, position_std=0.14)
@@ -128,18 +106,6 @@ def test_where_there_is_one_motion_model_it_is_the_smoother_of_one(two):
         assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
 
 
-def test_the_time_of_a_fix_is_as_uncertain_where_modes_are_alike():
-    """Way along the course is then less certain than across it, by half as much as the fixes are."""
-    one = ONE_MODEL.model_copy(update={"time_std": 0.1})
-    fixes = turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6).fixes(0.1, 0)
-    surely, plain, two = (
-        steerway.estimate(fixes, each, smooth=True) for each in (ONE_MODEL, one, one.model_copy(update=SAME_TWICE))
-    )
-    assert np.all(np.abs(deviations(two) / deviations(plain) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
-    assert np.mean(two.sog_std[MIDDLE] / surely.sog_std[MIDDLE]) > 1.05
-    assert np.max(np.abs(apart(output(plain), output(two)) / deviations(plain))[:, MIDDLE]) < ALIKE
-
-
 O05 = CELLS["o05"]
 
 
@@ -158,19 +124,3 @@ def test_troubles_cost_next_to_nothing(trouble):
         for given, there in ((fixes, voyage), (disturbed, truth))
     )
     assert np.all(troubled < 1.3 * usual)
-
-
-def test_of_a_vessel_that_comes_to_rest_it_knows_what_she_did_before():
-    """The last rows in which she has a course see those behind them, in which she has none; the filter does not."""
-    time = np.arange(0.0, 200.0, 0.2)
-    speed = 1.2 * np.clip(1.0 - (time - 100.0) / 5.0, 0.0, 1.0)
-    profile = O05.profile.model_copy(update={"speed_noise": 0.05, "turn_speed_noise": 0.05})
-    causal, smoothed = [], []
-    for seed in range(4):
-        fixes = Gnss(white=0.5).fixes(time, 0.2 * np.cumsum(speed), np.zeros(len(time)), seed)
-        for found, smooth in ((causal, False), (smoothed, True)):
-            motion = steerway.estimate(fixes, profile, smooth=smooth)
-            last = np.flatnonzero(np.isfinite(motion.cog))[-15:]
-            off = motion.sog[last] * np.exp(1j * motion.cog[last]) - speed[last]
-            found.append(np.mean(np.abs(off) ** 2))
-    assert np.sqrt(np.mean(smoothed)) < 0.4 * np.sqrt(np.mean(causal))

@@ -5,12 +5,12 @@ import json
 import shutil
 import socket
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
 
 from steerway.live.testing import Guided, MavlinkLink, addresses, dialect
+from tests.mavlink_wire import signed
 from tests.ports import free_port
 
 PLUGIN = Path(__file__).parents[1] / "integrations" / "signalk" / "index.js"
@@ -19,20 +19,19 @@ KEY = bytes(range(32))
 BEGINNINGS = (b"\xfd\xff\x00\x00\x00\x01\x01\x00\x00\x00", b"\xfe\xff\x00\x01\x01\x00\x00\x00\x00\x00", b"garbage!!!")
 
 
-@pytest.mark.parametrize("signed", [True, False])
+@pytest.mark.parametrize("is_signed", [True, False])
 @pytest.mark.parametrize("stranger", BEGINNINGS)
-def test_a_stranger_costs_no_message_of_the_vehicle(signed, stranger, tmp_path):
+def test_a_stranger_costs_no_message_of_the_vehicle(is_signed, stranger, tmp_path):
     """Ten bytes, the beginning of a packet that never ends, before every fifth datagram."""
     port = free_port(socket.SOCK_DGRAM)
     m, heard = dialect("a test"), []
     (tmp_path / "key").write_text(KEY.hex())
-    key = f"?signing={tmp_path / 'key'}" if signed else ""
+    key = f"?signing={tmp_path / 'key'}" if is_signed else ""
     (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:{port}{key}"])
     link = MavlinkLink(uri, lambda message: heard.append(message.get_type()) or True)
     vehicle = m.MAVLink(None, 1, 1)
-    if signed:
-        vehicle.signing.secret_key, vehicle.signing.sign_outgoing = KEY, True
-        vehicle.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)  # since 2015, 10 µs
+    if is_signed:
+        signed(vehicle, KEY)
 
     async def talk():
         running = asyncio.create_task(link.run())
@@ -61,10 +60,7 @@ def test_a_signed_packet_that_is_sent_again_is_dropped(tmp_path):
     (tmp_path / "key").write_text(KEY.hex())
     (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:1?signing={tmp_path / 'key'}"])
     link = MavlinkLink(uri, lambda message: heard.append(message.get_type()) or True)
-    vehicle = m.MAVLink(None, 1, 1)
-    vehicle.signing.secret_key, vehicle.signing.sign_outgoing = KEY, True
-    vehicle.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)
-    packet = m.MAVLink_system_time_message(1, 2).pack(vehicle)
+    packet = m.MAVLink_system_time_message(1, 2).pack(signed(m.MAVLink(None, 1, 1), KEY))
     for _ in range(3):
         link._feed(packet)
     assert heard == ["SYSTEM_TIME"] and link.broken == 2

@@ -10,11 +10,12 @@ import pytest
 
 import steerway
 from steerway.core.testing import PREDICTED
-from steerway.estimation import InferredFilter, InferredProfile, LearningFilter
+from steerway.estimation import FiveStateFilter, InferredFilter, InferredProfile, LearningFilter
 from steerway.estimation.testing import prior_profile
 from steerway.live.testing import Navigator, rows_of
-from tests import fitted
-from tests.scenes import angle_error, turning
+from tests import scenes
+from tests.reference_outputs.sorties import ONE, TWO
+from tests.scenes import angle_error, straight, turning
 
 NAMES = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_relative_std")
 
@@ -26,7 +27,7 @@ def sortie(seed=1, duration=200.0):
 
 
 def profile():
-    return fitted.small_craft()[2].profile
+    return scenes.small_craft()[2].profile
 
 
 def streamed(estimator, fixes):
@@ -39,11 +40,43 @@ def streamed(estimator, fixes):
 
 
 def with_trouble(fixes):
-    """A gap of a minute, a jump, and reported accuracy."""
-    late = np.where(np.arange(len(fixes)) < 400, 0.0, 60.0)
-    latitude = fixes.latitude + np.where(np.arange(len(fixes)) == 700, 3e-6, 0.0)
-    std = np.where(np.arange(len(fixes)) % 50 < 45, 0.4, 4.0)
+    """A gap of a minute, behind which the receiver slides in from 100 m, a jump, and accuracy told of most fixes."""
+    k = np.arange(len(fixes))
+    late, slides = np.where(k < 400, 0.0, 60.0), np.where(k < 400, 0.0, 2e-5 * np.exp((400 - k) / 22.0))
+    latitude = fixes.latitude + np.where(k == 700, 3e-6, 0.0) + slides
+    std = np.where(k % 7 == 3, math.nan, np.where(k % 50 < 45, 0.4, 4.0))
     return replace(fixes, time=fixes.time + late, latitude=latitude, position_std=std)
+
+
+PROFILES = {
+    "one mode": ONE,
+    "one mode at rest": ONE.model_copy(update={"position_std": 0.01, "course_rate_noise": 1e-5}),
+    "two modes": TWO,
+    "receiver errs": ONE.model_copy(update={"error_std": 0.7, "error_time": 20.0, "speed_decay": 0.05}),
+    "swell": "swell",
+    "inferred": None,
+}
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_stream_is_the_record_whatever_the_profile(name):
+    """By rows, and by predictions and updates."""
+    fixes, chosen = with_trouble(sortie()[1]), PROFILES[name] or profile()
+    if "at rest" in name:
+        slow = straight(0.1, 0.4, 60.0).fixes(0.0, 1)
+        fixes = with_trouble(slow.rows(slice(380)))
+    motion = FiveStateFilter(chosen).filter(fixes)
+    values, nis, status = streamed(FiveStateFilter(chosen), fixes)
+    for column, found in zip(("latitude", "longitude", *NAMES), values.T, strict=True):
+        np.testing.assert_allclose(found, getattr(motion, column), rtol=1e-9, atol=1e-12, err_msg=column)
+    np.testing.assert_allclose(nis, motion.nis, rtol=1e-9)
+    np.testing.assert_array_equal(status, motion.status)
+    estimator = FiveStateFilter(chosen)
+    for k in range(300):
+        estimator.predict(fixes.time[k] - fixes.time[k - 1] if k else 0.0)
+        said = () if math.isnan(fixes.position_std[k]) else (fixes.position_std[k],)
+        estimator.update(fixes.latitude[k], fixes.longitude[k], *said)
+    np.testing.assert_allclose(estimator.output()[:8], values[k, :8], rtol=1e-9)
 
 
 @pytest.mark.parametrize("trouble", [False, True])
@@ -93,17 +126,6 @@ def test_the_navigator_gives_the_rows_of_estimate():
     assert ahead.status == PREDICTED and ahead.sog_std > rows[-1].sog_std
     assert navigator.at(fixes.time[-1]).sog == rows[-1].sog, "asking ahead changes nothing"
     assert all(math.isfinite(each) for each in navigator.position_covariance)
-
-
-def test_a_late_fix_is_used_at_its_own_time():
-    _, fixes = sortie()
-    inputs = list(rows_of({"": fixes.rows(slice(500))}))
-    late = [*inputs[:450], *inputs[451:453], inputs[450], *inputs[453:]]
-    rows = []
-    for order in (inputs, late):
-        navigator = Navigator(profile())
-        rows.append([row for each in order for row in navigator.add(each)][-1])
-    assert rows[1].sog == pytest.approx(rows[0].sog, rel=1e-9)
 
 
 @pytest.mark.study

@@ -10,17 +10,13 @@ from numpy.testing import assert_allclose
 from steerway.core import InputError
 from steerway.core.testing import KNOT, iso, unix_times
 from steerway.formats.testing import table
+from tests.sentences import only
 
 T = 1672531201.0  # 2023-01-01 00:00:01
 
 
 def read(text):
     return table.read(text.encode() if isinstance(text, str) else text)
-
-
-def only(recording):
-    (fixes,) = recording.sources.values()
-    return fixes
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", "|"])

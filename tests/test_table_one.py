@@ -19,10 +19,9 @@ from steerway.estimation.testing import (
     room_to_keep,
     run_record,
 )
-from tests.five_state_by_matrices import ExactTurn, responses, update
+from tests.five_state_by_matrices import PROFILE, dense, responses, update, winding
 from tests.reference_outputs import sorties
 
-PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
 STEPS = (0.02, 0.2, 1.0)
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 NO_AIDS, NONE = np.empty((0, 5)), np.empty(0)
@@ -34,10 +33,6 @@ def model_without_drift(profile, outlier_rate=1e-15):
     model = model_of_profile(profile)
     model.modes["drift_speed"], model.receiver["outlier_rate"] = 1e-6, outlier_rate
     return model
-
-
-def dense(profile, dt):
-    return ExactTurn(dt, profile.speed_noise, profile.course_rate_noise, profile.speed_decay, profile.course_rate_decay)
 
 
 def some_state(seed):
@@ -89,16 +84,6 @@ def test_a_prediction_is_dense_f_p_f_plus_q(decays):
         np.testing.assert_allclose(bank.x[0], moved, rtol=1e-12, atol=1e-12)
         expected = f @ p @ f.T + q
         np.testing.assert_allclose(of_course(moved, bank.p[0]), expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
-
-
-def winding(n=1500, dt=0.2, seed=1):
-    """Fixes (n,) north and east of a boat that winds its way, and their times."""
-    rng = np.random.default_rng(seed)
-    time = dt * np.arange(n)
-    course = np.cumsum(0.25 * np.sin(time / 15.0)) * dt
-    speed = 2.5 + np.sin(time / 40.0)
-    noise = np.clip(0.2 * rng.standard_normal((2, n)), -0.5, 0.5)
-    return time, np.cumsum(speed * np.cos(course)) * dt + noise[0], np.cumsum(speed * np.sin(course)) * dt + noise[1]
 
 
 @pytest.mark.parametrize("speed_decay", [0.0, 0.02])

@@ -10,11 +10,7 @@ import steerway
 from steerway import estimation
 from steerway.core import displacement
 from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, log_likelihood, predict, tune
-from steerway.estimation.testing import (
-    infer,
-    infer_log,
-    motion_of,
-)
+from steerway.estimation.testing import infer, infer_log, motion_of
 from steerway.estimation.testing import tune as tuning
 from steerway.sensors import Gnss
 from steerway_studies.testing import FAST, SLOW
@@ -119,16 +115,6 @@ def test_a_profile_of_structures_survives_a_file_and_serves_another_log(sortie, 
     np.testing.assert_array_equal(by_file.sog, by_object.sog)
     with pytest.raises(steerway.InputError, match="has structures"):
         Profile.load(path)
-
-
-def test_vessels_of_one_log_are_each_estimated_by_the_structures(sortie):
-    _, tuned = sortie
-    one, two = one_mode(11, 100.0), one_mode(12, 100.0)
-    columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("time", "latitude", "longitude")}
-    both = steerway.Fixes(**columns, mmsi=np.repeat([7, 8], [len(one), len(two)]))
-    motion = steerway.estimate(both, tuned.profile, causal=True)
-    np.testing.assert_array_equal(motion.mmsi, both.mmsi)
-    np.testing.assert_array_equal(motion.sog[len(one) :], steerway.estimate(two, tuned.profile, causal=True).sog)
 
 
 @pytest.mark.parametrize(

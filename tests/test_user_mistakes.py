@@ -15,6 +15,7 @@ from steerway.estimation import Profile
 from steerway.estimation.testing import compare
 from steerway.formats.testing import table
 from tests.command_line import run
+from tests.sentences import only
 
 T = 1672531201
 NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"
@@ -29,11 +30,6 @@ def log(names="time,lat,lon", speed=2.0, course=0.7, n=120, place=(63.4, 10.3), 
         latitude, longitude = place[0] + north / 111412.0, place[1] + east / 49900.0
         rows.append(",".join([f"{T + k}", f"{latitude:.8f}", f"{longitude:.8f}", *(f"{each:.4f}" for each in columns)]))
     return "\n".join(rows).encode()
-
-
-def only(recording):
-    (fixes,) = recording.sources.values()
-    return fixes
 
 
 @pytest.mark.parametrize(("unit", "words"), [(1.0, "m/s"), (KNOT, "knots"), (1 / 3.6, "km/h")])

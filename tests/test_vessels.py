@@ -207,22 +207,6 @@ def test_the_otters_propellers_saturate_lag_and_are_what_the_allocation_takes_th
     assert math.isnan(boat.motion(np.zeros(14), CALM).course_rate)
 
 
-def test_euler_is_euler_and_runge_kutta_is_of_fourth_order():
-    def after(method, step):
-        boat = Otter(propeller_lag=0.5, method=method)
-        return sail(boat, boat.start(speed=1.0), (80.0, 40.0), 2.0, step=step)
-
-    boat = Otter(propeller_lag=0.5, method="euler")
-    state = boat.start(speed=1.0)
-    state[12:] = 30.0, 20.0
-    expected = [*state[:12] + 0.1 * otter_derivatives(state[:12], state[12:]), 40.0, 24.0]
-    np.testing.assert_allclose(boat.step(state, (80.0, 40.0), CALM, 0.1), expected, rtol=1e-12)
-    true = after("rk4", 0.0025)
-    coarse, fine = (np.abs(after("rk4", step) - true).max() for step in (0.04, 0.02))
-    assert 8.0 < coarse / fine < 32.0
-    assert 1.6 < np.abs(after("euler", 0.004) - true).max() / np.abs(after("euler", 0.002) - true).max() < 2.4
-
-
 def test_the_mariner_has_the_golden_derivatives(shared_data):
     table = golden(shared_data, "mariner_derivs")
     rows = zip(columns(table, *MARINER), table["ui"], table["U0"], strict=True)

@@ -23,14 +23,11 @@ def test_a_delay_betters_course_and_speed(told, std):
         assert delayed_cog < most * cog and delayed_sog < sog and within > at_once - 0.02
 
 
-@pytest.mark.xfail(strict=True, reason="without a profile 86 to 88 % of courses are within 2σ, at once as well as late")
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="without a profile 86 to 88 % are within 2σ, late or not")
 @pytest.mark.parametrize("std", [0.1, 0.5])
 def test_courses_without_a_profile_are_within_two_sigma(std):
     scene = sailed("otter-mission", 5.0, 300.0)
-    assert errors(scene, None, std, 1e-3, SEEDS)[2] > 0.9
-
-
-@pytest.mark.parametrize("std", [0.1, 0.5])
-def test_courses_without_a_profile_are_within_two_sigma_as_often_as_measured(std):
-    scene = sailed("otter-mission", 5.0, 300.0)
-    assert errors(scene, None, std, 1e-3, SEEDS)[2] > 0.85
+    within = errors(scene, None, std, 1e-3, SEEDS)[2]
+    if within <= 0.85:
+        pytest.fail("fewer than there were")
+    assert within > 0.9

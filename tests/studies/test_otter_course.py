@@ -5,14 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway_studies.testing import (
-    LOGS,
-    OTTER_PRINTED_GAINS,
-    as_printed,
-    as_published,
-    otter_course,
-    turned,
-)
+from steerway_studies.testing import LOGS, OTTER_PRINTED_GAINS, as_printed, as_published, otter_course, turned
 from steerway_studies.testing import logs as otter_logs
 
 

@@ -2,16 +2,8 @@
 
 import math
 
-from steerway.control import (
-    AnglePID,
-    Autopilot,
-    StationKeeper,
-    place_poles,
-)
-from steerway.control.testing import (
-    HandOver,
-    Steerageway,
-)
+from steerway.control import AnglePID, Autopilot, StationKeeper, place_poles
+from steerway.control.testing import HandOver, Steerageway
 from steerway.guidance import Reference, ReferenceModel, TrackingFilter
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 from tests.reference_outputs.generated import columns

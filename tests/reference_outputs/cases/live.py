@@ -25,7 +25,7 @@ from steerway.live.testing import (
 )
 from steerway.simulation import load_scenario
 from tests.desk import HOME, NOON, OTTER, square
-from tests.recording_sink import RecordingSink
+from tests.kept_outputs import RecordingSink
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
