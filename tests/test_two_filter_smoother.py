@@ -16,15 +16,15 @@ from steerway.estimation.testing import (
     SOG_STD,
     Rows,
     Structure,
+    estimated,
     model_of,
     parameters_of,
     reversal_of,
-    smoothed_record,
-    whole_log,
 )
 from steerway.estimation.testing import RATE as RATE_STATE
 
 NOISE = 0.3
+STEERAGEWAY = 0.3
 _NONE = np.empty(0)
 
 
@@ -41,7 +41,12 @@ def record(north, east, dt=0.2, aids=None):
 
 def filtered(fixes, structures):
     """Rows of the causal estimate."""
-    return whole_log._filtered(fixes, structures, 0.3)[0]
+    return estimated(fixes, structures, STEERAGEWAY).causal
+
+
+def smoothed(fixes, structures):
+    """Rows of the estimate that knows the whole record."""
+    return estimated(fixes, structures, STEERAGEWAY, smooth=True).smoothed
 
 
 def on_a_line(n, std=NOISE, seed=0):
@@ -57,15 +62,15 @@ HELD |= {"emergency_every": 1e12, "poor_rate": 1e-9, "outlier_rate": 1e-12, "tur
 
 def test_behind_the_last_fix_nothing_is_known_beyond_the_filter():
     fixes, one = record(*on_a_line(10)), [structure()]
-    causal, smoothed = filtered(fixes, one), smoothed_record(fixes, one)
-    np.testing.assert_allclose(smoothed[-1], causal[-1], rtol=1e-9)
-    assert smoothed[0, SOG_STD] < 0.5 * causal[2, SOG_STD]
+    causal, whole = filtered(fixes, one), smoothed(fixes, one)
+    np.testing.assert_allclose(whole[-1], causal[-1], rtol=1e-9)
+    assert whole[0, SOG_STD] < 0.5 * causal[2, SOG_STD]
 
 
 def test_a_held_speed_is_that_of_the_straight_line():
     std = 0.03
     north, east = on_a_line(200, std)
-    estimate = smoothed_record(record(north, east), [structure(**HELD | {"fix_std": std})])
+    estimate = smoothed(record(north, east), [structure(**HELD | {"fix_std": std})])
     time = np.arange(200) * 0.2
     slopes = np.polyfit(time, np.column_stack([north, east]), 1)[0]
     std /= math.sqrt(((time - time.mean()) ** 2).sum())
@@ -86,8 +91,8 @@ def gybe():
 def test_a_gybe_at_speed_keeps_its_speed_and_course():
     (north, east), speed, course = gybe()
     fixes, numbers = record(north, east, 1.0), [structure(fix_std=0.02, speed_walk=0.2)]
-    causal, smoothed = filtered(fixes, numbers)[10:], smoothed_record(fixes, numbers)[10:]
-    for estimate, worst, worst_course in ((causal, 1.5, 0.8), (smoothed, 0.8, 0.2)):
+    causal, whole = filtered(fixes, numbers)[10:], smoothed(fixes, numbers)[10:]
+    for estimate, worst, worst_course in ((causal, 1.5, 0.8), (whole, 0.8, 0.2)):
         assert np.isfinite(estimate[:, COG]).all()
         assert np.abs(estimate[:, SOG] - speed[10:]).max() < worst
         assert np.abs(np.angle(np.exp(1j * (estimate[:, COG] - course[10:])))).max() < worst_course
@@ -101,8 +106,8 @@ def test_from_the_other_end_the_vessel_sails_the_opposite_course():
     noise = np.random.default_rng(1).normal(0.0, 0.1, (2, n))
     north, east = np.cumsum(1.5 * np.cos(course)) * dt + noise[0], np.cumsum(1.5 * np.sin(course)) * dt + noise[1]
     one = structure(fix_std=0.1)
-    there = smoothed_record(record(north, east), [one])
-    back = smoothed_record(record(north[::-1].copy(), east[::-1].copy()), [one])[::-1]
+    there = smoothed(record(north, east), [one])
+    back = smoothed(record(north[::-1].copy(), east[::-1].copy()), [one])[::-1]
     inner = slice(20, -20)
     apart = (there - back)[inner]
     turned = np.angle(-np.exp(1j * apart[:, COG]))
@@ -121,8 +126,8 @@ def test_a_gyro_is_read_backwards_with_its_bias():
     aids[:, AIDS.index("heading")] = course + random.normal(0.0, 0.02, n)
     noise = random.normal(0.0, NOISE, (2, n))
     north, east = np.cumsum(1.5 * np.cos(course)) * dt + noise[0], np.cumsum(1.5 * np.sin(course)) * dt + noise[1]
-    estimate = smoothed_record(record(north, east, aids=aids), [structure(("yaw_rate", "heading"))])
-    alone = smoothed_record(record(north, east), [structure()])
+    estimate = smoothed(record(north, east, aids=aids), [structure(("yaw_rate", "heading"))])
+    alone = smoothed(record(north, east), [structure()])
     inner = slice(50, -50)
     for column, truth in ((COG, course), (RATE, rate)):
         error, unaided = (np.sin(each[:, column] - truth)[inner] for each in (estimate, alone))
@@ -133,7 +138,7 @@ def test_a_gyro_is_read_backwards_with_its_bias():
 def test_a_step_of_the_receiver_moves_no_smoothed_velocity(returns):
     north, east = on_a_line(400)
     north[200 : 230 if returns else None] += 15.0
-    estimate = smoothed_record(record(north, east), [structure()])
+    estimate = smoothed(record(north, east), [structure()])
     np.testing.assert_allclose(estimate[20:-20, SOG], 2.0, atol=0.4)
     np.testing.assert_allclose(estimate[20:-20, COG], 0.5, atol=0.2)
 
@@ -169,7 +174,7 @@ def test_what_a_turn_leaves_behind_does_not_bend_the_leg_before_it():
     course = np.radians(np.r_[np.zeros(300), np.linspace(0.0, 40.0, 20), np.full(300, 40.0)])
     noise = np.random.default_rng(0).normal(0.0, NOISE, (2, len(course)))
     north, east = np.cumsum(0.4 * np.array([np.cos(course), np.sin(course)]), axis=1) + noise
-    estimate = smoothed_record(record(north, east), [structure(wander_std=1e-4)])
+    estimate = smoothed(record(north, east), [structure(wander_std=1e-4)])
     legs = np.r_[30:280, 340:590]
     assert np.sqrt(np.mean((estimate[legs, COG] - course[legs]) ** 2)) < math.radians(0.3)  # 0.35 if it does
     assert estimate[legs, COG_STD].mean() < math.radians(0.4)

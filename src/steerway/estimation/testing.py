@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
     from steerway.estimation.log.copies import without_copies
-    from steerway.estimation.log.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
+    from steerway.estimation.log.course import COG, COG_STD, RATE, SOG, SOG_STD
     from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log.plane import laid_out
     from steerway.estimation.log.record import extrapolated, of_other_receiver
-    from steerway.estimation.log.run import Track, infer_log, motion_of
+    from steerway.estimation.log.run import Track, estimated, infer_log, motion_of
     from steerway.estimation.log.stamps import regular_times
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.vessel.aids import AIDS, NO_AIDS

@@ -11,9 +11,9 @@ from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.fuse import COURSE_STD, add_unresolved_rate, add_unresolved_speed
-from steerway.estimation.filter.model import FUSED, ON_ACCELERATION, ON_FIX, empty_bank, room_to_keep
+from steerway.estimation.filter.model import FUSED, ON_ACCELERATION, ON_FIX, empty_bank
 from steerway.estimation.filter.reversal import reversal_of, reversed_aids
-from steerway.estimation.filter.row import Asked, Rows, run_record
+from steerway.estimation.filter.row import Rows, run_record
 from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
 
 STEERAGEWAY = 0.3
@@ -24,7 +24,6 @@ _PER_NOISE, _WHILE = 3.0, 10.0
 and what its slow error changes by meanwhile. Chosen: noise of a tenth of a metre, the least of low-cost receivers, has
 the limit of the profiles. At a berth, positions of six digits and 0.03 m/s by the receiver have a course in 0.7 % of
 the rows with 0.3 m/s and in 67 % with no limit."""
-_EMPTY = np.empty(0)
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 
@@ -55,18 +54,15 @@ def _noise_variance(model) -> float:
     return float(receiver["fix_variance"] + rounding + steps + changes.sum() + 0.25 * pushed.sum())
 
 
-def smoothed_record(record: Rows, structures, steerageway=STEERAGEWAY):
-    """Estimate (n, 9) of every row that knows the whole record."""
-    backward = record._replace(aids=reversed_aids(record.aids))
-    n, apart, outs = len(record.time), fixes_apart(record.time, record.north), []
-    for each in structures:
-        model = each.model
-        out, kept = np.empty((n, FUSED + 2)), room_to_keep(n, model)
-        run_model(record, model, empty_bank(model), Asked(out[:0], _EMPTY, kept, 0))
-        smooth_kept(backward, reversal_of(model), empty_bank(model), kept, room_to_meet(model), out)
-        add_unresolved(model.processes, apart, out)
-        outs.append(out)
-    return averaged(outs, [each.weight for each in structures], steerageway)
+def smoothed_rows(record: Rows, model, kept, apart):
+    """`fuse` (n, FUSED) of every row by all that a record says, of which a model's filter kept this.
+
+    apart: (n,) s, see `fixes_apart`.
+    """
+    backward, out = record._replace(aids=reversed_aids(record.aids)), np.empty((len(record.time), FUSED))
+    smooth_kept(backward, reversal_of(model), empty_bank(model), kept, room_to_meet(model), out)
+    add_unresolved(model.processes, apart, out)
+    return out
 
 
 @kernel

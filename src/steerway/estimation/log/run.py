@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core.angles import wrap_array
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
 from steerway.core.slow_error import position_std, slow_std
-from steerway.estimation.filter.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.filter.model import FUSED, Kept, bank_in, bank_size, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows
 from steerway.estimation.fit.selection import Inference, Structure, infer
 from steerway.estimation.log.copies import without_copies
@@ -20,9 +21,10 @@ from steerway.estimation.log.course import (
     SOG_STD,
     STEERAGEWAY,
     averaged,
+    fixes_apart,
     least_course_speed,
     run_model,
-    smoothed_record,
+    smoothed_rows,
 )
 from steerway.estimation.log.digits import ends_of_repeats, quantum_of
 from steerway.estimation.log.outage import doubt_slides
@@ -54,8 +56,8 @@ UNKNOWN_SPEED = 3.0
 """m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen
 (`bank.START_SPEED_STD`). Chosen."""
 _BLOCK, _OVERLAP = 20_000, 2_000
-"""Rows filtered or smoothed at a time, which bounds the memory, and those smoothed beside them on either side: minutes,
-in which every motion is forgotten."""
+"""Predictions filtered or smoothed at a time, which bounds the memory, and those behind them from which the smoother
+begins: minutes, in which every motion is forgotten."""
 _NONE = np.empty(0)
 
 
@@ -92,8 +94,7 @@ def motion_of_track(track, structures, smooth: bool = False, steerageway: float 
     fixes = track.fixes
     wanted, record = track.wanted, track.record
     least = least_course_speed(structures, steerageway)
-    causal, nis, wrong = _filtered(record, structures, least)
-    estimate = _smoothed(record, structures, least) if smooth and len(record.time) else causal
+    causal, estimate, nis, wrong = estimated(record, structures, least, smooth)
     starting = _starting(estimate, record)
     fixed = np.isfinite(record.north)
     for each in (causal, estimate) if estimate is not causal else (causal,):
@@ -234,44 +235,73 @@ def part_of(record: Rows, begin, end) -> Rows:
     return Rows(*(column[begin:end].copy() for column in columns), restarts, quantum)
 
 
-def _filtered(record: Rows, structures, least_speed):
-    """Causal estimate (n, 9), NIS (n,) and probability of an outlier (n,) of every row."""
-    n = len(record.time)
-    estimate, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
-    models = [each.model for each in structures]
-    banks = [empty_bank(model) for model in models]
-    weights = [each.weight for each in structures]
-    for begin in range(0, n, _BLOCK):
-        before = begin if begin in record.restarts else max(begin - 1, 0)
-        part, own = part_of(record, before, begin + _BLOCK), slice(begin - before, None)
-        if before < begin:  # the row before, which the filters know, for the length of the first step
-            part.north[0] = np.nan
-            part.aids[:1] = np.nan
-        outs = []
-        for model, bank in zip(models, banks, strict=True):
-            out = np.empty((len(part.time), FUSED + 2))
-            run_model(part, model, bank, Asked(out, _NONE, room_to_keep(0, model), 0))
-            outs.append(out[own])
-        rows = slice(begin, begin + _BLOCK)
-        estimate[rows] = averaged(outs, weights, least_speed)
-        nis[rows], wrong[rows] = (sum(w * o[:, k] for w, o in zip(weights, outs, strict=True)) for k in (-2, -1))
-    return estimate, nis, wrong
+class Estimated(NamedTuple):
+    """What structures say of the rows of a record."""
+
+    causal: np.ndarray  # (n, 9), by the rows before each
+    smoothed: np.ndarray  # (n, 9), by all; the causal one where no other is asked for
+    nis: np.ndarray  # (n,)
+    wrong: np.ndarray  # (n,) probability of an outlier
 
 
-def _smoothed(record: Rows, structures, least_speed):
-    """Estimate (n, 9) of every row that knows the whole record, or all that bears on it."""
+def estimated(record: Rows, structures, least_speed, smooth=False) -> Estimated:
+    """The estimates of every row. The filters run over the record once, but for the rows ahead of a block."""
+    if smooth and any(record.quantum):
+        thinned = record._replace(north=ends_of_repeats(record.time, record.north, record.east))
+        return _in_blocks(record, structures, least_speed)._replace(
+            smoothed=_in_blocks(thinned, structures, least_speed, True).smoothed
+        )
+    return _in_blocks(record, structures, least_speed, smooth)
+
+
+def _in_blocks(record: Rows, structures, least_speed, smooth=False) -> Estimated:
+    """`estimated` in blocks, for which those before it go on, of a record in which all fixes are taken."""
     n = len(record.time)
-    if any(record.quantum):
-        record = record._replace(north=ends_of_repeats(record.time, record.north, record.east))
-    steps = np.concatenate([[0], np.cumsum(predictions(record))])
-    if steps[-1] < _BLOCK + 2 * _OVERLAP:
-        return smoothed_record(record, structures, least_speed)
-    estimate = np.empty((n, 9))
-    begin = 0
-    while begin < n:
-        end = max(int(np.searchsorted(steps, steps[begin] + _BLOCK)), begin + 1)
-        low, high = np.searchsorted(steps, [steps[begin] - _OVERLAP, steps[min(end, n - 1)] + _OVERLAP]).tolist()
-        part = part_of(record, low, high + 1)
-        estimate[begin:end] = smoothed_record(part, structures, least_speed)[begin - low : end - low]
+    causal, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
+    smoothed = np.empty((n, 9)) if smooth else causal
+    models, weights = [each.model for each in structures], [each.weight for each in structures]
+    memories = [np.zeros(bank_size(len(model.modes), model.states)) for model in models]
+    apart, steps = fixes_apart(record.time, record.north), np.append(0, np.cumsum(predictions(record)))
+    end = 0
+    while end < n:
         begin = end
-    return estimate
+        end, last = np.searchsorted(steps, steps[begin] + np.array([_BLOCK, _BLOCK + _OVERLAP])).clip(begin + 1, n)
+        part = _going_on(record, begin, last if smooth else end)
+        before = begin - 1 if begin else 0
+        rows, own = slice(begin, end), slice(begin - before, end - before)
+        filtered, whole = [], []
+        for model, memory in zip(models, memories, strict=True):
+            out, kept = _filtered(part, model, memory, end - before, smooth)
+            filtered.append(out[own])
+            if smooth:
+                whole.append(smoothed_rows(part, model, kept, apart[before:last])[own])
+        causal[rows] = averaged(filtered, weights, least_speed)
+        nis[rows], wrong[rows] = (
+            sum(w * out[:, k] for w, out in zip(weights, filtered, strict=True)) for k in (-2, -1)
+        )
+        if smooth:
+            smoothed[rows] = averaged(whole, weights, least_speed)
+    return Estimated(causal, smoothed, nis, wrong)
+
+
+def _going_on(record: Rows, begin, end) -> Rows:
+    """The rows from `begin` to before `end`, and the time of the row before, from which a filter goes on."""
+    part = part_of(record, max(begin - 1, 0), end)
+    if begin:
+        part.north[0] = np.nan
+        part.aids[:1] = np.nan
+    return part
+
+
+def _filtered(part: Rows, model, memory, end, keep):
+    """`fuse` with NIS and the probability of an outlier of the rows before `end`, and what is kept of all rows.
+
+    memory: of the filter's bank, which goes on from here to `end`; the rows from there on are run for what is kept.
+    """
+    shape, n = (len(model.modes), model.states), len(part.time)
+    out, kept = np.empty((end, FUSED + 2)), room_to_keep(n if keep else 0, model)
+    run_model(part_of(part, 0, end), model, bank_in(memory, *shape), Asked(out, _NONE, kept, 0))
+    if keep and end < n:
+        further = Kept(*(each[end - 1 :] for each in kept))
+        run_model(_going_on(part, end, n), model, bank_in(memory.copy(), *shape), Asked(out[:0], _NONE, further, 0))
+    return out, kept
