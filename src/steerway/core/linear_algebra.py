@@ -2,8 +2,15 @@
 
 import math
 
+import numpy as np
+
 from steerway.core.arrays import Floats
 from steerway.core.compiled import lean_kernel
+
+
+def symmetric(upper: Floats) -> Floats:
+    """Symmetric matrices (…, n, n) of which the upper triangles are given."""
+    return np.triu(upper) + np.swapaxes(np.triu(upper, 1), -1, -2)
 
 
 @lean_kernel

@@ -6,13 +6,13 @@ With one mode that is worse than the recursion while few fixes follow.
 """
 
 from collections import deque
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+from steerway.core.linear_algebra import symmetric
 from steerway.estimation.filter import rauch_tung_striebel
 from steerway.estimation.filter.bank import loses_course, step_of, steps_in
 from steerway.estimation.filter.discrete import set_steps
@@ -71,7 +71,7 @@ class FixedLag:
             self._flush()
             self._structures, self._reversed = structures, {}
         self._weights = state[HEADER : HEADER + len(banks)].copy()
-        kept = [(bank.x.copy(), _symmetric(bank.p), bank.probability.copy()) for bank in banks]
+        kept = [(bank.x.copy(), symmetric(bank.p), bank.probability.copy()) for bank in banks]
         self._rows.append(_Row(state.item(ELAPSED), *measured, state[:HEADER].copy(), kept))
 
     def drop_after(self, elapsed: float) -> None:
@@ -151,9 +151,3 @@ def _recur(time, x, p, model, bank, room, out):
             smooth_row(x[k], p[k], bank.x[0], bank.p[0], x[k + 1], p[k + 1], room)
     bank.probability[0] = 1.0
     fuse(x[:1], p[:1], bank.probability, model, bank.rows[0], out)
-
-
-def _symmetric(covariances: Sequence) -> Floats:
-    """(m, n, n) with what is above the diagonal below it too: filters of one mode keep the upper triangle."""
-    upper = np.triu(covariances)
-    return upper + np.swapaxes(np.triu(covariances, 1), 1, 2)

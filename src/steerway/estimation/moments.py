@@ -4,6 +4,7 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
+from steerway.core.linear_algebra import symmetric
 from steerway.estimation.filter.model import COURSE, SPEED
 
 _LEAST_SPEED = 1e-6
@@ -39,5 +40,4 @@ def of_course(x, p) -> Floats:
     """Covariance (n, n) of the state, of that with the velocity across the course in place of the course."""
     scale = np.ones(len(x))
     scale[COURSE] = 1.0 / max(x[SPEED], _LEAST_SPEED)
-    whole = np.triu(p) + np.triu(p, 1).T
-    return whole * np.outer(scale, scale)
+    return symmetric(p) * np.outer(scale, scale)

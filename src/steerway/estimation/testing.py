@@ -7,7 +7,7 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.core.estimate import NO_MEASUREMENTS
     from steerway.core.gaps import LONGEST_GAP
-    from steerway.core.kalman import correct, innovation, normalised_square, place_by_fix
+    from steerway.core.kalman import Fix, correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
     from steerway.estimation.filter import five_state
     from steerway.estimation.filter import voyages as inference_forecast

@@ -13,8 +13,8 @@ from steerway.control.positioning import PositionPID, by_bandwidth
 from steerway.core.estimate import NOTHING_KNOWN, Estimate, Estimator, Measurements
 from steerway.core.kinematics import in_body, over_ground
 from steerway.core.settings import Flag, NotNegative, Positive, Table
+from steerway.estimation.positioning.changing_noise import TimeVaryingNoise
 from steerway.estimation.positioning.passive import ObserverGains, PassiveObserver
-from steerway.estimation.positioning.time_varying import TimeVaryingNoise
 from steerway.estimation.positioning.vessel_filter import Observer, VesselFilter, VesselNoise
 from steerway.guidance.ordered import Ordered
 from steerway.guidance.reference import Reference

@@ -5,9 +5,13 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.estimation.positioning.adaptive_noise import VariationalNoise
+    from steerway.estimation.positioning.changing_noise import (
+        SpeedDependentFixNoise,
+        TimeVaryingNoise,
+        VariationalNoise,
+        saturated,
+    )
     from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
-    from steerway.estimation.positioning.time_varying import SpeedDependentFixNoise, TimeVaryingNoise, saturated
     from steerway.estimation.positioning.vessel_filter import VesselFilter, VesselMotion, VesselNoise
     from steerway.estimation.positioning.vessel_smoother import VesselRecord, smooth
 

@@ -15,7 +15,7 @@ observer); "held innovation" keeps the innovation; "impulsive" applies at the fi
 import math
 import warnings
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +25,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, not_negative, one_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.estimation.positioning.low_speed import HEADING, WAVE_DRAG, WAVE_STIFFNESS, WITH_FORCE, pack, rates
 from steerway.estimation.positioning.vessel_filter import VesselMotion
 
 CORRECTIONS = ("held", "held innovation", "impulsive")
@@ -89,28 +90,29 @@ class ObserverGains:
         return ""
 
     def table(self) -> Floats:
-        """(6, 3): K11, K12, ω_c, K3, K4 and, in the last row, 1/T_b, ω₀², 2λω₀."""
+        """(5, 3): K11, K12, ω_c, K3, K4."""
         cutoff = np.array(self.cutoff)
         frequency, left = self.wave_frequency, 2.0 * (1.0 - self.wave_damping)
         integral = -left * cutoff / frequency if frequency else np.zeros(3)
-        rest = (1.0 / self.force_time, frequency**2, 2.0 * self.wave_damping * frequency)
-        return np.array([integral, np.full(3, left * frequency), cutoff, self.force, self.velocity, rest])
+        return np.array([integral, np.full(3, left * frequency), cutoff, self.force, self.velocity])
 
 
 DEMO_GAINS = ObserverGains((1.04,) * 3, (0.1, 0.1, 0.01), (0.1, 0.1, 0.01), 100.0, 0.8, 0.1)
 """Those of the public simulator of CyberShip II; they break the ordering, K3/K4 = 1 > ω₀."""
 
 
-@kernel
-def _innovation(x: Floats, measured: Floats, out: Floats) -> None:
-    for i in range(3):
-        out[i] = measured[i] - x[PLACE + i] - x[WAVE + i]
-    out[2] = wrap(out[2])
+class Seen(NamedTuple):
+    """What the observer compares itself with."""
+
+    measured: Floats  # (3,) position and heading
+    error: Floats  # (3,) innovation that corrects
+    is_held: bool  # whether it is that of the measurement against the state of now
 
 
 @kernel
-def _correction(gains: Floats, inverse: Floats, c: float, s: float, error: Floats, out: Floats) -> None:
+def _correction(error: Floats, heading: float, gains: Floats, model: Floats, out: Floats) -> None:
     """out ← what the innovation `error` adds to the rates of all 15 states."""
+    c, s = math.cos(heading), math.sin(heading)
     for i in range(3):
         out[WAVE_INTEGRAL + i] = gains[0, i] * error[i]
         out[WAVE + i] = gains[1, i] * error[i]
@@ -119,84 +121,47 @@ def _correction(gains: Floats, inverse: Floats, c: float, s: float, error: Float
     north, east, yaw = gains[4, 0] * error[0], gains[4, 1] * error[1], gains[4, 2] * error[2]
     ahead, abeam = c * north + s * east, c * east - s * north
     for i in range(3):
-        out[VELOCITY + i] = inverse[i, 0] * ahead + inverse[i, 1] * abeam + inverse[i, 2] * yaw
+        out[VELOCITY + i] = model[3 * i] * ahead + model[3 * i + 1] * abeam + model[3 * i + 2] * yaw
 
 
 @kernel
-def _rates(
-    x: Floats,
-    heading: float,
-    force: Floats,
-    error: Floats,
-    gains: Floats,
-    inverse: Floats,
-    damping: Floats,
-    out: Floats,
-) -> None:
-    """Right-hand side of the observer; `heading` is the measured one."""
-    c, s = math.cos(heading), math.sin(heading)
-    _correction(gains, inverse, c, s, error, out)
-    u, v, r = x[VELOCITY], x[VELOCITY + 1], x[VELOCITY + 2]
-    b_n, b_e = x[FORCE], x[FORCE + 1]
-    ahead, abeam, yaw = force[0] + c * b_n + s * b_e, force[1] + c * b_e - s * b_n, force[2] + x[FORCE + 2]
-    ahead -= damping[0, 0] * u + damping[0, 1] * v + damping[0, 2] * r
-    abeam -= damping[1, 0] * u + damping[1, 1] * v + damping[1, 2] * r
-    yaw -= damping[2, 0] * u + damping[2, 1] * v + damping[2, 2] * r
-    out[PLACE] += c * u - s * v
-    out[PLACE + 1] += s * u + c * v
-    out[PLACE + 2] += r
+def _rates(x: Floats, seen: Seen, force: Floats, gains: Floats, model: Floats, out: Floats) -> None:
+    """Right-hand side of the observer: the vessel's on the measured heading, its waves and the correction."""
+    if seen.is_held:
+        for i in range(3):
+            seen.error[i] = seen.measured[i] - x[PLACE + i] - x[WAVE + i]
+        seen.error[2] = wrap(seen.error[2])
+    _correction(seen.error, seen.measured[2], gains, model, out)
+    vessel, moved = np.empty(WITH_FORCE), np.empty(WITH_FORCE)
     for i in range(3):
+        vessel[i], vessel[3 + i], vessel[6 + i] = x[PLACE + i], x[VELOCITY + i], x[FORCE + i]
+    vessel[HEADING] = seen.measured[2]
+    rates(vessel, force, model, moved)
+    for i in range(3):
+        out[PLACE + i] += moved[i]
+        out[VELOCITY + i] += moved[3 + i]
+        out[FORCE + i] += moved[6 + i]
         out[WAVE_INTEGRAL + i] += x[WAVE + i]
-        out[WAVE + i] -= gains[5, 1] * x[WAVE_INTEGRAL + i] + gains[5, 2] * x[WAVE + i]
-        out[FORCE + i] -= gains[5, 0] * x[FORCE + i]
-        out[VELOCITY + i] += inverse[i, 0] * ahead + inverse[i, 1] * abeam + inverse[i, 2] * yaw
+        out[WAVE + i] -= model[WAVE_STIFFNESS] * x[WAVE_INTEGRAL + i] + model[WAVE_DRAG] * x[WAVE + i]
 
 
 @kernel
-def _stage(
-    x: Floats,
-    measured: Floats,
-    held: bool,
-    error: Floats,
-    force: Floats,
-    gains: Floats,
-    inverse: Floats,
-    damping: Floats,
-    out: Floats,
-) -> None:
-    """Rates at x: `held` compares the measurement with x itself, otherwise `error` (3,) is what corrects."""
-    if held:
-        _innovation(x, measured, error)
-    _rates(x, measured[2], force, error, gains, inverse, damping, out)
-
-
-@kernel
-def predict(
-    x: Floats,
-    measured: Floats,
-    held: bool,
-    error: Floats,
-    force: Floats,
-    gains: Floats,
-    inverse: Floats,
-    damping: Floats,
-    dt: float,
-) -> None:
+def predict(x: Floats, seen: Seen, force: Floats, gains: Floats, model: Floats, dt: float) -> None:
     """x after dt by Runge and Kutta's fourth-order method, in place. No angle is wrapped."""
     k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
-    _stage(x, measured, held, error, force, gains, inverse, damping, k1)
-    _stage(x + 0.5 * dt * k1, measured, held, error, force, gains, inverse, damping, k2)
-    _stage(x + 0.5 * dt * k2, measured, held, error, force, gains, inverse, damping, k3)
-    _stage(x + dt * k3, measured, held, error, force, gains, inverse, damping, k4)
+    _rates(x, seen, force, gains, model, k1)
+    _rates(x + 0.5 * dt * k1, seen, force, gains, model, k2)
+    _rates(x + 0.5 * dt * k2, seen, force, gains, model, k3)
+    _rates(x + dt * k3, seen, force, gains, model, k4)
     for i in range(STATES):
         x[i] += dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
 
 
 @kernel
-def strike(x: Floats, heading: float, error: Floats, gains: Floats, inverse: Floats, interval: float) -> None:
+def strike(x: Floats, error: Floats, heading: float, gains: Floats, model: Floats, interval: float) -> None:
     """x += `interval` times the correction by an innovation, at once."""
     out = np.empty(STATES)
-    _correction(gains, inverse, math.cos(heading), math.sin(heading), error, out)
+    _correction(error, heading, gains, model, out)
     for i in range(STATES):
         x[i] += interval * out[i]
     x[PLACE + 2] = wrap(x[PLACE + 2])
@@ -233,8 +198,7 @@ class PassiveObserver:
             positive("observer.heading_interval", heading_interval)
         self.gains = gains
         self._gains = gains.table()
-        self._inverse = np.linalg.inv(array_of("inertia", inertia, (3, 3))).astype(np.float64)
-        self._damping = array_of("damping", damping, (3, 3))
+        self._model = pack(inertia, damping, gains.force_time, gains.wave_frequency, gains.wave_damping)
         self.state = np.zeros(STATES)
         disorder = gains.out_of_order()
         if disorder:
@@ -260,9 +224,8 @@ class PassiveObserver:
         if not self._known[2]:
             self._measured[2] = x[PLACE + 2]
         force, dt = array_of("force", force, (3,)), not_negative("dt", dt)
-        held = self._form == "held"
-        gains = self._gains if self._known.all() else self._gains * [*[self._known] * 5, np.ones(3)]
-        predict(x, self._measured, held, self._error, force, gains, self._inverse, self._damping, dt)
+        seen = Seen(self._measured, self._error, self._form == "held")
+        predict(x, seen, force, self._gains * self._known, self._model, dt)
         x[PLACE + 2] = wrap(x[PLACE + 2])
 
     def update(self, north: float, east: float) -> float:
@@ -270,9 +233,7 @@ class PassiveObserver:
         if not (math.isfinite(north) and math.isfinite(east)):
             return math.nan
         self._measured[:2], self._known[:2] = (north, east), 1.0
-        x = self.state
-        error = np.array([north - x[PLACE] - x[WAVE], east - x[PLACE + 1] - x[WAVE + 1], 0.0])
-        self._take(slice(0, 2), error, self._fix_interval)
+        self._take(slice(0, 2), self._fix_interval)
         return math.nan
 
     def update_heading(self, heading: float) -> None:
@@ -280,12 +241,15 @@ class PassiveObserver:
         if not math.isfinite(heading):
             return
         self._measured[2], self._known[2] = heading, 1.0
-        error = np.array([0.0, 0.0, wrap(heading - self.state[PLACE + 2] - self.state[WAVE + 2])])
-        self._take(slice(2, 3), error, self._heading_interval or self._fix_interval)
+        self._take(slice(2, 3), self._heading_interval or self._fix_interval)
 
-    def _take(self, axes: slice, error: Floats, interval: float) -> None:
+    def _take(self, axes: slice, interval: float) -> None:
+        """Correct by what has just been measured of these axes, now or until it is measured again."""
+        error = np.zeros(3)
+        error[axes] = (self._measured - self.state[PLACE : PLACE + 3] - self.state[WAVE : WAVE + 3])[axes]
+        error[2] = wrap(error[2])
         if self._form == "impulsive":
-            strike(self.state, self._measured[2], error, self._gains, self._inverse, interval)
+            strike(self.state, error, self._measured[2], self._gains, self._model, interval)
         else:
             self._error[axes] = error[axes]
 

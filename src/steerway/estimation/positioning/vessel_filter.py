@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, not_negative, positive
-from steerway.core.compiled import kernel
+from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.errors import InputError
-from steerway.core.kalman import correct, correct_scalar, innovation, normalised_square, place_by_fix
+from steerway.core.kalman import Fix, correct, correct_scalar, innovation, normalised_square, place_by_fix
+from steerway.core.linear_algebra import symmetric
 from steerway.core.statistics import FIX_GATE
 from steerway.estimation.positioning.low_speed import (
     BODY,
@@ -67,7 +68,7 @@ class Observer(Protocol):
 
 
 class FixNoise(Protocol):
-    """Measurement noise that changes: estimated by `adaptive_noise`, a function of speed in `time_varying`."""
+    """Measurement noise that changes: see `changing_noise`."""
 
     def start(self, variances: tuple[float, float]) -> None:
         """Begin with the variances (north, east; m²) of the filter."""
@@ -140,34 +141,26 @@ def predict(x: Floats, p: Floats, force: Floats, noise: Floats, model: Floats, d
     spread(p, work[0], noise, dt, work[1])
 
 
+@lean_kernel
+def waves_in(x: Floats) -> int:
+    """First of the states that waves add to a fix, 0 without them."""
+    return WAVE if len(x) == WITH_WAVES else 0
+
+
 @kernel
-def innovation_of(
-    x: Floats, p: Floats, north: float, east: float, north_variance: float, east_variance: float
-) -> tuple[float, float, float]:
+def innovation_of(x: Floats, p: Floats, fix: Fix) -> tuple[float, float, float]:
     """Innovation (north, east) and NIS of a fix that is not taken."""
-    wave = WAVE if len(x) == WITH_WAVES else 0
-    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, north_variance, east_variance, wave)
-    return nu_n, nu_e, normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
+    seen = innovation(x, p, fix, waves_in(x))
+    return seen.north, seen.east, normalised_square(seen)
 
 
 @kernel
-def take_fix(
-    x: Floats,
-    p: Floats,
-    work: Floats,
-    north: float,
-    east: float,
-    north_variance: float,
-    east_variance: float,
-    gate: float,
-) -> tuple[bool, float]:
+def take_fix(x: Floats, p: Floats, work: Floats, fix: Fix, gate: float) -> tuple[bool, float]:
     """Correct by a fix, P2 (23)–(25) with H = C. Returns (accepted, NIS)."""
-    wave = WAVE if len(x) == WITH_WAVES else 0
-    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, north_variance, east_variance, wave)
-    nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
+    nis = normalised_square(innovation(x, p, fix, waves_in(x)))
     if nis > gate:
         return False, nis
-    correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, wave)
+    correct(x, p, work, fix, waves_in(x))
     x[HEADING] = wrap(x[HEADING])
     return True, nis
 
@@ -180,12 +173,12 @@ def take_heading(x: Floats, p: Floats, work: Floats, heading: float, variance: f
 
 
 @kernel
-def retake(x: Floats, p: Floats, north: float, east: float, north_variance: float, east_variance: float) -> None:
+def retake(x: Floats, p: Floats, fix: Fix) -> None:
     """After unbroken rejections take the position anew and keep the motion."""
-    wave = WAVE if len(x) == WITH_WAVES else 0
-    x[0] = north - x[wave] if wave else north
-    x[1] = east - x[wave + 1] if wave else east
-    place_by_fix(p, north_variance, east_variance, wave)
+    wave = waves_in(x)
+    x[0] = fix.north - x[wave] if wave else fix.north
+    x[1] = fix.east - x[wave + 1] if wave else fix.east
+    place_by_fix(p, fix, wave)
 
 
 class VesselFilter:
@@ -196,7 +189,7 @@ class VesselFilter:
         noise: of the vessel and its environment.
         gate: on the NIS of a fix; inf takes every fix.
         fix_noise: a `FixNoise` in place of `noise.position_std`.
-        scheduled: densities of the acceleration from the estimated (surge, sway), see `time_varying`.
+        scheduled: densities of the acceleration from the estimated (surge, sway), see `changing_noise`.
 
     Raises InputError for matrices that are not (3, 3).
     """
@@ -247,18 +240,19 @@ class VesselFilter:
         x, p = self.state, self.covariance_upper
         if self._fix_noise is not None:
             self._variances = self._noise_of(self._fix_noise, north, east)
-        accepted, nis = take_fix(x, p, self._work[0], north, east, *self._variances, self._gate)
+        fix = Fix(north, east, *self._variances)
+        accepted, nis = take_fix(x, p, self._work[0], fix, self._gate)
         self._rejected = 0 if accepted else self._rejected + 1
         self.retaken = self._rejected >= PATIENCE
         if self.retaken:
-            retake(x, p, north, east, *self._variances)
+            retake(x, p, fix)
             self._rejected = 0
         return nis
 
     def _noise_of(self, fix_noise: FixNoise, north: float, east: float) -> tuple[float, float]:
         """An outlier changes the noise no more than a fix at the gate; several in a row change it."""
         x, p = self.state, self.covariance_upper
-        nu_n, nu_e, nis = innovation_of(x, p, north, east, *fix_noise.expected(x))
+        nu_n, nu_e, nis = innovation_of(x, p, Fix(north, east, *fix_noise.expected(x)))
         share = 1.0 - math.sqrt(self._gate / nis) if nis > self._gate else 0.0
         return fix_noise.learned(x, p, north - share * nu_n, east - share * nu_e)
 
@@ -270,8 +264,7 @@ class VesselFilter:
     @property
     def covariance(self) -> Floats:
         """(n, n) covariance of `state`."""
-        upper = np.triu(self.covariance_upper)
-        return upper + np.triu(upper, 1).T
+        return symmetric(self.covariance_upper)
 
     @property
     def motion(self) -> VesselMotion:

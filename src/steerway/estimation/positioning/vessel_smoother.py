@@ -13,6 +13,7 @@ from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
+from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.rauch_tung_striebel import Room, ignore, smoothing_step
 from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
 from steerway.estimation.positioning.vessel_filter import VesselFilter
@@ -88,6 +89,4 @@ def _backward(
         excess[HEADING] = wrap(excess[HEADING])
         smoothing_step(states[k], covariances[k], work[0], p_next, excess, p_later, room)
         states[k, HEADING] = wrap(states[k, HEADING])
-        for i in range(n):
-            for j in range(i):
-                covariances[k, i, j] = covariances[k, j, i]
+        fill_lower(covariances[k])

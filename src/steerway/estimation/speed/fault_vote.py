@@ -8,6 +8,7 @@ the speed has changed by.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,15 @@ NONE = -1
 _TIME, _OFFSET, _THIRD, _INERTIAL, _READING = range(5)
 
 
+class _Record(NamedTuple):
+    """Readings of both instruments up to now."""
+
+    time: float  # now
+    rows: Floats  # (2, _ROWS, 5): time, reading − estimate, − third, − inertial (NaN: none); reading
+    last: NDArray[np.int64]  # (2,) the latest row of each
+    stds: tuple[float, float]
+
+
 class FaultVote:
     """Compares instruments 0 and 1 with white errors of `stds`.
 
@@ -56,9 +66,7 @@ class FaultVote:
         self.excluded: int | None = None
         self.conflict = False
         self._since = -math.inf
-        self._kept = np.full(
-            (2, _ROWS, 5), -math.inf
-        )  # time, reading − estimate, − third, − inertial (NaN: none); reading
+        self._kept = np.full((2, _ROWS, 5), -math.inf)
         self._last = np.zeros(2, dtype=np.int64)
         self._drift, self._judged = 0.0, math.nan
 
@@ -78,12 +86,10 @@ class FaultVote:
         """
         before = NONE if self.excluded is None else self.excluded
         elapsed = 0.0 if math.isnan(self._judged) else time - self._judged
-        common = _common(self._kept, self._last, time)
-        self._drift = max(common, self._drift * math.exp(-elapsed / REMEMBERED))
+        record = _Record(time, self._kept, self._last, self.stds)
+        self._drift = max(_common(record), self._drift * math.exp(-elapsed / REMEMBERED))
         self._judged = time
-        wrong, self.conflict, misled, window = _judge(
-            self._kept, self._last, time, before, self._since, *self.stds, explained, self._drift
-        )
+        wrong, self.conflict, misled, window = _judge(record, before, self._since, explained, self._drift)
         if wrong != before:
             self._since = time
         self.excluded = None if wrong == NONE else wrong
@@ -91,12 +97,13 @@ class FaultVote:
 
 
 @kernel
-def _mean(rows: Floats, last: int, start: float, stop: float, column: int) -> tuple[float, int]:
-    """(mean, number) of the readings with start < time ≤ stop; NaN as soon as one is."""
+def _mean(record: _Record, which: int, window: float, ago: float, column: int) -> tuple[float, int]:
+    """(mean, number) of an instrument's readings in a window (s) that ended some time `ago`; NaN as soon as one is."""
+    rows, last, stop = record.rows[which], record.last[which], record.time - ago
     total, count = 0.0, 0
     for back in range(_ROWS):
         row = rows[(last - back) % _ROWS]
-        if row[_TIME] <= start:
+        if row[_TIME] <= stop - window:
             break
         if row[_TIME] <= stop:
             total += row[column]
@@ -105,110 +112,81 @@ def _mean(rows: Floats, last: int, start: float, stop: float, column: int) -> tu
 
 
 @kernel
-def _difference(
-    kept: Floats, last: NDArray[np.int64], time: float, window: float, std: float, other_std: float, explained: float
-) -> tuple[float, float]:
+def _difference(record: _Record, window: float, explained: float) -> tuple[float, float]:
     """(mean difference, the part that noise explains) over a window; a window not full explains everything."""
-    first, n = _mean(kept[0], last[0], time - window, time, _OFFSET)
-    second, m = _mean(kept[1], last[1], time - window, time, _OFFSET)
-    full = min(_number_before(kept[0], last[0], time, window), _number_before(kept[1], last[1], time, window))
-    if min(n, m) < 2 or full == 0:
+    first, n = _mean(record, 0, window, 0.0, _OFFSET)
+    second, m = _mean(record, 1, window, 0.0, _OFFSET)
+    before = min(_mean(record, 0, 0.2 * window, window, _OFFSET)[1], _mean(record, 1, 0.2 * window, window, _OFFSET)[1])
+    if min(n, m) < 2 or before == 0:
         return 0.0, math.inf
-    return first - second, CONFLICT * math.sqrt(std**2 / n + other_std**2 / m + explained**2)
-
-
-@kernel
-def _number_before(rows: Floats, last: int, time: float, window: float) -> int:
-    return _mean(rows, last, time - 1.2 * window, time - window, _OFFSET)[1]
+    return first - second, CONFLICT * math.sqrt(record.stds[0] ** 2 / n + record.stds[1] ** 2 / m + explained**2)
 
 
 @kernel
 def _judge(
-    kept: Floats,
-    last: NDArray[np.int64],
-    time: float,
-    excluded: int,
-    since: float,
-    std: float,
-    other_std: float,
-    explained: float,
-    drift: float,
+    record: _Record, excluded: int, since: float, explained: float, drift: float
 ) -> tuple[int, bool, float, float]:
     """(excluded or NONE, whether an unsettled conflict stands, misled, window)."""
     if excluded != NONE:
         # Readmitted only when the long mean, made of readings since, is well within what noise explains.
-        difference, most = _difference(kept, last, time, LONG, std, other_std, explained)
-        back = time - since > LONG and most < math.inf and abs(difference) < 0.5 * most
+        difference, most = _difference(record, LONG, explained)
+        back = record.time - since > LONG and most < math.inf and abs(difference) < 0.5 * most
         return (NONE if back else excluded), False, math.nan, math.nan
     conflict = False
     for window in (SHORT, LONG):
-        difference, most = _difference(kept, last, time, window, std, other_std, explained)
+        difference, most = _difference(record, window, explained)
         if abs(difference) > most:
-            wrong = _wrong(kept, last, time, window, std, other_std, drift)
+            wrong = _wrong(record, window, drift)
             conflict = True
             if wrong != NONE:
-                misled, n = _mean(kept[1 - wrong], last[1 - wrong], time - window, time, _OFFSET)
-                noise = (std if wrong == 1 else other_std) / math.sqrt(n)
+                misled, n = _mean(record, 1 - wrong, window, 0.0, _OFFSET)
+                noise = record.stds[1 - wrong] / math.sqrt(n)
                 return wrong, False, (misled if abs(misled) > 3.0 * noise else 0.0), window
     return NONE, conflict, math.nan, math.nan
 
 
 @kernel
-def _change(rows: Floats, last: int, time: float, window: float, lag: float, column: int) -> tuple[float, float]:
+def _change(record: _Record, which: int, window: float, lag: float, column: int) -> tuple[float, float]:
     """(change of an offset over a lag, its variance in units of one reading's); NaN where it is not known."""
-    now, n = _mean(rows, last, time - window, time, column)
-    before, m = _mean(rows, last, time - lag - window, time - lag, column)
+    now, n = _mean(record, which, window, 0.0, column)
+    before, m = _mean(record, which, window, lag, column)
     if min(n, m) < 2:
         return math.nan, math.inf
     return now - before, 1.0 / n + 1.0 / m
 
 
 @kernel
-def _common(kept: Floats, last: NDArray[np.int64], time: float) -> float:
+def _common(record: _Record) -> float:
     """What the offsets of both to the third have changed by, the lesser of the two; 0 where it is not known."""
-    first, _ = _change(kept[0], last[0], time, SHORT, LAG, _THIRD)
-    second, _ = _change(kept[1], last[1], time, SHORT, LAG, _THIRD)
-    common = min(abs(first), abs(second))
+    common = min(abs(_change(record, 0, SHORT, LAG, _THIRD)[0]), abs(_change(record, 1, SHORT, LAG, _THIRD)[0]))
     return common if math.isfinite(common) else 0.0
 
 
 @kernel
-def _likelihood(
-    kept: Floats,
-    last: NDArray[np.int64],
-    time: float,
-    window: float,
-    lag: float,
-    column: int,
-    stds: tuple[float, float],
-    drift: float,
-) -> float:
+def _likelihood(record: _Record, window: float, lag: float, column: int, drift: float) -> float:
     """Logarithm of the likelihood that 0 is faulty and 1 is not over that of the opposite; 0 where nothing is known."""
-    first, n = _change(kept[0], last[0], time, window, lag, column)
-    second, m = _change(kept[1], last[1], time, window, lag, column)
+    first, n = _change(record, 0, window, lag, column)
+    second, m = _change(record, 1, window, lag, column)
     if not (math.isfinite(first) and math.isfinite(second)):
         return 0.0
-    drifted = drift**2
-    return 0.5 * (first**2 / (stds[0] ** 2 * n + drifted) - second**2 / (stds[1] ** 2 * m + drifted))
+    std, other_std = record.stds
+    return 0.5 * (first**2 / (std**2 * n + drift**2) - second**2 / (other_std**2 * m + drift**2))
 
 
 @kernel
-def _wrong(
-    kept: Floats, last: NDArray[np.int64], time: float, window: float, std: float, other_std: float, drift: float
-) -> int:
+def _wrong(record: _Record, window: float, drift: float) -> int:
     """The instrument whose offsets to the others have clearly changed more, NONE where that is not clear."""
-    stds = (std, other_std)
-    faster, _ = _change(kept[0], last[0], time, window, LAG, _READING)
-    other, _ = _change(kept[1], last[1], time, window, LAG, _READING)
+    faster, _ = _change(record, 0, window, LAG, _READING)
+    other, _ = _change(record, 1, window, LAG, _READING)
     drift = max(drift, MODEL_SHARE * min(abs(faster), abs(other)), THIRD_DRIFT)
-    lead = _likelihood(kept, last, time, window, LAG, _THIRD, stds, drift)
+    lead = _likelihood(record, window, LAG, _THIRD, drift)
     # An accelerometer shows sudden faults only: slow ones enter the estimate of its bias.
-    first, n = _change(kept[0], last[0], time, SHORT, SHORT_LAG, _OFFSET)
-    second, m = _change(kept[1], last[1], time, SHORT, SHORT_LAG, _OFFSET)
-    difference, _ = _difference(kept, last, time, SHORT, std, other_std, 0.0)
-    noise = math.sqrt(std**2 * n + other_std**2 * m)
+    first, n = _change(record, 0, SHORT, SHORT_LAG, _OFFSET)
+    second, m = _change(record, 1, SHORT, SHORT_LAG, _OFFSET)
+    difference, _ = _difference(record, SHORT, 0.0)
+    noise = math.sqrt(record.stds[0] ** 2 * n + record.stds[1] ** 2 * m)
     if abs(first - second) > max(SUDDEN * abs(difference), SURE * noise):
-        lead += _likelihood(kept, last, time, SHORT, SHORT_LAG, _INERTIAL, stds, INERTIAL_DRIFT)
+        lead += _likelihood(record, SHORT, SHORT_LAG, _INERTIAL, INERTIAL_DRIFT)
     if not abs(lead) > CLEAR:
         return NONE
     return 0 if lead > 0.0 else 1

@@ -19,6 +19,7 @@ from steerway.core.compiled import kernel
 from steerway.core.earth import STANDARD_GRAVITY
 from steerway.core.errors import InputError
 from steerway.core.kalman import correct_scalar, take_scalar
+from steerway.core.linear_algebra import symmetric
 from steerway.core.statistics import AID_GATE, DIFFUSE_SPEED_STD
 from steerway.estimation.filter.five_state import decaying
 
@@ -156,8 +157,7 @@ class SurgeFilter:
     @property
     def covariance(self) -> Floats:
         """(5, 5) covariance of `state`."""
-        upper = np.triu(self._filter_state[:STATES])
-        return upper + np.triu(upper, 1).T
+        return symmetric(self._filter_state[:STATES])
 
 
 @kernel
