@@ -55,9 +55,9 @@ errors of any track: without this cost a receiver that wanders by 0.4 m once a s
 _LEAST_GAIN, _CERTAIN, _PERHAPS = 4.0, 15.0, 8.0
 """By how much another turn has to fit a track better than the ordered one at a comparison, in twice the nats, and the
 sums of what is beyond that from which on the boat is taken to turn otherwise, and from which on it is said. Chosen on a
-desk boat in currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: 23 sound routes reach 6 at the most. Of
-50 faults in the first minute 49 are above after at most 20 s of orders of 5°/s or more; one boat was stuck at the rate
-that was ordered for half of them.
+desk boat in currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: 23 sound routes reach 6 at the most.
+Of 50 faults in the first minute 49 are above after at most 20 s of orders of 5°/s or more; one boat was stuck at the
+rate that was ordered for half of them.
 """
 _ERROR, _ERROR_TIME = 0.35, 0.3
 """m, and s of the usual speed, 1σ of the error of one s of a track: receiver, sideslip, speed lost in turns. Chosen."""
@@ -196,9 +196,9 @@ class ResponseMonitor:
 class TrackMonitor:
     """Whether the places of the last `_TRACK` s show the turns that were ordered, or rather other ones.
 
-    Current, heading and the boat's speed for a thrust are unknown here: the place is p + V t + A ∫ s exp(iθ) dt with the
-    turn θ that was ordered and the speed s that the thrust makes as a share of the usual one, complex, north + i east.
-    Errors, current V ~ N(0, σ_V²) and |A| ~ N(U, σ_U²) are weighed. In place of θ stand its mirror image, no turn and
+    Current, heading and the speed for a thrust are unknown here: the place is p + V t + A ∫ s exp(iθ) dt with the turn
+    θ that was ordered and the speed s that the thrust makes as a share of the usual one, complex, north + i east. Errors,
+    current V ~ N(0, σ_V²) and |A| ~ N(U, σ_U²) are weighed. In place of θ stand its mirror image, no turn and
     turns at some rates. Without s a boat that turns at a corner while it hardly makes way looks like one that does not.
     """
 
@@ -260,7 +260,7 @@ class TrackMonitor:
         self._evidence = max(0.0, self._evidence + float(gained) - _LEAST_GAIN)
 
     def _costs(self, t: Floats, places: NDArray[np.complex128], velocities: NDArray[np.complex128]) -> Floats:
-        """Twice the −log density of places (n,; m) for each of some velocities (k, n) of one size, but for a constant."""
+        """Twice the −log density of places (n,; m) for each of k velocities (k, n), but for a constant."""
         usual, steps = self._usual, np.diff(t)
         way = np.zeros_like(velocities)
         np.cumsum(0.5 * steps * (velocities[:, 1:] + velocities[:, :-1]), axis=1, out=way[:, 1:])
