@@ -197,8 +197,8 @@ class TrackMonitor:
     """Whether the places of the last `_TRACK` s show the turns that were ordered, or rather other ones.
 
     Current, heading and the speed for a thrust are unknown here: the place is p + V t + A ∫ s exp(iθ) dt with the turn
-    θ that was ordered and the speed s that the thrust makes as a share of the usual one, complex, north + i east. Errors,
-    current V ~ N(0, σ_V²) and |A| ~ N(U, σ_U²) are weighed. In place of θ stand its mirror image, no turn and
+    θ that was ordered and the speed s that the thrust makes as a share of the usual one, complex, north + i east.
+    Errors, current V ~ N(0, σ_V²) and |A| ~ N(U, σ_U²) are weighed. In place of θ stand its mirror image, no turn and
     turns at some rates. Without s a boat that turns at a corner while it hardly makes way looks like one that does not.
     """
 
