@@ -51,16 +51,17 @@ _RATES = np.radians(np.arange(-18.0, 19.0, 3.0))
 """rad/s at which the boat may turn whatever is ordered; 0: it does not turn."""
 _UNLIKELY = np.concatenate((np.zeros(len(_DELAYS)), np.where(_RATES == 0.0, 0.0, 6.0)))
 """Cost of what may happen in place of the ordered turn: its mirror image and the rates. One of many rates fits the
-errors of any track: without this cost a receiver that wanders by 0.4 m once a second stops a sound boat. Chosen."""
+errors of any track: without this cost a receiver that wanders by 0.4 m stops a sound boat. Chosen."""
 _LEAST_GAIN, _CERTAIN, _PERHAPS = 4.0, 15.0, 8.0
 """By how much another turn has to fit a track better than the ordered one at a comparison, in twice the nats, and the
 sums of what is beyond that from which on the boat is taken to turn otherwise, and from which on it is said. Chosen on a
-desk boat in currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: 23 sound routes reach 6 at the most.
+desk boat in currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: 32 sound routes reach 4 at the most.
 Of 50 faults in the first minute 49 are above after at most 20 s of orders of 5°/s or more; one boat was stuck at the
 rate that was ordered for half of them.
 """
 _ERROR, _ERROR_TIME = 0.35, 0.3
-"""m, and s of the usual speed, 1σ of the error of one s of a track: receiver, sideslip, speed lost in turns. Chosen."""
+"""m, and s of the usual speed, 1σ of the error of one s of a track beside the receiver's: sideslip, speed lost in turns.
+Chosen."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 """1σ of a component of the current, and of the speed through the water, in shares of the usual speed. Chosen."""
 
@@ -224,9 +225,9 @@ class TrackMonitor:
             made = max(thrust, 0.0) * self._top / self._usual
             self._drive += (made - self._drive) * -math.expm1(-dt / self._surge_time)
 
-    def fix(self, time: float, latitude: float, longitude: float, slow: float) -> None:
-        """A position of a time: s; rad; slow: 1σ of what its errors have in common for seconds, m."""
-        self._error = math.hypot(_ERROR, slow)
+    def fix(self, time: float, latitude: float, longitude: float, error: float) -> None:
+        """A position of a time: s; rad; error: 1σ of the mean of the positions of a second, m."""
+        self._error = math.hypot(_ERROR, error)
         if self._track and not 0.0 < time - self._track[-1][0] < _LONGEST:
             self.restart()
         if not self._track:

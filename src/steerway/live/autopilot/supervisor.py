@@ -184,8 +184,9 @@ class Supervisor:
         self._measured_at = measured.time
         self._response.fix(measured.time, measured.yaw_rate)
         if math.isnan(measured.yaw_rate):  # a gyro tells it sooner
-            slow = self.pilot.estimator.filter.slow_std
-            self._track.fix(measured.time, measured.latitude, measured.longitude, slow)
+            of_a_second = self._receiver.scatter * math.sqrt(min(1.0, self._watch.interval))
+            error = math.hypot(self.pilot.estimator.filter.slow_std, of_a_second)
+            self._track.fix(measured.time, measured.latitude, measured.longitude, error)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
