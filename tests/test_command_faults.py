@@ -1,5 +1,8 @@
 """Faults of files, disks and processes: those of the docs, and the quick ones end as the docs say."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from tests.faults import aboard
@@ -17,6 +20,17 @@ QUICK = (
 def cells(row):
     """Without time and memory."""
     return tuple(cell.strip() for cell in row.strip("|").split(" | ")[:-2])
+
+
+@pytest.mark.parametrize("document", ["SECURITY.md", "docs/faults.md"])
+def test_the_tests_that_a_document_names_are_there(document):
+    root = Path(__file__).parents[1]
+    text = (root / document).read_text(encoding="utf-8")
+    named = re.findall(r"(tests/test_\w+\.py)(?:::(\w+))?", text)
+    assert len(named) > 5
+    named += [("tests/test_live_helm.py", name) for name in re.findall(r"`(test_\w+)`", text)]
+    for file, name in named:
+        assert f"def {name or 'test_'}" in (root / file).read_text(encoding="utf-8"), f"{file}::{name}"
 
 
 def test_the_docs_name_the_faults_aboard_that_are_tried():

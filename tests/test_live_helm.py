@@ -20,6 +20,7 @@ from steerway.live.testing import (
     UNKNOWN,
     Address,
     ChartPlane,
+    Controls,
     Gate,
     GeodeticRoute,
     HelmPage,
@@ -29,6 +30,7 @@ from steerway.live.testing import (
     Row,
     Service,
     Sessions,
+    Settings,
     State,
     View,
     ViewInput,
@@ -37,6 +39,7 @@ from steerway.live.testing import (
     checked,
     ellipse,
     lost,
+    page_process,
     time_plots,
     tone,
     view,
@@ -191,6 +194,22 @@ def test_a_token_is_long_enough_and_never_printed(tmp_path, monkeypatch):
     assert token_of(str(tmp_path / "token")) == "another token"
     with pytest.raises(InputError, match="cannot be read"):
         token_of(str(tmp_path / "none"))
+    assert [name for name in Settings.model_fields if "token" in name] == ["helm_token_file", "control_token_file"]
+
+
+def test_the_page_asks_for_nothing_else(monkeypatch):
+    """Whatever comes from its process is a request of `Controls`, or refused; what those change is in this list."""
+    service, asked_for = Service(Navigator(), []), []
+    monkeypatch.setattr(service.controls, "do", lambda *given: asked_for.append(given))
+    helm = HelmPage(service, Address("127.0.0.1", 8080))
+    for what in ("settings", "record", "stop"):
+        helm._do(what, "/etc/passwd", "10.0.0.7")
+    assert asked_for == [(what, "/etc/passwd", "the helm page") for what in ("settings", "record", "stop")]
+    with pytest.raises(InputError) as refused:
+        Controls().do("settings", None, "a test")
+    named = str(refused.value).partition("expected one of ")[2].split(", ")
+    steering = {"start", "stop", "hold-course", "adjust", "hold-position", "route", "leg", "dodge", "offset", "faster"}
+    assert set(named) == steering | {"mob", "mob-over"}
 
 
 # --- who may pass
@@ -360,6 +379,31 @@ def test_a_page_that_fails_is_begun_again(caplog):
         await asyncio.gather(running, return_exceptions=True)
 
     asyncio.run(shown())
+
+
+def test_a_page_that_hangs_delays_nothing_and_misses_views(tmp_path, monkeypatch):
+    """It neither reads nor ends."""
+    hung = tmp_path / "hung"
+    hung.write_text("#!/bin/sh\nexec sleep 60\n")
+    hung.chmod(0o700)
+    monkeypatch.setattr(page_process.sys, "executable", str(hung))
+    monkeypatch.setattr(page_process, "RATE", 1e4)
+    send, sent = page_process._send, []
+    monkeypatch.setattr(page_process, "_send", lambda *given: sent.append(send(*given)))
+    helm = HelmPage(Service(Navigator(), []), Address("127.0.0.1", 0))
+
+    async def shown():
+        running, longest, before = asyncio.create_task(helm.run()), 0.0, -1
+        while len(sent) != before or not sent:
+            before, loop = len(sent), asyncio.get_running_loop()
+            begun = loop.time()
+            await asyncio.sleep(0.1)
+            longest = max(longest, loop.time() - begun)
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+        return longest
+
+    assert asyncio.run(shown()) < 1.0 and 50 < len(sent) < 1000
 
 
 def test_the_page_leaves_the_estimator_out():

@@ -283,6 +283,7 @@ def test_every_client_receives_and_one_that_does_not_read_stops_nobody():
     async def feed():
         deaf = await asyncio.open_connection("127.0.0.1", out)
         reader, writer = await asyncio.open_connection("127.0.0.1", out)
+        writer.write(sortie(5, lat=0.0, lon=0.0) * 1000 + b"\0" * 100_000)  # what a client sends is dropped
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
             for place in zip(*track(5), strict=True):
                 sender.sendto(rmc(*place), ("127.0.0.1", into))
@@ -292,9 +293,11 @@ def test_every_client_receives_and_one_that_does_not_read_stops_nobody():
         writer.close()
         deaf[1].close()
 
-    hastened.run(listened(f"udp://127.0.0.1:{into}", feed, 5, [f"tcp-server://127.0.0.1:{out}?period=0.05"]))
+    to = [f"tcp-server://127.0.0.1:{out}?period=0.05"]
+    kept = hastened.run(listened(f"udp://127.0.0.1:{into}", feed, 5, to))
     (fixes,) = nmea0183.read(bytes(received)).sources.values()
     assert fixes.has_position.any()
+    assert len(kept.fixes) == 5 and all(row.latitude > 0.9 for row in kept.fixes)
 
 
 def test_ten_times_a_second_is_every_tenth_of_a_second():

@@ -2,7 +2,8 @@
 
 import logging
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.supervisor import Supervisor
@@ -24,8 +25,7 @@ class Mark(NamedTuple):
 
 
 class Controls:
-    """Requests by name: start, stop, hold-course, adjust, hold-position, route, leg, dodge, offset, faster, mob,
-    mob-over, present.
+    """Requests by name: `REQUESTS`, and `PRESENT`.
 
     Without a supervisor (no mission) only the mark of a man overboard can be set.
     """
@@ -35,20 +35,6 @@ class Controls:
         self.guide = None if supervisor is None else supervisor.guide
         self.mark: Mark | None = None
         self.row: Row = lost(math.nan)
-        self._requests = {
-            "start": self._start,
-            "stop": self._stop,
-            "hold-course": self._hold_course,
-            "adjust": self._adjust,
-            "hold-position": self._hold_position,
-            "route": self._route,
-            "leg": self._leg,
-            "dodge": self._dodge,
-            "offset": self._offset,
-            "faster": self._faster,
-            "mob": self._mob,
-            "mob-over": self._mob_over,
-        }
 
     def present(self) -> None:
         """A page or a program that commands gave a sign of life."""
@@ -60,12 +46,11 @@ class Controls:
         self.present()
         if what == PRESENT:
             return
-        request = self._requests.get(what) if isinstance(what, str) else None
-        if request is None:
-            raise InputError(f"request is {what!r}, expected one of {', '.join(self._requests)}")
+        if what not in REQUESTS:
+            raise InputError(f"request is {what!r}, expected one of {', '.join(REQUESTS)}")
         LOG.info("%s requests %s%s", who, what, "" if value is None else f" {value}")
         try:
-            request(value, who)
+            self._carry_out(what, value, who)
         except InputError as error:
             LOG.info("%s: refused: %s", who, error)
             raise
@@ -86,61 +71,23 @@ class Controls:
             "faster": faster,
         }
 
-    def _steering(self):
-        if self.supervisor is None:
+    def _carry_out(self, what, value, who):
+        if what == "mob":
+            self._mark()
+        elif what == "mob-over":
+            self.mark = None
+        elif self.supervisor is None:
             raise InputError("nothing is steered, expected a run with --mission")
-        return self.supervisor
+        else:
+            _STEERING[what](self.supervisor, value, who)
 
-    def _start(self, value, who):
-        self._steering().start()
-
-    def _stop(self, value, who):
-        self._steering().stop(f"stopped at {who}")
-
-    def _hold_course(self, value, who):
-        self._steering()
-        self.guide.hold_course(_number(value, "rad"))
-
-    def _adjust(self, value, who):
-        self._steering()
-        if value is None:
-            raise InputError("adjustment is null, expected a number in rad")
-        self.guide.adjust(_turn(value))
-
-    def _dodge(self, value, who):
-        self._steering()
-        self.guide.dodge(_turn(value))
-
-    def _offset(self, value, who):
-        self._steering()
-        self.guide.shift(_number(value, "m"))
-
-    def _faster(self, value, who):
-        self._steering()
-        self.guide.change_speed(_number(value, "m/s"))
-
-    def _hold_position(self, value, who):
-        self._steering()
-        self.guide.hold_position()
-
-    def _route(self, value, who):
-        self._steering()
-        self.guide.follow()
-
-    def _leg(self, value, who):
-        self._steering()
-        self.guide.follow(value)
-
-    def _mob(self, value, who):
+    def _mark(self):
         if not self.row.valid:
             raise InputError("the position is not known, expected one to mark")
         self.mark = Mark(self.row.time, self.row.latitude, self.row.longitude)
         LOG.warning(
             "man overboard marked at %.6f° %.6f°", math.degrees(self.mark.latitude), math.degrees(self.mark.longitude)
         )
-
-    def _mob_over(self, value, who):
-        self.mark = None
 
 
 def _number(value, unit):
@@ -154,8 +101,26 @@ def _number(value, unit):
     return float(value)
 
 
-def _turn(value):
+def _turn(value, is_needed=False):
+    if value is None and is_needed:
+        raise InputError("adjustment is null, expected a number in rad")
     by = _number(value, "rad")
     if by is not None and abs(by) > _ADJUSTED:
         raise InputError(f"adjustment is {math.degrees(by):.0f}°, expected at most {math.degrees(_ADJUSTED):.0f}°")
     return by
+
+
+_STEERING: dict[str, Callable[[Supervisor, Any, str], None]] = {
+    "start": lambda supervisor, value, who: supervisor.start(),
+    "stop": lambda supervisor, value, who: supervisor.stop(f"stopped at {who}"),
+    "hold-course": lambda supervisor, value, who: supervisor.guide.hold_course(_number(value, "rad")),
+    "adjust": lambda supervisor, value, who: supervisor.guide.adjust(_turn(value, is_needed=True)),
+    "hold-position": lambda supervisor, value, who: supervisor.guide.hold_position(),
+    "route": lambda supervisor, value, who: supervisor.guide.follow(),
+    "leg": lambda supervisor, value, who: supervisor.guide.follow(value),
+    "dodge": lambda supervisor, value, who: supervisor.guide.dodge(_turn(value)),
+    "offset": lambda supervisor, value, who: supervisor.guide.shift(_number(value, "m")),
+    "faster": lambda supervisor, value, who: supervisor.guide.change_speed(_number(value, "m/s")),
+}
+REQUESTS = (*_STEERING, "mob", "mob-over")
+"""What may be asked: the name of a request. Values are angles in rad to starboard, m to starboard, m/s, or a leg."""

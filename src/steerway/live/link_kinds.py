@@ -6,7 +6,7 @@ A new link is a file of its own and a row here; a new form of output a file and 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
@@ -17,7 +17,7 @@ from steerway.live.links.link import Input, Sink
 from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, require_websockets, token_of
 from steerway.live.links.streams import StreamInput, StreamSink, UdpSink
 from steerway.live.links.transport import speed_of
-from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
+from steerway.live.mavlink.companion import CARRIERS, Companion
 from steerway.live.mavlink.dialect import key_of
 from steerway.live.n2k.device import N2kDevice, require_can
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
@@ -28,6 +28,9 @@ from steerway.live.outputs.propellers import PERIOD, PropellerCommands
 from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.outputs.table import TableFile
 from steerway.live.uri import Uri
+
+if TYPE_CHECKING:
+    from steerway.live.autopilot.supervisor import Supervisor
 
 
 class Context(NamedTuple):
@@ -42,7 +45,7 @@ class Context(NamedTuple):
     every_tick: bool = False
     lossless: bool = False
     inputs: Sequence = ()
-    supervisor: Commanded | None = None
+    supervisor: "Supervisor | None" = None
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from steerway.core.errors import InputError
 
 AHEAD = 3.0
 """s ahead on the present course within which the boat must not cross the fence."""
+_SOON = f"within {AHEAD:g} s"
 
 
 class Polygon:
@@ -72,9 +73,7 @@ class Fence(Polygon):
         """Why to stop here, "" while the boat is inside and stays there for `AHEAD`."""
         if not self.holds(latitude, longitude):
             return "the fence is left"
-        return (
-            f"the fence is about to be left, within {AHEAD:g} s" if self.is_met(latitude, longitude, sog, cog) else ""
-        )
+        return f"the fence is about to be left, {_SOON}" if self.is_met(latitude, longitude, sog, cog) else ""
 
 
 class NoGo(Polygon):
@@ -84,11 +83,7 @@ class NoGo(Polygon):
         """Why to stop here, "" while the boat is outside and stays there for `AHEAD`."""
         if self.holds(latitude, longitude):
             return f"the boat is inside of {self.name}"
-        return (
-            f"{self.name} is about to be entered, within {AHEAD:g} s"
-            if self.is_met(latitude, longitude, sog, cog)
-            else ""
-        )
+        return f"{self.name} is about to be entered, {_SOON}" if self.is_met(latitude, longitude, sog, cog) else ""
 
 
 def _cross(a_north, a_east, b_north, b_east, c_north, c_east, d_north, d_east):

@@ -95,8 +95,7 @@ class Supervisor:
         self._receiver, self._response, self._track, self._turns = ReceiverMonitor(), None, None, None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
             boat = boat_of(route, takes)
-            self._response = ResponseMonitor(boat.nomoto_time, boat.cruise)
-            self._track = TrackMonitor(boat.nomoto_time, boat.cruise)
+            self._response, self._track = ResponseMonitor(boat), TrackMonitor(boat)
             declared = route.settings.boat.max_yaw_rate_dps
             self._turns = TurnLimit(None if declared is None else math.radians(declared))
         self._monitors = [each for each in (self._receiver, self._response, self._track) if each]
@@ -177,18 +176,17 @@ class Supervisor:
             self._monitor(row, measured)
 
     def _monitor(self, row, measured):
-        """Receiver and boat, by the fix and the motion that the navigator makes of positions."""
+        """Receiver and boat, by the fix."""
         self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
         if self._response is None:
             return
         self._turns.turned(measured.yaw_rate, measured.time - self._measured_at)
         self._measured_at = measured.time
-        estimate = self.pilot.estimator.step(row, 0.0)
-        current = estimate.current_north, estimate.current_east
-        self._response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
+        self._response.fix(measured.time, measured.yaw_rate)
         if math.isnan(measured.yaw_rate):  # a gyro tells it sooner
-            slow = self.pilot.estimator.filter.slow_std
-            self._track.fix(measured.time, measured.latitude, measured.longitude, slow)
+            of_a_second = self._receiver.scatter * math.sqrt(min(1.0, self._watch.interval))
+            error = math.hypot(self.pilot.estimator.filter.slow_std, of_a_second)
+            self._track.fix(measured.time, measured.latitude, measured.longitude, error)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
@@ -204,9 +202,10 @@ class Supervisor:
         """The order of a tick, dt s after the one before."""
         self._trouble = self._watch.step(row, dt)
         if self._response is not None:
-            self._response.order(self.pilot.estimator.ordered, dt)
-            self._track.order(self.pilot.estimator.ordered, dt)
-            self._turns.order(self.pilot.estimator.ordered, self._thrust, dt)
+            ordered = self.pilot.estimator.ordered
+            self._response.order(ordered, dt)
+            self._track.order(ordered, self._thrust, dt)
+            self._turns.order(ordered, self._thrust, dt)
             limit_turns(self.pilot, self._turns.rate)
         if self._is_new and self._is_finished:
             self.guide.restart()

@@ -8,7 +8,7 @@ import contextlib
 import json
 import logging
 import sys
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from steerway.core.errors import InputError
 from steerway.core.extras import require
@@ -18,22 +18,14 @@ from steerway.live.helm.address import Address
 from steerway.live.helm.make_view import ChartPlane, ViewInput, view
 from steerway.live.links.link import RETRY, kept_open
 
+if TYPE_CHECKING:
+    from steerway.live.service import Service
+
 LOG = logging.getLogger("steerway.live")
 RATE = 5.0
 """Views a second, Hz."""
 _BACKLOG = 1 << 16  # bytes that may wait for the page
 _LEAVING = 2.0  # s the page has to end
-
-
-class ShownService(Protocol):
-    """What the page shows and commands: `live.service.Service`."""
-
-    navigator: object
-    supervisor: object
-    latest: object
-    controls: object
-
-    def unreachable(self) -> str: ...
 
 
 class HelmPage:
@@ -42,7 +34,7 @@ class HelmPage:
     Raises InputError without the package that draws it.
     """
 
-    def __init__(self, service: ShownService, address: Address, route: GeodeticRoute | None = None):
+    def __init__(self, service: "Service", address: Address, route: GeodeticRoute | None = None):
         require("the helm page", "helm")
         self.service, self.address = service, address
         self._plane = ChartPlane.of(route)
@@ -124,7 +116,7 @@ class HelmPage:
             self._notice = str(error)
 
 
-def seen(service: ShownService) -> ViewInput:
+def seen(service: "Service") -> ViewInput:
     """What is known now."""
     navigator, latest, controls = service.navigator, service.latest, service.controls
     guide, mark = controls.guide, controls.mark

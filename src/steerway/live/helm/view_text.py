@@ -38,9 +38,7 @@ def words(view: View) -> dict[str, str]:
         "bearing": _course(view.bearing_deg),
         "position": _position(view.lat_deg, "NS", 2) + "  " + _position(view.lon_deg, "EW", 3),
         "position_within": "" if view.ellipse is None else f"± {_metres(view.ellipse[0])}",
-        "time": "–"
-        if view.time is None
-        else f"{datetime.datetime.fromtimestamp(view.time, datetime.UTC):%H:%M:%S} UTC",
+        "time": _clock(view.time),
         "status": _status(view),
         "age": UNKNOWN if view.age is None else f"{view.age:.1f} s",
         "fresh": "" if view.age is None else f"fix {view.age:.1f} s old",

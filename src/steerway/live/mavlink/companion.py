@@ -4,7 +4,7 @@ import asyncio
 import logging
 import math
 import time
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from steerway.core.checks import positive
 from steerway.live.links.link import Deliver
@@ -15,6 +15,9 @@ from steerway.live.outputs.output import Output
 from steerway.live.rows import Order, Row, State
 from steerway.live.uri import Uri
 
+if TYPE_CHECKING:
+    from steerway.live.autopilot.supervisor import Supervisor
+
 LOG = logging.getLogger("steerway.live")
 CARRIERS = ("udpin", "udpout", "tcp")
 """What carries MAVLink, beside a serial line."""
@@ -22,24 +25,6 @@ _PERIOD = 0.05  # s between checks of what is due
 _STALE = 0.5  # s after which an order is no longer carried out
 _LATE = 0.2  # s after which what came meanwhile is used, and a tick made, before link and order are judged
 _ONBOARD_COMPUTER = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
-
-
-class Commanded(Protocol):
-    """What commands the vehicle: the supervisor. `hands_back`: its safe output is to give no orders."""
-
-    hands_back: bool
-
-    def link(self, name: str, alive: bool) -> None: ...
-
-    def vehicle(self, obstacle: str) -> None: ...
-
-    def turns(self, limit: float) -> None: ...
-
-    def operator_heard(self) -> None: ...
-
-    def refused(self, reason: str) -> None: ...
-
-    def stop(self, reason: str) -> None: ...
 
 
 class Companion(Output):
@@ -55,7 +40,7 @@ class Companion(Output):
         self.guided = Guided(self.link.messages, silence, system)
         self._place = place
         self.decoder = MavlinkDecoder(place)
-        self.supervisor: Commanded | None = None
+        self.supervisor: Supervisor | None = None
         self._deliver: Deliver | None = None
         self._order: Order | None = None
         self._ordered = 0.0

@@ -7,14 +7,16 @@ ArduPilot has it. Source: mavlink.io, mission protocol.
 import asyncio
 import logging
 import time
-from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.mission_items import MissionItem
 from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.uri import Uri
+
+if TYPE_CHECKING:
+    from steerway.live.autopilot.supervisor import Supervisor
 
 LOG = logging.getLogger("steerway.live")
 _MOST = 1000
@@ -25,33 +27,10 @@ _PERIOD = 0.2  # s between two looks at what is due
 _DEGREES = 1e-7  # of a unit of MISSION_ITEM_INT
 
 
-class Items(Protocol):
-    """The mission as items: a `Guide`."""
-
-    @property
-    def items(self) -> Sequence[MissionItem]: ...
-
-    @property
-    def item_under_way(self) -> int: ...
-
-    def go_to_item(self, index: int) -> None: ...
-
-
-class Routed(Protocol):
-    """What has a route: the supervisor."""
-
-    @property
-    def guide(self) -> Items: ...
-
-    def take_mission(self, items: Sequence[MissionItem]) -> None: ...
-
-    def operator_heard(self) -> None: ...
-
-
 class MissionServer:
     """The protocol with one ground station: messages in, answers out; times (s) are arguments."""
 
-    def __init__(self, messages: Any, routed: Routed):
+    def __init__(self, messages: Any, routed: "Supervisor"):
         self._messages, self._routed = messages, routed
         self._peer = (0, 0)
         self._expected = 0  # items of the upload under way, 0 for none
@@ -171,7 +150,7 @@ _HANDLERS = {
 class MissionLink:
     """A link on which ground stations give missions; runs beside the service."""
 
-    def __init__(self, uri: Uri, routed: Routed):
+    def __init__(self, uri: Uri, routed: "Supervisor"):
         self.link = MavlinkLink(uri, self._receive)
         self.server = MissionServer(self.link.messages, routed)
 
