@@ -43,7 +43,7 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
         ("days", f"{date_of(days[0])} to {date_of(days[-1])}, {len(days)}"),
         ("reports", f"{totals['reports']:,}, of which {totals['doubled']:,} were received twice"),
         ("rows", f"{totals['rows']:,}"),
-        ("refused by the filter", f"{totals['rejected']:,}"),
+        ("rejected, no manoeuvre explains them", f"{totals['rejected']:,}"),
         *((f"left out: {reason}", f"{count:,}") for reason, count in left_out.most_common()),
     ]
     names = store.names()

@@ -14,6 +14,10 @@ from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
 from steerway.report.episodes import CONTRADICTED, episodes_of, gaps, in_words
 
 
+_REJECTED = "reports outside the gate; an archive rejects only those that no manoeuvre explains"
+"""What `estimate` counts as rejected among many vessels: an archive, which follows manoeuvres, counts fewer."""
+
+
 def distance(motion: Motion) -> float:
     """Distance run (m) while course is defined."""
     total = 0.0
@@ -78,8 +82,9 @@ def sentences(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("estimate", which_estimate(s["smoothed"])),
         *([("motion", "of the hull, under an antenna that rolls")] if s["of_hull"] else []),
-        ("episodes", in_words(s["episodes"])),
+        *([] if vessels else [("episodes", in_words(s["episodes"]))]),
         ("rows", f"{s['rows']}: {status}"),
+        *([("rejected", _REJECTED)] if vessels and s["rows_rejected"] else []),
         ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
         ("source", s["source"] or "the only source"),
         *vessels,
