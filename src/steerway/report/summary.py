@@ -13,7 +13,6 @@ from steerway.estimation.fit.description import is_of_hull
 from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
 from steerway.report.episodes import CONTRADICTED, episodes_of, gaps, in_words
 
-
 _REJECTED = "reports outside the gate; an archive rejects only those that no manoeuvre explains"
 """What `estimate` counts as rejected among many vessels: an archive, which follows manoeuvres, counts fewer."""
 
