@@ -27,7 +27,6 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
         *of("chance", MANY),
         *[Job("faultless", seed, SPEEDS[seed % 3]) for seed in seeds_from(first, seeds, MANY)],
         *of("gps_only", FEW),
-        *of("water_track", FEW),
         *of("fault", FEW, setpoints=(3,), plants=FAULTS),
     ]
 
@@ -38,9 +37,9 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     step = stage(progress, 0.0, 0.9, f"{len(jobs)} voyages")
     judged = Judged(dict(zip(jobs, over_cases(cases.run, jobs, progress=step), strict=True)))
     as_printed, as_published = courses()
-    numbers = printed_numbers(as_printed, as_published) | control_numbers(judged) | fusion_numbers(judged)
+    numbers = printed.numbers(as_printed, as_published) | control_numbers(judged) | fusion_numbers(judged)
     results = Results("P3: adaptive speed control and speed fusion")
-    results.add(numbers | theory_numbers(), QUANTITIES)
+    results.add(numbers | printed.theory_numbers(), QUANTITIES)
     results.remarks += remarks(results.numbers)
     if progress:
         progress(0.95, "drawing")
@@ -88,28 +87,6 @@ class Judged:
         return float(values[np.argmax(np.abs(values - centre))])
 
 
-def printed_numbers(as_printed, as_published) -> dict[str, float]:
-    """Steady states of the printed boat, the published curves and the printed controller."""
-    n = {f"steady_rps_{speed}": printed.steady_shaft(speed) for speed in SPEEDS} | {
-        "top_speed_mps": printed.top_speed()
-    }
-    for speed, track in as_published.items():
-        n[f"published_settling_final_s_{speed}"] = printed.settling_about_final(track)
-        n[f"published_settling_s_{speed}"] = sailing.settling(track.time, track.speed, speed)
-        n[f"published_overshoot_pct_{speed}"] = sailing.overshoot_pct(track.speed, speed)
-    for speed, track in as_printed.items():
-        found = sailing.response(track.time, track.speed, track.shaft, speed)
-        n |= {f"printed_mrac_{key}_{speed}": found[key] for key in ("settling_s", "overshoot_pct", "tail_pct")}
-    for speed in (6, 9):
-        for adapt_first, name in ((False, "output_first"), (True, "adapt_first")):
-            over = sailing.overshoot_pct(printed.at_ten_hertz(speed, adapt_first).speed, speed)
-            n[f"printed_mrac_10hz_{name}_overshoot_pct_{speed}"] = over
-    n["printed_mrac_lag_overshoot_pct_3"] = sailing.overshoot_pct(printed.with_lag(3).speed, 3)
-    track = printed.with_wrong_sign(3)
-    n["printed_mrac_wrong_sign_tail_pct_3"] = sailing.tail_pct(track.time, track.speed, 3)
-    return n
-
-
 def control_numbers(judged: Judged) -> dict[str, float]:
     """MRAC+ on plants a–c and on random boats."""
     n, passed = {}, []
@@ -134,7 +111,6 @@ def fusion_numbers(judged: Judged) -> dict[str, float]:
         n[f"fusion_rms_pct_{speed}"] = judged.worst("rms_pct", "ours", speed)
         n[f"fusion_max_pct_{speed}"] = judged.worst("max_pct", "ours", speed)
         n[f"gps_imu_rms_pct_{speed}"] = judged.worst("rms_pct", "gps_only", speed)
-        n[f"water_track_max_pct_{speed}"] = judged.worst("max_pct", "water_track", speed)
         for reading in READINGS:
             n[f"printed_ekf_{reading}_max_pct_{speed}"] = judged.worst(reading, "printed_filter", speed)
     n["fusion_over_dvl"] = max(n[f"fusion_rms_pct_{speed}"] * speed / 100.0 / 0.002 for speed in SPEEDS)
@@ -146,20 +122,6 @@ def fusion_numbers(judged: Judged) -> dict[str, float]:
     n["fault_imu_recovered_s"] = judged.worst("recovered_s", "fault", plant="imu")
     n["fault_false_exclusions"] = judged.column("exclusions", "faultless").sum()
     n["random_plants_false_exclusions"] = judged.column("exclusions", "chance").sum()
-    n["current_found_s"] = judged.worst("current_found_s", "water_track")
-    return n
-
-
-def theory_numbers() -> dict[str, float]:
-    """The paper's Lyapunov function along the loop, and the boat's directional stability."""
-    inner = slice(2, -2)
-    held, free = printed.descent(3.0, constant=True), printed.descent(3.0, constant=False)
-    off = np.abs(held.derivative - held.claimed)[inner].max() / np.abs(held.claimed).max()
-    rise = np.maximum(np.diff(free.value), 0.0).sum() / free.value[0]
-    n = {"lyapunov_constant_g_error": float(off), "lyapunov_varying_g_rise": float(rise)}
-    for speed in SPEEDS:
-        n[f"eigenvalue_{speed}"] = printed.growth(speed) / speed
-        n[f"heading_gain_{speed}"] = printed.least_stiffness(speed) / speed**2 / 1e3
     return n
 
 
@@ -228,8 +190,6 @@ QUANTITIES = [
     Quantity("fault_dvl_ramp_named_s", "log ramp: the log named after", "s", "", "≤ 12"),
     Quantity("fault_imu_recovered_s", "accelerometer +0.1 m/s²: back below 1 % after", "s", "", "≤ 10"),
     Quantity("fault_false_exclusions", "false exclusions in sound runs with current and wind", "", "", "0"),
-    *_each("water_track_max_pct", "water track in 0.5 m/s of current: error", "%", "", "≤ 0.7", "≤ 0.4", "≤ 0.25"),
-    Quantity("current_found_s", "current within 0.05 m/s for good after", "s", "", "≤ 10"),
     Quantity("lyapunov_constant_g_error", "constant g: V̇ against −d_m z², relative", "", "V̇ = −d_m z²", "< 0.001"),
     Quantity("lyapunov_varying_g_rise", "g(u, n): what V rises by, relative", "", "V̇ ≤ 0", "> 0: violated"),
     *_each("eigenvalue", "three degrees of freedom: open-loop eigenvalue over u", "1/m", "", "0.139 ± 2 %"),

@@ -66,20 +66,12 @@ def faultless(job):
 
 def gps_only(job):
     """GPS and accelerometer, no log."""
-    return _estimated(job, log=None)
+    return _estimated(job, log=False)
 
 
 def _estimated(job, **how):
     voyage = sail(sailing.plant("a"), sailing.controller("a"), ((0.0, job.setpoint),), job.seed, **how)
     return sailing.estimate(voyage, job.setpoint)
-
-
-def water_track(job):
-    """The log sees the water only, which runs at 0.5 m/s; the current must be found from GPS against log."""
-    sea = ((0.0, conditions(current=(0.5, 0.0))),)
-    voyage = sail(sailing.plant("a"), sailing.controller("a"), ((0.0, job.setpoint),), job.seed, sea=sea, log="water")
-    wrong = np.flatnonzero(np.abs(voyage.current - 0.5) > 0.05)
-    return sailing.estimate(voyage, job.setpoint) | {"current_found_s": float(voyage.time[wrong[-1]]) + 0.005}
 
 
 def fault(job):
@@ -110,7 +102,6 @@ KINDS = {
     "chance": chance,
     "faultless": faultless,
     "gps_only": gps_only,
-    "water_track": water_track,
     "fault": fault,
     "printed_filter": printed.filter_errors,
 }

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from steerway.vessels import CALM, Caldas, Surge, runge_kutta
 from steerway.vessels import propeller_thrust as thrust
@@ -49,16 +50,12 @@ def _parameters(control):
 
 def steady_shaft(setpoint) -> float:
     """rev/s that hold a speed on plant T."""
-    from scipy.optimize import brentq
-
     boat = sailing.plant("T")
     return brentq(lambda shaft: boat.acceleration(setpoint, shaft), 1.0, 30.0)
 
 
 def top_speed() -> float:
     """m/s of plant T at 17.5 rev/s."""
-    from scipy.optimize import brentq
-
     boat = sailing.plant("T")
     return brentq(lambda speed: boat.acceleration(speed, 17.5), 1.0, 30.0)
 
@@ -202,8 +199,6 @@ def descent(setpoint: float, constant: bool, duration: float = 60.0) -> Descent:
 
 def straight_run(speed: float):
     """(boat, state) of the three-degree-of-freedom boat going straight at a speed."""
-    from scipy.optimize import brentq
-
     boat = sailing.plant("T")
     state = Caldas().start(speed=speed)
     state[6] = brentq(lambda shaft: boat.acceleration(speed, shaft), 1.0, 30.0)
@@ -237,3 +232,36 @@ def least_stiffness(speed: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if growth(speed, middle) > 1e-3 * speed else (low, middle)
     return high
+
+
+def numbers(as_printed, as_published) -> dict[str, float]:
+    """Steady states of the printed boat, the published curves and the printed controller."""
+    n = {f"steady_rps_{speed}": steady_shaft(speed) for speed in sailing.SPEEDS} | {"top_speed_mps": top_speed()}
+    for speed, track in as_published.items():
+        n[f"published_settling_final_s_{speed}"] = settling_about_final(track)
+        n[f"published_settling_s_{speed}"] = sailing.settling(track.time, track.speed, speed)
+        n[f"published_overshoot_pct_{speed}"] = sailing.overshoot_pct(track.speed, speed)
+    for speed, track in as_printed.items():
+        found = sailing.response(track.time, track.speed, track.shaft, speed)
+        n |= {f"printed_mrac_{key}_{speed}": found[key] for key in ("settling_s", "overshoot_pct", "tail_pct")}
+    for speed in (6, 9):
+        for adapt_first, name in ((False, "output_first"), (True, "adapt_first")):
+            over = sailing.overshoot_pct(at_ten_hertz(speed, adapt_first).speed, speed)
+            n[f"printed_mrac_10hz_{name}_overshoot_pct_{speed}"] = over
+    n["printed_mrac_lag_overshoot_pct_3"] = sailing.overshoot_pct(with_lag(3).speed, 3)
+    track = with_wrong_sign(3)
+    n["printed_mrac_wrong_sign_tail_pct_3"] = sailing.tail_pct(track.time, track.speed, 3)
+    return n
+
+
+def theory_numbers() -> dict[str, float]:
+    """The paper's Lyapunov function along the loop, and the boat's directional stability."""
+    inner = slice(2, -2)
+    held, free = descent(3.0, constant=True), descent(3.0, constant=False)
+    off = np.abs(held.derivative - held.claimed)[inner].max() / np.abs(held.claimed).max()
+    rise = np.maximum(np.diff(free.value), 0.0).sum() / free.value[0]
+    n = {"lyapunov_constant_g_error": float(off), "lyapunov_varying_g_rise": float(rise)}
+    for speed in sailing.SPEEDS:
+        n[f"eigenvalue_{speed}"] = growth(speed) / speed
+        n[f"heading_gain_{speed}"] = least_stiffness(speed) / speed**2 / 1e3
+    return n

@@ -20,7 +20,6 @@ from steerway.vessels import (
     CALDAS_MASS,
     CALDAS_QUADRATIC_DRAG,
     CALM,
-    CURRENT_NORTH,
     Actuator,
     Propeller,
     Surge,
@@ -127,14 +126,14 @@ def sail(
     seed: int,
     duration: float = 200.0,
     sea=((0.0, CALM),),
-    log: str | None = "bottom",
+    log: bool = True,
     propeller=None,
     fault: tuple[str | None, float] = (None, 0.0),
 ) -> SpeedRun:
     """Sail. `setpoints` and `sea` are ((from, value), …).
 
-    `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice; `fault` (kind,
-    since). Control sees the estimate.
+    `log`: whether there is one, with bottom lock; `propeller` a `SurgeModel` that gives the vote its third voice;
+    `fault` (kind, since). Control sees the estimate.
     """
     time = STEP * np.arange(round(duration / STEP) + 1)
     n = len(time)
@@ -167,8 +166,7 @@ def sail(
         if k % _AID == 0:
             reported["sog"] = received[0, k] = speed + gps_errors[k // _AID] + of_gps
         elif k % _AID == _AID // 2 and log:
-            stream = conditions[CURRENT_NORTH] if log == "water" else 0.0
-            reported[f"{log}_speed"] = received[1, k] = speed - stream + log_errors[k // _AID] + of_log
+            reported["bottom_speed"] = received[1, k] = speed + log_errors[k // _AID] + of_log
         acceleration = (speed - before) / STEP + errors[k] + of_acceleration
         estimate = fusion.step(acceleration, STEP, reference=third, **reported)
         if reported and now > 10.0:

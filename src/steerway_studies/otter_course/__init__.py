@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from steerway.control import carried_bandwidth, place_poles
+from steerway.control import carried_bandwidth
 from steerway.core import rms, wrap_array
 from steerway.report import BAD, PALETTE, QUIET, THEIRS, TRUTH, Band, Curve, Panel, series, track
 from steerway.simulation import settling
@@ -16,18 +16,17 @@ from steerway_studies.otter_course.boat import (
     BACK_AT,
     COMMAND,
     FIX_EVERY,
-    PRINTED_INERTIA,
     PRODUCT_MOTION,
     RUN_IN,
     STEP,
     PublishedRun,
     as_published,
+    gain_numbers,
     identified,
     steered_by_product,
-    turned,
 )
 from steerway_studies.otter_course.logs import add_logs
-from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, closed_loop_poles
+from steerway_studies.papers.course_autopilot import OTTER_NOMOTO
 from steerway_studies.papers.ekf_5states import Ekf5States
 from steerway_studies.parts import over_cases
 from steerway_studies.study import Quantity, Results, Study, means, seeds_from, stage
@@ -114,24 +113,6 @@ def _decades(errors) -> float:
     """Decades of RATIOS on which the error is at most LITTLE times its least, the least among them."""
     good = np.asarray(errors) <= LITTLE * min(errors)
     return float(good.sum() - 1) * math.log10(RATIOS[1] / RATIOS[0])
-
-
-def gain_numbers() -> dict[str, float]:
-    """(57)–(59) from both readings of T and K; poles of (56); unwinding."""
-    placed = place_poles(*OTTER_NOMOTO, bandwidth=1.5)
-    by_ratio = place_poles(1.0 / PRINTED_INERTIA, 1.0, bandwidth=1.5)
-    gains = (placed.proportional, placed.integral_time, placed.derivative_time)
-    poles = np.sort(closed_loop_poles(gains, OTTER_NOMOTO, printed=False).real)[::-1]
-    start, command = math.radians(350.0), math.radians(10.0)
-    return {
-        "gain_k_p": placed.proportional,
-        "gain_k_p_from_ratio": by_ratio.proportional,
-        "gain_t_d_s": placed.derivative_time,
-        "gain_t_i_s": placed.integral_time,
-        **{f"pole_{k}_radps": pole for k, pole in enumerate(poles, 1)},
-        "unwinding_wrapped_deg": math.degrees(turned(gains, start, command, wrapped=True)),
-        "unwinding_unwrapped_deg": math.degrees(turned(gains, start, command, wrapped=False)),
-    }
 
 
 def noisy_numbers(seed: int) -> dict[str, float]:
@@ -257,12 +238,8 @@ SENSITIVITY = (
 
 
 def _sensitivity(tuned):
-    curves = [
-        Curve(np.log10(RATIOS), np.array(errors), f"{noise:g} m", colour)
-        for (noise, errors), colour in zip(
-            ((FIXES[label], errors) for label, errors in tuned.items()), PALETTE, strict=False
-        )
-    ]
+    lines = zip(tuned.items(), PALETTE, strict=False)
+    curves = [Curve(np.log10(RATIOS), np.array(e), f"{FIXES[label]:g} m", colour) for (label, e), colour in lines]
     panel = Panel("RMS of COG (°)", curves, "", (1e-2, 200.0), marks=(math.log10(5e13),), log=True)
     return series([panel], "log₁₀ of Q_d/R_d (1/s⁴)")
 

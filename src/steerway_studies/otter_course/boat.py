@@ -17,6 +17,7 @@ from steerway.vessels import CALM, Otter
 from steerway_studies.papers.course_autopilot import (
     OTTER_NOMOTO,
     OTTER_PRINTED_GAINS,
+    closed_loop_poles,
     propeller_speeds,
     reference_model,
     rudder,
@@ -185,3 +186,21 @@ def turned(gains, start: float, command: float, wrapped: bool, seconds: float = 
         course += STEP * rate
         rate += STEP * (gain * moment - rate) / time_constant
     return course - start
+
+
+def gain_numbers() -> dict[str, float]:
+    """(57)–(59) from both readings of T and K; poles of (56); unwinding."""
+    placed = place_poles(*OTTER_NOMOTO, bandwidth=1.5)
+    by_ratio = place_poles(1.0 / PRINTED_INERTIA, 1.0, bandwidth=1.5)
+    gains = (placed.proportional, placed.integral_time, placed.derivative_time)
+    poles = np.sort(closed_loop_poles(gains, OTTER_NOMOTO, printed=False).real)[::-1]
+    start, command = math.radians(350.0), math.radians(10.0)
+    return {
+        "gain_k_p": placed.proportional,
+        "gain_k_p_from_ratio": by_ratio.proportional,
+        "gain_t_d_s": placed.derivative_time,
+        "gain_t_i_s": placed.integral_time,
+        **{f"pole_{k}_radps": pole for k, pole in enumerate(poles, 1)},
+        "unwinding_wrapped_deg": math.degrees(turned(gains, start, command, wrapped=True)),
+        "unwinding_unwrapped_deg": math.degrees(turned(gains, start, command, wrapped=False)),
+    }
