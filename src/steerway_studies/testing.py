@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     )
     from steerway_studies.springer_mission.world import sail as world_sail
     from steerway_studies.study import Quantity, Results, Study, judged, means, reached
-    from steerway_studies.unseen_logs import catalogue, judging, plain_ekf, rounded
+    from steerway_studies.unseen_logs import catalogue, plain_ekf, rounded
     from steerway_studies.unseen_logs.judging import right_refused
     from steerway_studies.unseen_logs.recordings import JudgedLog
     from steerway_studies.unseen_logs.reference import VelocityReference, rate_lag, velocity_lag

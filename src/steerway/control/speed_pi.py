@@ -70,13 +70,6 @@ class SpeedPI:
         self._excess = 0.0
         self._approached = math.nan
 
-    def start(self, force: float, desired: float, speed: float) -> None:
-        """Set the integral so that the first step gives `force`."""
-        free, _ = speed_pi(desired, speed, 0.0, *self._constants)
-        self.integral = force - free
-        self._excess = 0.0
-        self._approached = desired
-
     def step(self, desired: float, speed: float, dt: float, along: float = 0.0) -> float:
         """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown).
 

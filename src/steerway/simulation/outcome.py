@@ -117,8 +117,8 @@ def _known_rms(values: Floats) -> float:
     return rms(values[np.isfinite(values)])
 
 
-def true_cross_track(run: Run) -> Floats:
-    """The true position's distance from the leg under way: the estimated one, less the error across."""
+def true_cross_track(run: Run) -> np.ndarray:
+    """(n,) the true position's distance (m) from the leg under way: the estimated one, less the error across."""
     north = run["estimated_north"] - run["true_north"]
     east = run["estimated_east"] - run["true_east"]
     direction = run["leg_direction"]

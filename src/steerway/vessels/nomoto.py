@@ -7,7 +7,6 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field
 
 from steerway.control.allocation import Rudder
@@ -19,7 +18,6 @@ from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground
 from steerway.core.settings import Positive
 from steerway.vessels.vessel import (
-    CALM,
     CURRENT_EAST,
     CURRENT_NORTH,
     Actuator,
@@ -32,23 +30,6 @@ from steerway.vessels.vessel import (
 )
 
 IDEAL = Actuator("rudder", -math.inf, math.inf)
-
-
-def derivatives(
-    state: ArrayLike,
-    rudder: float,
-    gain: float,
-    time_constant: float,
-    speed: float,
-    bias: float = 0.0,
-    actuator: Actuator = IDEAL,
-) -> np.ndarray:
-    """The (5,) time derivative of the (5,) state for a commanded rudder; P1 (1)–(2), (27).
-
-    `gain` K in rad/s for a unit of rudder, `time_constant` T in s, `speed` in m/s, `bias` in the rudder's unit.
-    """
-    parameters = _packed(gain, time_constant, speed, bias, actuator)
-    return _rates(np.asarray(state, dtype=np.float64), float(rudder), parameters, CALM)
 
 
 def _packed(gain: float, time_constant: float, speed: float, bias: float, actuator: Actuator) -> Floats:
@@ -90,7 +71,7 @@ def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMoti
 
 
 class Nomoto(CompiledVessel):
-    """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see `derivatives`.
+    """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see the module.
 
     `actuator` holds the rudder's limits, rate and lag; without a lag the rudder equals its command. Raises
     InputError when gain, time constant, speed, bias or method cannot be used.

@@ -10,7 +10,7 @@ from steerway.core import rms
 from steerway.guidance import LineOfSight, Mission, Route, lawnmower
 from steerway.pilot import Mode, Pilot
 from steerway.sensors import Gnss, Suite
-from steerway.simulation import Run, Start, sail, short_leg, steering_pilot
+from steerway.simulation import Run, Start, sail, short_leg, steering_pilot, true_cross_track
 from steerway.vessels import (
     MARINER_BOAT_IN_CURRENT,
     MOTORBOAT_BOAT,
@@ -199,7 +199,7 @@ def judged(case: Case, seed: int) -> JudgedRun:
 def _distances(case, run):
     """(RMS from the legs, largest at the corners in turn radii)."""
     craft, target = CRAFT[case.craft], run["leg_target"]
-    across = _across(run)
+    across = true_cross_track(run)
     if case.receiver.errors == "wandering":
         across = across + _slow_error(case, run)
     began = np.searchsorted(target, target, side="left") if np.all(np.diff(target) >= 0.0) else np.zeros(len(run), int)
@@ -212,14 +212,6 @@ def _distances(case, run):
     boat = craft.boat
     radius = (1.0 + case.share) * boat.cruise / boat.turn_rate
     return legs, float(np.max(_from_route(case, run, turning))) / radius
-
-
-def _across(run):
-    """True distance from the leg under way, + to starboard."""
-    error_north = run["estimated_north"] - run["true_north"]
-    error_east = run["estimated_east"] - run["true_east"]
-    direction = run["leg_direction"]
-    return run["leg_cross_track"] - (error_east * np.cos(direction) - error_north * np.sin(direction))
 
 
 def _slow_error(case, run):

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.control import AnglePID, Autopilot, Rudder, place_poles
-from steerway.core import LegState, leg_direction, markov_std, rms, track_errors, wrap_array
+from steerway.core import LegState, markov_std, rms, wrap_array
 from steerway.estimation import AtFaceValue, FilterEstimator, FiveStateFilter, Profile
 from steerway.guidance import LineOfSight, LowPass, Mission, Route
 from steerway.pilot import Pilot
 from steerway.sensors import Gnss, Suite, Truth
-from steerway.simulation import Run, parse_scenario, sail, sail_scenario
+from steerway.simulation import Run, parse_scenario, sail, sail_scenario, true_cross_track
 from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway.vessels import Mariner
@@ -111,18 +111,6 @@ def asked_rudder_rate(run: Run) -> np.ndarray:
     return (run.command[:, 0] - rudder(run)) / RUDDER.lag
 
 
-def cross_track(run: Run, turned: float = 0.0) -> np.ndarray:
-    """(n,) true cross-track error of the leg under way, m."""
-    way, target = route(turned), run["leg_target"].astype(int)
-    error = np.empty(len(run))
-    for leg in range(1, len(way)):
-        direction = leg_direction(way.north[leg - 1], way.east[leg - 1], way.north[leg], way.east[leg])
-        for k in np.flatnonzero(target == leg):
-            place = run["true_north"][k], run["true_east"][k]
-            error[k] = track_errors(*place, way.north[leg - 1], way.east[leg - 1], direction)[1]
-    return error
-
-
 def straight(run: Run) -> np.ndarray:
     """(n,) bool: more than `STEADY` s after the last switch."""
     target = run["leg_target"]
@@ -140,7 +128,7 @@ def measured(case: ShipCase) -> dict[str, float]:
     leg = straight(run)
     asked = asked_rudder_rate(run)
     achieved = np.gradient(rudder(run), STEP)
-    across = cross_track(run, case.turned)
+    across = true_cross_track(run)
     limited = (np.abs(run.command[:, 0]) > RUDDER.high - 1e-6) | (np.abs(asked) > RUDDER.rate)
     numbers = {
         "finished": float(len(mission.log.reached) == 5),
@@ -149,7 +137,7 @@ def measured(case: ShipCase) -> dict[str, float]:
         "sog_rms_mps": rms((run["estimated_sog"] - run.true_sog)[counted]),
         "rate_rms_dps": math.degrees(rms((run["estimated_course_rate"] - run["true_course_rate"])[counted])),
         "cross_track_rms_m": rms(across),
-        "cross_track_max_m": float(np.abs(across).max()),
+        "cross_track_max_m": float(np.nanmax(np.abs(across))),
         "rudder_max_deg": math.degrees(np.abs(rudder(run)).max()),
         "rudder_rate_max_dps": math.degrees(np.abs(asked).max()),
         "straight_rudder_rate_rms_dps": math.degrees(rms(asked[leg])),

@@ -1,6 +1,6 @@
 """Study unseen-logs: recorded logs that had no part in development, against Doppler or better instruments.
 
-For every log the default, tuned and smoothed estimate, and a plain EKF fitted to the same log. Half of the logs may be
+For every log the default estimate, causal and smoothed, and a plain EKF fitted to the same log. Half of the logs may be
 looked at (develop), the other half only judges (report).
 """
 
@@ -18,24 +18,20 @@ from steerway_studies.unseen_logs.judging import (
     DEFAULT,
     EKF,
     SMOOTHED,
-    TUNED,
     Verdict,
     contestants,
-    held_back,
     judged_rows,
     verdict,
-    worse,
 )
 from steerway_studies.unseen_logs.recordings import FOLDER, opened, path_of
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A log with all verdicts on it. `held_back` is (default, tuned); `cpu` in s."""
+    """A log with all verdicts on it; `cpu` in s."""
 
     log: PublicLog | KnownLog
     verdicts: dict[str, Verdict]
-    held_back: tuple[float, float]
     lag: float
     course_lag: float
     fixes: int
@@ -56,7 +52,6 @@ def judge(log) -> Judged | str:
     return Judged(
         log=log,
         verdicts={name: verdict(recording, each, rows) for name, each in estimates.items()},
-        held_back=held_back(recording),
         lag=reference.lag,
         course_lag=reference.course_lag,
         fixes=len(times),
@@ -80,8 +75,6 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         stem = each.log.name.replace("-", "_")
         for name, one in each.verdicts.items():
             results.numbers |= {f"{stem}_{name}_{key}": float(value) for key, value in asdict(one).items()}
-        for name, likelihood in zip(("default", "tuned"), each.held_back, strict=True):
-            results.numbers[f"{stem}_held_back_{name}"] = likelihood
         results.numbers |= {f"{stem}_lag_s": each.lag, f"{stem}_course_lag_s": each.course_lag}
     for half in (REPORT, DEVELOP):
         if rows := [_summary(each) for each in judged if each.log.half == half]:
@@ -141,11 +134,6 @@ def summarise(results: Results, judged: list[Judged], half: str) -> None:
         least = min(covers, key=covers.get)
         what = f"coverage of the 95 % interval, least: {least}"
         _compare(results, half, f"{prefix}coverage_min_pct", covers[least], what, 90.0, "%", least=True)
-    tested = [each for each in judged if math.isfinite(each.held_back[1])]
-    if tested:
-        lost = [each.log.name for each in tested if worse(*each.held_back)]
-        what = f"logs of {len(tested)} whose last fifth tuning predicts worse{': ' if lost else ''}{', '.join(lost)}"
-        _compare(results, half, f"{prefix}tuned_worse", len(lost), what, 0)
 
 
 def ratios_of(judged: list[Judged], key: str) -> dict[str, float]:
@@ -162,32 +150,21 @@ def _compare(results, half, key, value, what, limit, unit="", least=False):
 
 
 _SUMMARY = (
-    *("log", "fixes", "min", "lag s", "SOG m/s: default", "plain EKF", "ratio", "tuned", "smoothed"),
-    *("COG °: default", "plain EKF", "ratio", "tuned", "smoothed", "rate °/s: default", "plain EKF", "ratio"),
-    *("cover % s/c/r", "refused", "right of known", "log likelihood held back: default", "tuned", "CPU s"),
+    *("log", "fixes", "min", "lag s", "SOG m/s: default", "plain EKF", "ratio", "smoothed"),
+    *("COG °: default", "plain EKF", "ratio", "smoothed", "rate °/s: default", "plain EKF", "ratio"),
+    *("cover % s/c/r", "refused", "right of known", "CPU s"),
 )
 
 
 def _summary(each) -> tuple:
     verdicts = each.verdicts
     cells = []
-    for key, factor, others in (
-        ("sog", 1.0, (TUNED, SMOOTHED)),
-        ("cog", 180 / math.pi, (TUNED, SMOOTHED)),
-        ("rate", 180 / math.pi, ()),
-    ):
-        ours, ekf = (factor * getattr(verdicts[name], key) for name in (DEFAULT, EKF))
-        cells += [_number(ours), _number(ekf), _number(ours / ekf)]
-        cells += [_number(factor * getattr(verdicts[name], key) if name in verdicts else math.nan) for name in others]
+    for key, factor, is_smoothed in (("sog", 1.0, True), ("cog", 180 / math.pi, True), ("rate", 180 / math.pi, False)):
+        ours, ekf, smoothed = (factor * getattr(verdicts[name], key) for name in (DEFAULT, EKF, SMOOTHED))
+        cells += [_number(each) for each in (ours, ekf, ours / ekf, *([smoothed] if is_smoothed else []))]
     one = verdicts[DEFAULT]
-    return (
-        *(each.log.name, each.fixes, f"{each.minutes:.0f}", f"{each.lag:.2f}", *cells, _covers(one), one.refused),
-        *(
-            f"{one.refused_right} of {one.refused_judged}",
-            *(f"{likelihood:.1f}" for likelihood in each.held_back),
-            f"{each.cpu:.0f}",
-        ),
-    )
+    about = (each.log.name, each.fixes, f"{each.minutes:.0f}", f"{each.lag:.2f}")
+    return *about, *cells, _covers(one), one.refused, f"{one.refused_right} of {one.refused_judged}", f"{each.cpu:.0f}"
 
 
 def _covers(one) -> str:

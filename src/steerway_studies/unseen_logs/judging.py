@@ -1,5 +1,5 @@
-"""Who is judged on a log: the product as it comes, tuned and smoothed; a plain EKF. What each is worth beside the
-reference: errors, coverage of its interval, which fixes it refused, and whether tuning predicts what it has not seen.
+"""Who is judged on a log: the product as it comes, causal and smoothed; a plain EKF. What each is worth beside the
+reference: errors, coverage of its interval, and which fixes it refused.
 """
 
 import math
@@ -9,12 +9,11 @@ import numpy as np
 
 import steerway
 from steerway.core import NORMAL_95, rms, wrap_array
-from steerway.estimation import choose_profile, log_likelihood
+from steerway.estimation import choose_profile
 from steerway_studies.unseen_logs import plain_ekf
 from steerway_studies.unseen_logs.recordings import JudgedLog
 
-DEFAULT, TUNED, SMOOTHED, TUNED_SMOOTHED = "default", "tuned", "smoothed", "tuned_smoothed"
-EKF = "plain_ekf"
+DEFAULT, SMOOTHED, EKF = "default", "smoothed", "plain_ekf"
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,18 +30,11 @@ class Reported:
 
 
 def contestants(recording: JudgedLog) -> dict[str, Reported]:
-    """All of them by name. `tuned` is missing where the log has too little motion to tune by."""
+    """All of them by name."""
     fixes, places = recording.fixes, recording.places
-    found = {}
-    try:
-        tuned = steerway.tune(fixes)
-        profiles = {DEFAULT: tuned.default, TUNED: tuned.profile}
-    except steerway.InputError:
-        profiles = {DEFAULT: choose_profile(fixes)}
-    for name, profile in profiles.items():
-        for smooth in (False, True):
-            label = {False: name, True: SMOOTHED if name == DEFAULT else TUNED_SMOOTHED}[smooth]
-            found[label] = of_motion(fixes.time, steerway.estimate(fixes, profile, smooth=smooth))
+    profile, found = choose_profile(fixes), {}
+    for name, smooth in ((DEFAULT, False), (SMOOTHED, True)):
+        found[name] = of_motion(fixes.time, steerway.estimate(fixes, profile, smooth=smooth))
     said = plain_ekf.fitted(fixes.time, places).T
     found[EKF] = Reported(said[0], said[1], said[2], said[3], said[4], said[5], np.zeros(len(fixes), dtype=bool))
     return found
@@ -158,29 +150,3 @@ def _disagreement(recording, first, last):
     if np.isfinite(north).any():
         return np.hypot(moved[:, 0] - north, moved[:, 1] - east)
     return np.abs(np.hypot(*moved.T) - recording.reference.way(time[first], time[last]))
-
-
-SEEN = 0.8
-STRONG = 3.0
-"""Difference of log likelihoods that is called strong evidence (H. Jeffreys, Theory of Probability, 1961)."""
-
-
-def held_back(recording: JudgedLog) -> tuple[float, float]:
-    """Log likelihood of the last fifth: (default, tuned); NaN where there is too little motion to tune by.
-
-    Both look at the first four fifths, of which tuning holds a fifth back for itself; every fix from those before it.
-    """
-    fixes = recording.fixes
-    begin = fixes.time[0] + SEEN * (fixes.time[-1] - fixes.time[0])
-    seen = fixes.between(None, begin)
-    try:
-        found = steerway.tune(seen)
-    except steerway.InputError:
-        return math.nan, math.nan
-    default, tuned = (log_likelihood(fixes, profile, begin) for profile in (found.default, found.profile))
-    return default, tuned
-
-
-def worse(default: float, tuned: float) -> bool:
-    """Whether tuning lost, by strong evidence."""
-    return tuned < default - STRONG
