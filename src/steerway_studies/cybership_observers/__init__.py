@@ -12,15 +12,6 @@ from steerway_studies.parts import over_cases
 from steerway_studies.study import Quantity, Results, Study, half_width, seeds_from, stage
 
 SEEDS = 400
-PILOTS = {
-    "truth": "the truth",
-    "tekf_gnss_only": "the printed filter, GNSS only",
-    "tekf": "the printed filter with compass",
-    "tekf_tuned": "the tuned time-varying filter",
-    "observer_tuned": "the tuned passive observer",
-    "ekf9": "the nine-state filter",
-    "ekf9_gnss_only": "the nine-state filter, GNSS only",
-}
 _FORMS = {
     "constant": "constant_q",
     "inverse": "tekf",
@@ -67,7 +58,7 @@ def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
     """
     n = {}
     for key, values in table.items():
-        if ":" not in key and not key.startswith("closed_loop_"):
+        if ":" not in key:
             n |= {key: float(values.mean()), f"{key}_ci": half_width(values)}
     n |= observers.control_numbers()
     n["saturation_printed"] = max(printed.saturation(speed) for speed in (0.0, 0.4, 0.7))
@@ -88,8 +79,6 @@ def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
         gains = 100.0 * (constant - table[f"{world}: {form}"]) / constant.mean()
         n |= {key: gains.mean(), f"{key}_low": gains.mean() - half_width(gains)}
         n[f"{key}_high"] = gains.mean() + half_width(gains)
-    for name in trials.CLOSED_LOOPS:
-        n[f"closed_loop_{name}_p95"] = float(np.percentile(table[f"closed_loop_{name}"], 95))
     return n
 
 
@@ -142,16 +131,6 @@ QUANTITIES = [
     ),
     Quantity("heading_gnss_only_deg", "Heading error, GNSS only", "°", "", "> 30"),
     Quantity("heading_compass_deg", "Heading error, GNSS and compass", "°", "", "< 0.5"),
-    *(
-        Quantity(
-            f"closed_loop_{name}_p95",
-            f"Steered by {PILOTS[name]}: distance from the goal after 100 s, 95 % of runs within",
-            "m",
-            "",
-            None if name.endswith("gnss_only") else "< 2.5",
-        )
-        for name in trials.CLOSED_LOOPS
-    ),
 ]
 _BARS = {
     "observer_stock_mae": "nonlinear observer, stock gains, held",

@@ -84,12 +84,10 @@ class SimulatedRun:
 def sail(
     draws: Draws,
     disturbed: bool = True,
-    observer=None,
-    compass: bool = True,
     fix_noise: Callable | None = None,
     controller=None,
 ) -> SimulatedRun:
-    """One run. Steered by the estimate of an `observer`, without one by the truth."""
+    """One run, steered by the truth."""
     vessel = CyberShip2()
     controller = controller or PositionPID(PRINTED_GAINS, anti_windup=False)
     pushes = disturbance(draws) if disturbed else np.zeros((ROWS, 3))
@@ -97,8 +95,6 @@ def sail(
     states, forces = np.empty((ROWS, 6)), np.empty((STEPS, 3))
     fixes, headings = np.full((ROWS, 2), math.nan), np.empty(ROWS)
     state = vessel.start()
-    if observer is not None:
-        observer.start(0.0, 0.0, 0.0)
     for k in range(ROWS):
         if k:
             state = vessel.step(state, forces[k - 1], conditions((0.0, 0.0), pushes[k - 1, :2], pushes[k - 1, 2]), STEP)
@@ -106,14 +102,8 @@ def sail(
         headings[k] = wrap(state[2] + HEADING_STD * draws.heading[k])
         if k % PER_FIX == 0:
             fixes[k] = state[:2] + noise(k // PER_FIX, math.hypot(state[3], state[4]))
-        if observer is None:
-            place, velocity = state[:3], state[3:]
-        else:
-            if k:
-                correct(observer, forces[k - 1], fixes[k], headings[k] if compass else math.nan)
-            place, velocity = observer.motion[:3], observer.motion.velocity
         if k < STEPS:
-            forces[k] = controller.step(desired(k), *place, velocity, STEP)
+            forces[k] = controller.step(desired(k), *state[:3], state[3:], STEP)
     return SimulatedRun(states, forces, pushes, fixes, headings)
 
 

@@ -23,7 +23,6 @@ def trial(tuned: dict, seed: int) -> dict[str, float]:
         **_table_three(record, sail(draws, disturbed=False)),
         **_product(record),
         **_time_varying(tuned, draws, record),
-        **_closed_loops(tuned, draws),
     }
 
 
@@ -94,24 +93,3 @@ def _time_varying(tuned, draws, record):
     return {
         f"{world}: {form}": watch(tuning.made(form, logs), records[world]).mae for (world, form), logs in tuned.items()
     }
-
-
-CLOSED_LOOPS = ("truth", "tekf_gnss_only", "tekf", "tekf_tuned", "observer_tuned", "ekf9", "ekf9_gnss_only")
-
-
-def _closed_loops(tuned, draws):
-    tuned_filter = tuning.made("inverse", tuned["S*", "inverse"])
-    pilots = {
-        "truth": (None, True),
-        "tekf_gnss_only": (observers.time_varying(), False),
-        "tekf": (observers.time_varying(), True),
-        "tekf_tuned": (tuned_filter, True),
-        "observer_tuned": (observers.observer(), True),
-        "ekf9": (observers.product(), True),
-        "ekf9_gnss_only": (observers.product(), False),
-    }
-    ends = {}
-    for name, (pilot, compass) in pilots.items():
-        end = sail(draws, observer=pilot, compass=compass).states[-1]
-        ends[f"closed_loop_{name}"] = math.hypot(end[0] - scenario.GOAL[0], end[1] - scenario.GOAL[1])
-    return ends
