@@ -1,12 +1,17 @@
 """What every study gives: named numbers, the published ones compared with the measured ones, figures; and its page.
 
-A study measures a dict of numbers and lists what is compared as data: a `Quantity` a line.
+A study measures a dict of numbers and lists what is compared as data: a `Quantity` a line. Its cases run side by side;
+an interrupted study continues with those that are done.
 """
 
+import hashlib
+import io
 import json
 import math
+import pickle
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,8 +21,59 @@ import numpy as np
 
 from steerway.core import NORMAL_95, InputError, complete_or_absent, made_directory
 from steerway.report import png, write_page
-from steerway.simulation import Unfinished
-from steerway_studies.parts import keeping
+from steerway.simulation import Unfinished, over_seeds
+
+_kept: Unfinished | None = None
+
+
+@contextmanager
+def keeping(parts: Unfinished | None) -> Iterator[None]:
+    """Meanwhile `over_cases` keeps its results in `parts`, and takes from there what is done."""
+    global _kept
+    before, _kept = _kept, parts
+    try:
+        yield
+    finally:
+        _kept = before
+
+
+def over_cases(run: Callable, cases: Iterable, progress: Callable[[float], None] | None = None) -> list:
+    """`steerway.simulation.over_seeds` for cases of any kind; within `keeping` none is run that is done."""
+    cases, parts = list(cases), _kept
+    if parts is None:
+        return over_seeds(run, cases, progress=progress)
+    keys = [_key(run, case) for case in cases]
+    missing = [k for k, key in enumerate(keys) if key not in parts.results]
+    done = len(cases) - len(missing)
+    if progress and done:
+        progress(done / len(cases))
+    over_seeds(
+        _Nth(run, cases),
+        missing,
+        progress=progress and (lambda share: progress((done + share * len(missing)) / len(cases))),
+        finished=lambda k, result: parts.add(keys[k], result),
+    )
+    return [parts.results[key] for key in keys]
+
+
+class _Nth:
+    """`run` of the k-th case."""
+
+    def __init__(self, run, cases):
+        self.run, self.cases = run, cases
+
+    def __call__(self, k):
+        return self.run(self.cases[k])
+
+
+def _key(run, case) -> bytes:
+    """What is asked for: the function with its arguments, and the case."""
+    packed = io.BytesIO()
+    pickler = pickle.Pickler(packed)
+    pickler.fast = True  # equal values are packed alike, also where they are not one object
+    pickler.dump((run, case))
+    return hashlib.sha256(packed.getvalue()).digest()
+
 
 _NUMBER = r"(−?[0-9.e-]+)"
 _FORMS = {

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
     from steerway_studies.papers.positioning import PrintedPositionPID
     from steerway_studies.papers.speed import PrintedMrac, PrintedSpeedEkf
-    from steerway_studies.parts import keeping, over_cases
     from steerway_studies.springer_mission.missions import WeightedBounds, ideal, interval_box, nominal
     from steerway_studies.springer_mission.training import lesson, train
     from steerway_studies.springer_mission.world import (
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
         replayed,
     )
     from steerway_studies.springer_mission.world import sail as world_sail
-    from steerway_studies.study import Quantity, Results, Study, judged, means, reached
+    from steerway_studies.study import Quantity, Results, Study, judged, keeping, means, over_cases, reached
     from steerway_studies.unseen_logs import catalogue, plain_ekf, rounded
     from steerway_studies.unseen_logs.judging import right_refused
     from steerway_studies.unseen_logs.recordings import JudgedLog

@@ -7,8 +7,7 @@ from steerway.report import BAD, OURS, QUIET, THEIRS, TRUTH, Band, Curve, Panel,
 from steerway_studies.adaptive_speed import cases, printed, sailing
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
 from steerway_studies.adaptive_speed.sailing import PLANTS, SPEEDS, sail
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
+from steerway_studies.study import Quantity, Results, Study, over_cases, seeds_from, stage
 
 FEW, MANY = 20, 100
 """Seeds of what varies little, and of what chance decides."""

@@ -21,8 +21,7 @@ from steerway_studies.at_sea.sailing import (
     drawn,
     judged,
 )
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
+from steerway_studies.study import Quantity, Results, Study, over_cases, seeds_from, stage
 
 SEEDS = 8
 SMALL = ("otter", "motorboat")

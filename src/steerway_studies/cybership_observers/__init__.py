@@ -8,8 +8,7 @@ from steerway.estimation.positioning import DEMO_GAINS, saturated
 from steerway.report import BAD, OURS, TRUTH, Curve, Panel, bars, series, track
 from steerway_studies.cybership_observers import observers, scenario, trials, tuning
 from steerway_studies.papers import positioning as printed
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Quantity, Results, Study, half_width, seeds_from, stage
+from steerway_studies.study import Quantity, Results, Study, half_width, over_cases, seeds_from, stage
 
 SEEDS = 400
 _FORMS = {

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from steerway.estimation.positioning import TimeVaryingNoise
 from steerway_studies.cybership_observers import observers, scenario
-from steerway_studies.parts import over_cases
+from steerway_studies.study import over_cases
 
 TUNING_SEEDS = 40
 FIRST_TUNING_SEED = 1_000_000

@@ -25,8 +25,7 @@ from steerway_studies.estimator_limits.bound import (
     smoothing_bound,
     straight_and_turning,
 )
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Results, Study, stage
+from steerway_studies.study import Results, Study, over_cases, stage
 
 WHAT = {"sog": ("SOG", "m/s", "mps"), "cog": ("COG", "°", "deg"), "rate": ("course rate", "°/s", "dps")}
 WHERE = {"straight": "straight", "turn": "in turns"}

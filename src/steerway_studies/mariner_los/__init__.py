@@ -29,8 +29,7 @@ from steerway_studies.mariner_los.ship import (
     voyage,
 )
 from steerway_studies.papers.course_autopilot import MARINER_NOMOTO, closed_loop_poles
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Quantity, Results, Study, means, seeds_from, stage
+from steerway_studies.study import Quantity, Results, Study, means, over_cases, seeds_from, stage
 
 SEEDS = 4
 ROTATION_SEEDS = 1

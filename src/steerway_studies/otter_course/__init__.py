@@ -28,8 +28,7 @@ from steerway_studies.otter_course.boat import (
 from steerway_studies.otter_course.logs import add_logs
 from steerway_studies.papers.course_autopilot import OTTER_NOMOTO
 from steerway_studies.papers.ekf_5states import Ekf5States
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Quantity, Results, Study, means, seeds_from, stage
+from steerway_studies.study import Quantity, Results, Study, means, over_cases, seeds_from, stage
 
 SEEDS = 20
 COUNTED = 5.0

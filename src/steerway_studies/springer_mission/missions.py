@@ -27,7 +27,6 @@ from steerway.vessels import RPM, HeadingModel
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
 from steerway_studies.papers.course_autopilot import RangeRatePassing
-from steerway_studies.parts import over_cases
 from steerway_studies.springer_mission.world import (
     PAPER_CIRCUIT,
     Blind,
@@ -37,6 +36,7 @@ from steerway_studies.springer_mission.world import (
     sail,
     turnless_deg,
 )
+from steerway_studies.study import over_cases
 
 
 def ideal(compass: CompassModel, yaw: HeadingModel = PAPER_YAW) -> Blind:

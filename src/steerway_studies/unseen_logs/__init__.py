@@ -10,8 +10,7 @@ import time
 from dataclasses import asdict, dataclass
 
 import steerway
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Results, Study
+from steerway_studies.study import Results, Study, over_cases
 from steerway_studies.unseen_logs import rounded
 from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs
 from steerway_studies.unseen_logs.judging import (

@@ -14,8 +14,7 @@ import numpy as np
 import steerway
 from steerway.core import ECCENTRICITY_SQUARED, NORMAL_95, SEMI_MAJOR_AXIS, wrap_array
 from steerway.estimation import choose_profile
-from steerway_studies.parts import over_cases
-from steerway_studies.study import Results
+from steerway_studies.study import Results, over_cases
 
 HOME = math.radians(50.123456), math.radians(-4.234567)
 DIGITS = {"0.01'": 0.01 / 60.0, "0.001'": 0.001 / 60.0, "4 decimals": 1e-4, "5 decimals": 1e-5, "6 decimals": 1e-6}
