@@ -11,12 +11,11 @@ long scene put the origin on the equator, where that term vanishes.
 
 import math
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from steerway.core.arrays import Floats
@@ -121,11 +120,10 @@ class Gnss:
         due time. `origin` is the (latitude, longitude) of the scene's north = east = 0.
         """
         time = np.asarray(time, dtype=np.float64)
-        motion = (time, north, east, roll, pitch, heading, north_velocity, east_velocity)
-        chosen, receiver = epochs(time, self.rate), self.start(seed)
-        rows = zip(*(np.broadcast_to(each, time.shape)[chosen].tolist() for each in motion), strict=True)
-        fixes = [fix for row in rows if (fix := receiver.observe(*row)) is not None]
-        time, north, east, sog, cog = np.array(fixes, dtype=np.float64).reshape(-1, 5).T
+        columns = (time, north, east, roll, pitch, heading, north_velocity, east_velocity)
+        motion = np.column_stack([np.broadcast_to(each, time.shape) for each in columns])[epochs(time, self.rate)]
+        fixes = self.start(seed).observe(motion.astype(np.float64))
+        time, north, east, sog, cog = fixes[np.isfinite(fixes[:, 0])].T
         latitude, longitude = displaced_all(*origin, north, east)
         if self.velocity_std is None:
             return Fixes(time, latitude, longitude, source=source)
@@ -155,11 +153,12 @@ class GnssStream:
 
     def __init__(self, gnss: Gnss, seed: Seed) -> None:
         self.gnss = gnss
-        self._errors = Errors(gnss, seed)
-        self._rows: Iterator[tuple[float, float, float, float, int]] = iter(())
+        self._source = Errors(gnss, seed)
+        self._errors, self._outcome = np.empty((0, 4)), np.empty(0, dtype=np.uint8)
         self._clock = Clock(gnss.rate)
-        self._swings = any(gnss.lever_arm)
-        self._last = (math.nan, math.nan)
+        self._last = np.full(2, math.nan)
+        self._arm = tuple(float(each) for each in gnss.lever_arm)
+        self._delay = gnss.latency if gnss.stamped_on_arrival else 0.0
         self._under_way: deque[tuple[float, Fix]] = deque()
 
     def step(
@@ -175,7 +174,9 @@ class GnssStream:
     ) -> Fix | None:
         """The fix that arrives at this step, if one does: the oldest not yet delivered. Scalars, SI and radians."""
         if self._clock.due(time):
-            fix = self.observe(time, north, east, roll, pitch, heading, north_velocity, east_velocity)
+            row = (time, north, east, roll, pitch, heading, north_velocity, east_velocity)
+            observed = self.observe(np.array([row], dtype=np.float64))[0].tolist()
+            fix = None if math.isnan(observed[0]) else Fix(*observed)
             if self.gnss.latency == 0.0:
                 return fix
             if fix is not None:
@@ -184,40 +185,46 @@ class GnssStream:
             return self._under_way.popleft()[1]
         return None
 
-    def observe(
-        self,
-        time: float,
-        north: float,
-        east: float,
-        roll: float,
-        pitch: float,
-        heading: float,
-        north_velocity: float,
-        east_velocity: float,
-    ) -> Fix | None:
-        """The fix of the next epoch, which is now, delivered or not; None where it is lost. As `step`."""
-        error_north, error_east, velocity_north, velocity_east, outcome = self._next_row()
-        if outcome == LOST:
-            return None
-        if self._swings:
-            arm_north, arm_east = level(*self.gnss.lever_arm, roll, pitch, heading)
-            north, east = north + arm_north, east + arm_east
-        if outcome == GOOD or math.isnan(self._last[0]):
-            self._last = (north + error_north, east + error_east)
-        sog = cog = math.nan
-        if self.gnss.velocity_std is not None:
-            velocity_north, velocity_east = north_velocity + velocity_north, east_velocity + velocity_east
-            sog, cog = math.hypot(velocity_north, velocity_east), math.atan2(velocity_east, velocity_north)
-        if self.gnss.stamped_on_arrival:
-            time = time + self.gnss.latency
-        return Fix(time, *self._last, sog, cog)
+    def observe(self, motion: Floats) -> Floats:
+        """(n, 5) fixes of the next n epochs, NaN where one is lost, by the motion (n, 8), a row as `step` takes it."""
+        n = len(motion)
+        if (missing := n - len(self._outcome)) > 0:
+            errors, outcome = self._source.draw(max(missing, _BLOCK))
+            self._errors = np.concatenate((self._errors, errors))
+            self._outcome = np.concatenate((self._outcome, outcome))
+        reports = self.gnss.velocity_std is not None
+        fixes = _observed(motion, self._errors[:n], self._outcome[:n], self._last, self._arm, self._delay, reports)
+        self._errors, self._outcome = self._errors[n:], self._outcome[n:]
+        return fixes
 
-    def _next_row(self) -> tuple[float, float, float, float, int]:
-        for row in self._rows:
-            return row
-        errors, outcome = self._errors.draw(_BLOCK)
-        self._rows = zip(*errors.T.tolist(), outcome.tolist(), strict=True)
-        return next(self._rows)
+
+@kernel
+def _observed(
+    motion: Floats,
+    errors: Floats,
+    outcome: NDArray[np.uint8],
+    last: Floats,
+    arm: tuple[float, float, float],
+    delay: float,
+    reports: bool,
+) -> Floats:
+    """See `GnssStream.observe`; `last` (2,) is the position reported last, NaN before the first."""
+    fixes = np.full((len(motion), 5), math.nan)
+    for k in range(len(motion)):
+        if outcome[k] == LOST:
+            continue
+        if outcome[k] == GOOD or math.isnan(last[0]):
+            north, east = motion[k, 1], motion[k, 2]
+            if arm[0] != 0.0 or arm[1] != 0.0 or arm[2] != 0.0:
+                arm_north, arm_east = level(arm[0], arm[1], arm[2], motion[k, 3], motion[k, 4], motion[k, 5])
+                north, east = north + arm_north, east + arm_east
+            last[0], last[1] = north + errors[k, 0], east + errors[k, 1]
+        fixes[k, 0] = motion[k, 0] + delay
+        fixes[k, 1], fixes[k, 2] = last[0], last[1]
+        if reports:
+            north, east = motion[k, 6] + errors[k, 2], motion[k, 7] + errors[k, 3]
+            fixes[k, 3], fixes[k, 4] = math.hypot(north, east), math.atan2(east, north)
+    return fixes
 
 
 @kernel

@@ -4,8 +4,8 @@ State N E ψ u v r, as of `cybership2`. The velocities are through the water, wh
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import Annotated, Any, Literal
+from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -91,10 +91,10 @@ class LowSpeedVessel(CompiledVessel):
         self._constants = np.ascontiguousarray(np.linalg.inv(inertia)), np.ascontiguousarray(damping)
         self._options = (checked_method(method),)
 
-    def _inputs(self, command: Sequence[float]) -> Iterable[Any]:
-        """The force (3,) that the thrusters give."""
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         limits = self._thrusters
-        return (limits.matrix @ np.clip(np.asarray(command, dtype=np.float64), limits.low, limits.high),)
+        force = limits.matrix @ np.clip(np.asarray(command, dtype=np.float64), limits.low, limits.high)
+        return super().step(state, (force,), conditions, step)
 
 
 _FASTEST = 0.35

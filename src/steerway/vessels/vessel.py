@@ -6,7 +6,7 @@ repeated. Anything with the three methods of `Vessel` can be simulated: see docs
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
@@ -160,14 +160,10 @@ class CompiledVessel:
         state[:4] = north, east, heading, speed
         return state
 
-    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[Any], conditions: Floats, step: float) -> np.ndarray:
         """The state (n,) after `step` s of one command, in the conditions (5,)."""
         check_shapes(state, self.size, conditions)
-        return self.kernels[0](state, *self._inputs(command), *self._constants, conditions, step, *self._options)
-
-    def _inputs(self, command: Sequence[float]) -> Iterable[Any]:
-        """What the kernel takes of a command."""
-        return map(float, command)
+        return self.kernels[0](state, *command, *self._constants, conditions, step, *self._options)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         """Position and motion over ground, in the conditions (5,)."""
