@@ -157,7 +157,8 @@ class GnssStream:
         self._errors, self._outcome = np.empty((0, 4)), np.empty(0, dtype=np.uint8)
         self._clock = Clock(gnss.rate)
         self._last = np.full(2, math.nan)
-        self._arm = tuple(float(each) for each in gnss.lever_arm)
+        forward, starboard, down = map(float, gnss.lever_arm)
+        self._arm = forward, starboard, down
         self._delay = gnss.latency if gnss.stamped_on_arrival else 0.0
         self._under_way: deque[tuple[float, Fix]] = deque()
 
