@@ -7,7 +7,6 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.simulation.assembly import Assembly, assemble, steering_pilot
     from steerway.simulation.loop import Run, Start, sail
-    from steerway.simulation.outcome import true_cross_track
     from steerway.simulation.reading import load_scenario, parse_scenario, short_leg
     from steerway.simulation.responses import settling
     from steerway.simulation.run import Sailed, numbers_of_seed, over_seeds, sail_scenario
@@ -31,6 +30,5 @@ __all__ = [
     "settling",
     "short_leg",
     "steering_pilot",
-    "true_cross_track",
 ]
 __getattr__, __dir__ = on_demand(__name__)

@@ -98,6 +98,13 @@ class Run:
         """(n,) course over ground, rad in [−π, π]."""
         return np.arctan2(self["true_east_velocity"], self["true_north_velocity"])
 
+    @property
+    def true_cross_track(self) -> np.ndarray:
+        """(n,) the true position's distance from the leg under way, m: the estimated one, less the error across."""
+        north, east = (self[f"estimated_{axis}"] - self[f"true_{axis}"] for axis in ("north", "east"))
+        direction = self["leg_direction"]
+        return self["leg_cross_track"] - (east * np.cos(direction) - north * np.sin(direction))
+
     def rows(self, chosen: Rows) -> "Run":
         """The same run with the rows of a slice, mask or index array."""
         return Run(*(rows_of(each, chosen) for each in (self.time, self.values, self.command, self.state)))

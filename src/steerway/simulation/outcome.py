@@ -48,7 +48,7 @@ def numbers(run: Run, passages: Sequence[Passage] = ()) -> dict[str, float]:
     rows = evaluated(run)
     error = errors(run)
     cross = run["leg_cross_track"]
-    true_cross = true_cross_track(run)
+    true_cross = run.true_cross_track
     heading = error["heading"][rows]
     of_heading = {"heading_rms_deg": math.degrees(_known_rms(heading))} if np.isfinite(heading).any() else {}
     return of_heading | {
@@ -117,14 +117,6 @@ def _known_rms(values: Floats) -> float:
     return rms(values[np.isfinite(values)])
 
 
-def true_cross_track(run: Run) -> np.ndarray:
-    """(n,) the true position's distance (m) from the leg under way: the estimated one, less the error across."""
-    north = run["estimated_north"] - run["true_north"]
-    east = run["estimated_east"] - run["true_east"]
-    direction = run["leg_direction"]
-    return run["leg_cross_track"] - (east * np.cos(direction) - north * np.sin(direction))
-
-
 LEG_SETTLING = 20.0
 """s after a turn begins, before the distance from a leg counts."""
 SLOW = 10.0
@@ -139,7 +131,7 @@ def leg_rms(run: Run) -> tuple[float, float]:
     target, direction = run["leg_target"], run["leg_direction"]
     began = run.time[np.searchsorted(target, target, side="left")]
     rows = evaluated(run) & (run.time - began > LEG_SETTLING)
-    true = true_cross_track(run)
+    true = run.true_cross_track
     north, east = (run[f"read_{axis}"] - run[f"true_{axis}"] for axis in ("north", "east"))
     error = east * np.cos(direction) - north * np.sin(direction)
     fixed = np.isfinite(error)

@@ -10,7 +10,7 @@ from steerway.core import rms
 from steerway.guidance import LineOfSight, Mission, Route, lawnmower
 from steerway.pilot import Mode, Pilot
 from steerway.sensors import Gnss, Suite
-from steerway.simulation import Run, Start, sail, short_leg, steering_pilot, true_cross_track
+from steerway.simulation import Run, Start, sail, short_leg, steering_pilot
 from steerway.vessels import (
     MARINER_BOAT_IN_CURRENT,
     MOTORBOAT_BOAT,
@@ -199,7 +199,7 @@ def judged(case: Case, seed: int) -> JudgedRun:
 def _distances(case, run):
     """(RMS from the legs, largest at the corners in turn radii)."""
     craft, target = CRAFT[case.craft], run["leg_target"]
-    across = true_cross_track(run)
+    across = run.true_cross_track
     if case.receiver.errors == "wandering":
         across = across + _slow_error(case, run)
     began = np.searchsorted(target, target, side="left") if np.all(np.diff(target) >= 0.0) else np.zeros(len(run), int)

@@ -11,7 +11,7 @@ from steerway.estimation import AtFaceValue, FilterEstimator, FiveStateFilter, P
 from steerway.guidance import LineOfSight, LowPass, Mission, Route
 from steerway.pilot import Pilot
 from steerway.sensors import Gnss, Suite, Truth
-from steerway.simulation import Run, parse_scenario, sail, sail_scenario, true_cross_track
+from steerway.simulation import Run, parse_scenario, sail, sail_scenario
 from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway.vessels import Mariner
@@ -128,7 +128,7 @@ def measured(case: ShipCase) -> dict[str, float]:
     leg = straight(run)
     asked = asked_rudder_rate(run)
     achieved = np.gradient(rudder(run), STEP)
-    across = true_cross_track(run)
+    across = run.true_cross_track
     limited = (np.abs(run.command[:, 0]) > RUDDER.high - 1e-6) | (np.abs(asked) > RUDDER.rate)
     numbers = {
         "finished": float(len(mission.log.reached) == 5),

@@ -74,7 +74,7 @@ def steering_figure(run: Run) -> Figure:
         "true heading": (_compass(run["true_heading"]), QUIET),
     }
     speed = {"commanded": (_known_speed(run), THEIRS), "true SOG": (run.true_sog, TRUTH)}
-    cross = {"estimated": (run["leg_cross_track"], OURS), "true": (outcome.true_cross_track(run), TRUTH)}
+    cross = {"estimated": (run["leg_cross_track"], OURS), "true": (run.true_cross_track, TRUTH)}
     moving = np.where(run.true_sog > 0.3, np.degrees(outcome.crab_angle(run)), np.nan)
     figure = series(
         [
