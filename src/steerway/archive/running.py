@@ -114,8 +114,10 @@ def run(
     workers = workers or max(1, min(os.cpu_count() or 1, int(memory / 6e8)))
     if not store.manifest_path.exists() and any(each.name != LOCK for each in store.root.iterdir()):
         raise InputError(f"{store.root} is not empty and holds no archive, expected a new or an empty directory")
+    profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
+    wanted = {"profiles": profiles, "aid": list(aid), "smooth": smooth, "rate": rate}
     with only_writer(store.root, f"the archive {store.root}"):
-        manifest = _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile)
+        manifest = _manifest(store, wanted, buckets, lambda: _bucket_count(files, memory, workers))
         try:
             report = Report(store.root)
             store.remove_unfinished()
@@ -133,28 +135,15 @@ def run(
 
 
 def _manifest(
-    store: Store,
-    files: list[Path],
-    buckets: int | None,
-    memory: float,
-    workers: int,
-    smooth: bool,
-    rate: float | None,
-    aid: tuple[str, ...],
-    profile: Profile | None,
+    store: Store, wanted: dict[str, Any], buckets: int | None, choose_buckets: Callable[[], int]
 ) -> dict[str, Any]:
     """The manifest, read or created; raises InputError if it has other settings."""
-    profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
-    wanted: dict[str, Any] = {
+    wanted |= {
         "version": version("steerway"),
         "kernels": source_digest("steerway.archive.unit"),  # of all that results depend on
-        "profiles": profiles,
-        "aid": list(aid),
-        "smooth": smooth,
-        "rate": rate,
     }
     if not store.manifest_path.exists():
-        wanted["buckets"] = buckets or _bucket_count(files, memory, workers)
+        wanted["buckets"] = buckets or choose_buckets()
         manifest = {name: wanted[name] for name in _SETTINGS} | {"inputs": {}}
         store.write_manifest(manifest)
         return manifest

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from steerway.archive.inputs import bucket_of
-from steerway.archive.store import DAY, Store, day_of
+from steerway.archive.store import DAY, TABLES, Store, day_of
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.formats import geojson
@@ -29,7 +29,7 @@ def scan(directory: str | Path, table: str = "estimate") -> pl.LazyFrame:
     there is no archive, or nothing in it is done.
     """
     store = Store.opened(directory)
-    if table not in ("estimate", "events", "trips"):
+    if table not in TABLES:
         raise InputError(f"table is {table!r}, expected 'estimate', 'events' or 'trips'")
     files = store.files(table)
     if table == "trips" and (unfinished := store.root / "trips" / "unfinished.parquet").is_file():

@@ -7,9 +7,8 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.archive import association, filters, levels, page, running, smoothing, tracks, unit
     from steerway.archive.encounters import encounters
+    from steerway.archive.inspecting import digest, status
     from steerway.archive.selecting import export
-    from steerway.archive.status import status
     from steerway.archive.store import Store
-    from steerway.archive.verifying import digest
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -122,7 +122,7 @@ def status(directory: Path = DIRECTORY, as_json: bool = flag("--json", "JSON out
 
         steerway archive status march
     """
-    from steerway.archive.status import status as status_of
+    from steerway.archive.inspecting import status as status_of
 
     found = status_of(directory)
     if as_json:
@@ -148,7 +148,7 @@ def verify(directory: Path = DIRECTORY) -> None:
 
         steerway archive verify march
     """
-    from steerway.archive.verifying import digest
+    from steerway.archive.inspecting import digest
 
     with progress_line("verifying") as step:
         found, rows = digest(directory, step)

@@ -1,6 +1,6 @@
 """The commands that estimate from logs: estimate, tune, compare, predict."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,21 +104,15 @@ def estimate(
 
 def _expect_outputs(logs: Sequence[str], out: Path | None, report: Path | None, episodes: Path | None) -> None:
     """Raises InputError for an output that could not be written, before anything is computed."""
-    if out is not None:
-        from steerway.formats.writing import writer
+    from steerway.formats.writing import writer
+    from steerway.report.episodes import expect_writable
+    from steerway.report.motion_page import report_writer
 
-        writer(out)
-        expect_output(out, logs)
-    if report is not None:
-        from steerway.report.motion_page import report_writer
-
-        expect_output(report, logs)
-        report_writer(report)
-    if episodes is not None:
-        from steerway.report.episodes import expect_writable
-
-        expect_writable(episodes)
-        expect_output(episodes, logs)
+    checks: tuple[Callable[[Path], object], ...] = writer, report_writer, expect_writable
+    for path, check in zip((out, report, episodes), checks, strict=True):
+        if path is not None:
+            check(path)
+            expect_output(path, logs)
 
 
 def _write_outputs(

@@ -264,48 +264,40 @@ def _quantile(values: Floats, q: float) -> float:
     return float(np.quantile(known, q)) if len(known) else math.nan
 
 
-def _degrees(radians: Floats) -> Floats:
-    return np.degrees(radians)
-
-
 def _compass_degrees(radians: Floats) -> Floats:
     """Degrees in [0, 360)."""
     turned = np.mod(np.degrees(radians), 360.0)
     return np.where(turned >= 360.0, 0.0, turned)
 
 
-def _as_is(values: Floats) -> Floats:
-    return values
-
-
 Columns = dict[str, tuple[str, Callable[[Floats], Floats]]]
 """Outward name of a column: its field, and the conversion to the outward unit."""
 _POSITION_COLUMNS: Columns = {
-    "time_s": ("time", _as_is),
-    "lat_deg": ("latitude", _degrees),
-    "lon_deg": ("longitude", _degrees),
+    "time_s": ("time", np.positive),
+    "lat_deg": ("latitude", np.degrees),
+    "lon_deg": ("longitude", np.degrees),
 }
 _FIXES_COLUMNS: Columns = _POSITION_COLUMNS | {
-    "position_std_m": ("position_std", _as_is),
-    "sog_mps": ("sog", _as_is),
+    "position_std_m": ("position_std", np.positive),
+    "sog_mps": ("sog", np.positive),
     "cog_deg": ("cog", _compass_degrees),
     "heading_deg": ("heading", _compass_degrees),
-    "water_speed_mps": ("water_speed", _as_is),
-    "yaw_rate_dps": ("yaw_rate", _degrees),
-    "bottom_speed_mps": ("bottom_speed", _as_is),
-    "acceleration_mps2": ("acceleration", _as_is),
-    "shaft_rps": ("shaft", _as_is),
+    "water_speed_mps": ("water_speed", np.positive),
+    "yaw_rate_dps": ("yaw_rate", np.degrees),
+    "bottom_speed_mps": ("bottom_speed", np.positive),
+    "acceleration_mps2": ("acceleration", np.positive),
+    "shaft_rps": ("shaft", np.positive),
 }
 MOTION_COLUMNS: Columns = _POSITION_COLUMNS | {
-    "sog_mps": ("sog", _as_is),
+    "sog_mps": ("sog", np.positive),
     "cog_deg": ("cog", _compass_degrees),
-    "course_rate_dps": ("course_rate", _degrees),
-    "sog_std_mps": ("sog_std", _as_is),
-    "cog_std_deg": ("cog_std", _degrees),
-    "course_rate_std_dps": ("course_rate_std", _degrees),
-    "position_std_m": ("position_std", _as_is),
-    "position_relative_std_m": ("position_relative_std", _as_is),
-    "nis": ("nis", _as_is),
+    "course_rate_dps": ("course_rate", np.degrees),
+    "sog_std_mps": ("sog_std", np.positive),
+    "cog_std_deg": ("cog_std", np.degrees),
+    "course_rate_std_dps": ("course_rate_std", np.degrees),
+    "position_std_m": ("position_std", np.positive),
+    "position_relative_std_m": ("position_relative_std", np.positive),
+    "nis": ("nis", np.positive),
 }
 
 

@@ -18,6 +18,7 @@ import polars as pl
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
 from steerway.formats import packed
+from steerway.formats.cells import header_of
 from steerway.formats.columns import Column, plain_name, understood
 from steerway.formats.units import unit_by_size
 
@@ -109,19 +110,13 @@ def _scanned(path: Path) -> pl.LazyFrame | None:
         names = frame.collect_schema().names()
     else:
         text = _first_text(path, head)
-        first = text.split(b"\n", 1)[0].decode("utf-8-sig", "replace").strip()
-        separator = max(",;\t|", key=first.count)
-        names = [name.strip().strip('"') for name in first.split(separator)]
-        if not _is_ais(names):
+        header = header_of(text)
+        if header is None or header[0] > 1 or not _is_ais(header[2]):
             return None
+        _, separator, names, _ = header
         quote = '"' if b'"' in text else None
-        options: dict[str, Any] = {
-            "separator": separator,
-            "infer_schema": False,
-            "truncate_ragged_lines": True,
-            "quote_char": quote,
-        }
-        frame = pl.scan_csv(path, glob=False, encoding="utf8-lossy", **options)
+        options: dict[str, Any] = {"separator": separator, "quote_char": quote, "truncate_ragged_lines": True}
+        frame = pl.scan_csv(path, glob=False, encoding="utf8-lossy", infer_schema=False, **options)
         found = frame.collect_schema().names()
         if len(found) != len(names):
             raise InputError(f"{path}: line 1 has an unbalanced quote, expected the names of columns")
@@ -208,18 +203,11 @@ def _time(frame: pl.LazyFrame, column: Column, schema: pl.Schema) -> pl.Expr:
         }
         best = max(counts, key=lambda each: counts[each])
         if counts[best]:
-            if best == _TIMES[0]:
-                return _day_first(named)
-            return (
-                named.str.to_datetime(best, strict=False, time_unit="us").dt.replace_time_zone(None).to_physical() / 1e6
-            )
+            moments = named.str.to_datetime(best, strict=False, time_unit="us").dt.replace_time_zone(None)
+            return moments.to_physical() / 1e6
     median: Any = sample.cast(pl.Float64, strict=False).median()
     size = abs(float(median or 0.0))
     return named.cast(pl.Float64, strict=False) / round(1.0 / unit_by_size(size))
-
-
-def _day_first(named: pl.Expr) -> pl.Expr:
-    return named.str.to_datetime(_TIMES[0], strict=False, time_unit="us").to_physical() / 1e6
 
 
 def _described(texts: pl.Series) -> pl.Series:

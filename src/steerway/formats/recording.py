@@ -49,6 +49,16 @@ def placed(fixes: Fixes, skipped: Counter[str]) -> Fixes:
     return fixes.rows(np.isfinite(fixes.time) & fixes.has_position).in_order()
 
 
+def fixes_at(source: str, rows: Mapping[float, Mapping[str, float]]) -> Fixes:
+    """The fixes of values by their names, SI and radians, at each time, in time order; of times with any."""
+    names = ("latitude", "longitude", *REPORTED)
+    table = [[row.get(name, np.nan) for name in names] for row in rows.values()]
+    time, columns = np.array(list(rows), float), np.array(table, float).reshape(-1, len(names)).T
+    known = np.isfinite(time) & np.isfinite(columns).any(axis=0)
+    values: dict[str, Any] = dict(zip(names, columns, strict=True))
+    return Fixes(time, **values, source=source).rows(known).in_order()
+
+
 def fixes_of(source: str, rows: Sequence[Sequence[float]]) -> Fixes:
     """The fixes of rows (time, latitude, longitude, *REPORTED), SI and radians, in time order."""
     names = ("time", "latitude", "longitude", *REPORTED)

@@ -9,7 +9,7 @@ import polars as pl
 
 from steerway.core.errors import InputError
 from steerway.core.records import MOTION_COLUMNS, Fixes, Motion
-from steerway.formats.plain_table import numbers, read_plain
+from steerway.formats.cells import numbers, read_plain
 
 _NEEDED = ("lat_deg", "lon_deg", "sog_mps", "cog_deg")
 

@@ -10,13 +10,11 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats.dilution import deviation
 from steerway.formats.places import on_earth
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, fixes_at
 
 PATHS = {
     "navigation.speedOverGround": "sog",
@@ -78,12 +76,9 @@ def read(data: bytes) -> Recording:
 
 
 def _fixes(name: str, rows: Mapping[str, Mapping[str, float]]) -> Fixes:
-    time, own = unix_times(list(rows)), list(rows.values())
-    columns: dict[str, Any] = {
-        each: np.array([row.get(each, np.nan) for row in own], float)
-        for each in ("latitude", "longitude", "position_std", *PATHS.values())
-    }
-    places = [on_earth(*each) for each in zip(columns.pop("latitude"), columns.pop("longitude"), strict=True)]
-    latitude, longitude = np.array(places, float).reshape(-1, 2).T
-    known = np.isfinite(time) & (np.isfinite(latitude) | np.isfinite(list(columns.values())).any(axis=0))
-    return Fixes(time, latitude, longitude, **columns, source=name).rows(known).in_order()
+    of_time: dict[float, dict[str, float]] = defaultdict(dict)
+    for time, row in zip(unix_times(list(rows)).tolist(), rows.values(), strict=True):
+        place = on_earth(row.get("latitude", math.nan), row.get("longitude", math.nan))
+        of_time[time] |= row
+        of_time[time] |= dict(zip(("latitude", "longitude"), place, strict=True))
+    return fixes_at(name, of_time)

@@ -5,9 +5,9 @@ rejects the row if it is time, position or MMSI, and is left empty elsewhere.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -43,10 +43,7 @@ def read(data: bytes) -> Recording:
     Raises InputError where columns for time, latitude and longitude cannot be found, or a Parquet file is damaged.
     """
     skipped = Counter[str]()
-    kind, frame, names, first_line, delimiter = _frame(data, skipped)
-    columns = understood(names)
-    _demand(columns, names)
-    return _recording(kind, frame, columns, names, first_line, delimiter, skipped)
+    return _recording(_table_in(data, skipped), skipped)
 
 
 def read_frame(frame: Any) -> Recording:
@@ -57,9 +54,7 @@ def read_frame(frame: Any) -> Recording:
     if not isinstance(frame, pl.DataFrame):
         indexed = frame.reset_index(names="time") if frame.index.dtype.kind == "M" else frame
         frame = pl.DataFrame({str(name): _of_pandas(indexed[name]) for name in indexed.columns})
-    skipped, columns = Counter[str](), understood(frame.columns)
-    _demand(columns, frame.columns)
-    return _recording("frame", frame, columns, frame.columns, 1, ",", skipped)
+    return _recording(_demanded(_Table("frame", frame, frame.columns)), Counter[str]())
 
 
 def _of_pandas(series: Any) -> np.ndarray:
@@ -75,13 +70,12 @@ def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording],
     column.
     """
     skipped = Counter[str]()
-    kind, frame, names, first_line, delimiter = _frame(data, skipped, vessel_column)
-    columns = understood(names)
-    _demand(columns, names)
+    table = _table_in(data, skipped, vessel_column)
+    frame, names = table.frame, table.names
     if vessel_column not in names:
         found = ", ".join(map(repr, names))
         raise InputError(f"the table has no column {vessel_column!r}, expected one of its columns: {found}")
-    values = frame[vessel_column if kind == "Parquet" else f"{names.index(vessel_column)}"]
+    values = frame[vessel_column if table.kind == "Parquet" else f"{names.index(vessel_column)}"]
     if values.dtype.is_float() and (values == values.floor()).all():
         values = values.fill_nan(None).cast(pl.Int64, strict=False)
     vessel = values.cast(pl.String).str.strip_chars(' \t\r"').replace("", None)
@@ -94,43 +88,47 @@ def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording],
     )
     for (name,), rows in parts.items():
         of_vessel = Counter[str]()
-        recording = _recording(kind, rows, columns.copy(), names, first_line, delimiter, of_vessel)
+        recordings[name] = replace(_recording(table._replace(frame=rows), of_vessel), notes=())
         skipped.update(of_vessel)
-        recordings[name] = replace(recording, notes=())
     return recordings, dict(skipped)
 
 
-def _frame(
-    data: bytes, skipped: Counter[str], vessel_column: str | None = None
-) -> tuple[str, pl.DataFrame, list[str], int, str]:
-    """(kind, frame, column names, line number of its first row, delimiter)."""
+class _Table(NamedTuple):
+    """A frame with the names of its columns, the line of its first row and its delimiter."""
+
+    kind: str
+    frame: pl.DataFrame
+    names: Sequence[str]
+    first_line: int = 1
+    delimiter: str = ","
+
+
+def _table_in(data: bytes, skipped: Counter[str], vessel_column: str | None = None) -> _Table:
     if data.startswith(b"PAR1"):
         frame = parquet(data)
-        return "Parquet", frame, frame.columns, 1, ","
-    return "CSV", *csv(data, skipped, vessel_column)
+        return _demanded(_Table("Parquet", frame, frame.columns))
+    return _demanded(_Table("CSV", *csv(data, skipped, vessel_column)))
 
 
-def _demand(columns: Mapping[str, Column], names: Sequence[str]) -> None:
+def _demanded(table: _Table) -> _Table:
+    """A table that has the columns of a position in time. Raises InputError for another one."""
+    columns = understood(table.names)
     missing = [meaning for meaning in ("time", "latitude", "longitude") if meaning not in columns]
     if missing:
-        found = ", ".join(map(repr, names))
+        found = ", ".join(map(repr, table.names))
         raise InputError(f"the table has no column for {' and '.join(missing)}: found {found}, expected {EXPECTED}")
-
-
-Notes = list[tuple[int, str]]
-"""Line and what is to be said of it."""
+    return table
 
 
 class _Reader:
     """Takes columns out of a frame and counts invalid cells."""
 
-    def __init__(
-        self, frame: pl.DataFrame, first_line: int, delimiter: str, skipped: Counter[str], notes: Notes
-    ) -> None:
-        self.frame, self.first_line, self.skipped, self.notes = frame, first_line, skipped, notes
-        self.decimal_comma = delimiter != ","
-        self.blank = _blank(frame)
-        self.bad = np.zeros(len(frame), dtype=bool)
+    def __init__(self, table: _Table, skipped: Counter[str]) -> None:
+        self.frame, self.first_line, self.skipped = table.frame, table.first_line, skipped
+        self.notes: list[tuple[int, str]] = []  # line and what is to be said of it
+        self.decimal_comma = table.delimiter != ","
+        self.blank = _blank(table.frame)
+        self.bad = np.zeros(len(table.frame), dtype=bool)
 
     def numbers(self, column: Column, hemispheres: str = "") -> np.ndarray:
         """The column as it stands, (n,) float, NaN where empty or bad; of an axis in degrees, minutes too are read."""
@@ -257,17 +255,8 @@ def _floats(series: pl.Series) -> Floats:
     return series.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
 
 
-def _recording(
-    kind: str,
-    frame: pl.DataFrame,
-    columns: dict[str, Column],
-    names: Sequence[str],
-    first_line: int,
-    delimiter: str,
-    skipped: Counter[str],
-) -> Recording:
-    notes: Notes = []
-    reader = _Reader(frame, first_line, delimiter, skipped, notes)
+def _recording(table: _Table, skipped: Counter[str]) -> Recording:
+    columns, names, reader = understood(table.names), table.names, _Reader(table, skipped)
     is_ais = "mmsi" in columns
     place = [reader.numbers(columns["latitude"], "NS"), reader.numbers(columns["longitude"], "EW")]
     refuse_radians(columns, *place)
@@ -311,8 +300,8 @@ def _recording(
     meanings = [f"columns: {', '.join(str(column) for column in columns.values())}"]
     if unused := [name for index, name in enumerate(names) if all(index != each.index for each in columns.values())]:
         meanings.append(f"columns not used: {', '.join(unused)}")
-    lines = [note for _, note in sorted(notes, key=lambda each: each[0])]
-    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), (*meanings, *lines))
+    lines = [note for _, note in sorted(reader.notes, key=lambda each: each[0])]
+    return Recording.of(table.kind, (fixes,), counts, skipped, (*meanings, *lines))
 
 
 def _time(

@@ -10,10 +10,9 @@ import datetime
 import math
 import re
 import struct
-from collections import Counter
-from collections.abc import Callable
+from collections import Counter, namedtuple
 from itertools import accumulate
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,84 +21,26 @@ from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
 
-class _Position(NamedTuple):
-    """NAV-POSLLH, NAV-HPPOSLLH: degrees · 1e7, mm."""
-
-    tow: int
-    lon: float
-    lat: float
-    accuracy: float
-    valid: bool = True
+def _message(name: str, layout: str, fields: str) -> tuple[str, struct.Struct, type[Any]]:
+    """Name of a message, layout of its payload from the beginning, and what has its fields by name."""
+    return name, struct.Struct(layout), namedtuple(name.replace("-", "_"), fields)
 
 
-class _Status(NamedTuple):
-    """NAV-STATUS."""
-
-    tow: int
-    fix: int
-    flags: int
-
-
-class _Velocity(NamedTuple):
-    """NAV-VELNED: cm/s, degrees · 1e5."""
-
-    tow: int
-    speed: int
-    heading: int
-
-
-class _Clock(NamedTuple):
-    """NAV-TIMEUTC."""
-
-    tow: int
-    nano: int
-    date: tuple[int, ...]  # year to second
-    valid: bool
-
-
-class _Solution(NamedTuple):
-    """NAV-PVT: degrees · 1e7, mm, mm/s, degrees · 1e5."""
-
-    tow: int
-    nano: int
-    date: tuple[int, ...]
-    valid: bool
-    lon: int
-    lat: int
-    accuracy: int
-    fix: int
-    flags: int
-    invalid_place: int
-    speed: int
-    heading: int
-
-
-def _high_precision(
-    invalid: int, tow: int, lon: int, lat: int, fine_lon: int, fine_lat: int, accuracy: int
-) -> _Position:
-    return _Position(tow, lon + 0.01 * fine_lon, lat + 0.01 * fine_lat, 0.1 * accuracy, not invalid & 1)
-
-
-def _solution(tow: int, *fields: int) -> _Solution:
-    *date, valid, nano, fix, flags, lon, lat, accuracy, speed, heading, flags3 = fields
-    known = valid & 3 == 3
-    return _Solution(tow, nano, tuple(date), known, lon, lat, accuracy, fix, flags, flags3 & 1, speed, heading)
-
-
-def _clock(tow: int, nano: int, *fields: int) -> _Clock:
-    *date, valid = fields
-    return _Clock(tow, nano, tuple(date), bool(valid & 4))
-
-
-_MESSAGES: dict[int, tuple[str, struct.Struct, Callable[..., Any]]] = {
-    0x02: ("NAV-POSLLH", struct.Struct("<Iii8xI"), _Position),
-    0x03: ("NAV-STATUS", struct.Struct("<IBB"), _Status),
-    0x07: ("NAV-PVT", struct.Struct("<IH5BB4xiBB2xii8xI16xii10xB"), _solution),
-    0x12: ("NAV-VELNED", struct.Struct("<I16xIi"), _Velocity),
-    0x14: ("NAV-HPPOSLLH", struct.Struct("<3xBIii8xbb2xI"), _high_precision),
-    0x21: ("NAV-TIMEUTC", struct.Struct("<I4xiH5BB"), _clock),
+_DATE = "year month day hour minute second valid"
+_MESSAGES = {
+    0x02: _message("NAV-POSLLH", "<Iii8xI", "tow lon lat accuracy"),
+    0x03: _message("NAV-STATUS", "<IBB", "tow fix flags"),
+    0x07: _message(
+        "NAV-PVT",
+        "<IH5BB4xiBB2xii8xI16xii10xB",
+        f"tow {_DATE} nano fix flags lon lat accuracy speed heading flags3",
+    ),
+    0x12: _message("NAV-VELNED", "<I16xIi", "tow speed heading"),
+    0x14: _message("NAV-HPPOSLLH", "<3xBIii8xbb2xI", "invalid tow lon lat fine_lon fine_lat accuracy"),
+    0x21: _message("NAV-TIMEUTC", "<I4xiH5BB", f"tow nano {_DATE}"),
 }
-"""Identifier → name, fields from the beginning of the payload, and what they make."""
+"""By identifier. Places in degrees · 1e7, finer digits a hundredth of that; accuracy in mm, of HPPOSLLH in 0.1 mm;
+speed in mm/s, of VELNED in cm/s; heading in degrees · 1e5."""
 _HEADER = re.compile(rb"\xb5\x62\x01([\x02\x03\x07\x12\x14\x21])", re.DOTALL)
 _LONGEST = 128  # bytes; none of these messages is longer
 _FRAME = 8  # bytes around the payload
@@ -123,7 +64,7 @@ def read(data: bytes) -> Recording:
 
 
 Epoch = dict[str, Any]
-"""The messages of an epoch by name, each of its NamedTuple."""
+"""The messages of an epoch by name."""
 
 
 class UbxReader:
@@ -174,9 +115,9 @@ class UbxReader:
             if end > len(data) and not final:
                 self._tail = data[start:]
                 break
-            name, layout, made = _MESSAGES[data[start + 3]]
+            name, layout, message = _MESSAGES[data[start + 3]]
             if _is_sound(data, start, end, layout.size):
-                self._add(name, made(*layout.unpack_from(data, start + _HEAD)))
+                self._add(name, message(*layout.unpack_from(data, start + _HEAD)))
                 at = end
             else:
                 damaged += 1
@@ -220,7 +161,8 @@ def _is_sound(data: bytes, start: int, end: int, least: int) -> bool:
 
 def _row(epoch: Epoch, skipped: Counter[str]) -> tuple[float, ...] | None:
     """Time, latitude and longitude (deg), 1σ, SOG and COG (deg) of an epoch with a fix, or None."""
-    place = epoch.get("NAV-PVT") or epoch.get("NAV-POSLLH") or epoch.get("NAV-HPPOSLLH")
+    fine = epoch.get("NAV-HPPOSLLH")
+    place = epoch.get("NAV-PVT") or epoch.get("NAV-POSLLH") or fine
     if place is None:
         return None
     if not _has_fix(epoch):
@@ -230,22 +172,18 @@ def _row(epoch: Epoch, skipped: Counter[str]) -> tuple[float, ...] | None:
     if math.isnan(time):
         skipped["no valid time"] += 1
         return None
-    fine = epoch.get("NAV-HPPOSLLH")
-    if fine is not None and fine.valid:
-        place = fine
-    return (time, place.lat / 1e7, place.lon / 1e7, _std(place), *_velocity(epoch))
-
-
-def _std(place: Any) -> float:
-    """The receiver's horizontal accuracy, a radius, as 1σ of north and of east (m)."""
-    return place.accuracy / 1000.0 / math.sqrt(2.0)
+    latitude, longitude, radius = place.lat, place.lon, place.accuracy / 1000.0
+    if place is fine or (fine is not None and not fine.invalid & 1):
+        latitude, longitude = fine.lat + 0.01 * fine.fine_lat, fine.lon + 0.01 * fine.fine_lon
+        radius = 0.1 * fine.accuracy / 1000.0
+    return (time, latitude / 1e7, longitude / 1e7, radius / math.sqrt(2.0), *_velocity(epoch))
 
 
 def _has_fix(epoch: Epoch) -> bool:
     """Whether the receiver flags the position as valid (gnssFixOK), within its own accuracy limits."""
     pvt, status = epoch.get("NAV-PVT"), epoch.get("NAV-STATUS")
     if pvt is not None:
-        return bool(pvt.flags & 1) and pvt.fix != _NO_FIX and not pvt.invalid_place
+        return bool(pvt.flags & 1) and pvt.fix != _NO_FIX and not pvt.flags3 & 1
     if status is not None:
         return bool(status.flags & 1) and status.fix != _NO_FIX
     return True
@@ -257,15 +195,16 @@ def _is_surveyed(epoch: Epoch) -> bool:
 
 def _time(epoch: Epoch) -> float:
     """Unix time to the nanosecond fields; NaN where the receiver does not flag it as valid."""
-    clock = epoch.get("NAV-PVT") or epoch.get("NAV-TIMEUTC")
-    if clock is None or not clock.valid:
+    clock, needed = epoch.get("NAV-PVT"), 3  # date and time
+    if clock is None:
+        clock, needed = epoch.get("NAV-TIMEUTC"), 4
+    if clock is None or clock.valid & needed != needed:
         return math.nan
-    year, month, day, hour, minute, second = clock.date
     try:
-        whole = datetime.datetime(year, month, day, hour, minute, tzinfo=datetime.UTC)
+        whole = datetime.datetime(clock.year, clock.month, clock.day, clock.hour, clock.minute, tzinfo=datetime.UTC)
     except ValueError:
         return math.nan
-    return whole.timestamp() + (second + clock.nano * 1e-9)
+    return whole.timestamp() + (clock.second + clock.nano * 1e-9)
 
 
 def _velocity(epoch: Epoch) -> tuple[float, float]:

@@ -17,8 +17,8 @@ from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats import table
+from steerway.formats.cells import numbers, read_plain
 from steerway.formats.columns import DEGREE, Column, plain_name, understood
-from steerway.formats.plain_table import numbers, read_plain
 from steerway.formats.units import in_seconds
 
 _RUDDERS = ("rudder", "rudder_angle", "rudder_command", "command_rudder", "yaw_moment", "moment", "yaw")

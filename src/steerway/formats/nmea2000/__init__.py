@@ -5,18 +5,17 @@ own at the time it was received; messages of one source received at the same tim
 time of its own (GNSS), which its row takes. The same decoder serves the wire.
 """
 
+import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 
-from steerway.core.arrays import Floats
 from steerway.core.records import Fixes
 from steerway.formats.nmea2000.decoder import Decoder
 from steerway.formats.nmea2000.fields import MESSAGES
 from steerway.formats.nmea2000.text import Heard, form_of, messages
-from steerway.formats.recording import Recording
+from steerway.formats.recording import Recording, fixes_at
 
 _CLOCK_ERROR = 2.0  # s; a smaller difference between the logger's clock and GNSS is the delay of the message
 _NO_DATE = 10.0 * 86400.0  # Unix s below which a log has times of the day only
@@ -46,8 +45,8 @@ def read(data: bytes) -> Recording:
         notes.append("the log has times without a date: its days are counted from 1970-01-01")
     found = {}
     for address in sorted(sources):
-        name, own = f"src {address}", {pgn: _columns(rows, error) for pgn, rows in sources[address].items()}
-        fixes = _fixes(name, own, skipped, notes)
+        name = f"src {address}"
+        fixes = _fixes(name, sources[address], error, skipped, notes)
         notes += [
             f"{name}: {what} is magnetic, corrected by the variation on the bus"
             for sender, what in sorted(decoder.corrected)
@@ -81,50 +80,33 @@ def _clock_error(sources: Rows, notes: list[str]) -> float:
     return error
 
 
-def _columns(rows: Sequence[dict[str, float]], error: float) -> dict[str, np.ndarray]:
-    """The rows of one message as columns; `received` with the clock corrected, `time` what the row has of its own."""
-    names = dict.fromkeys(name for row in rows for name in row)
-    columns = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
-    columns["received"] += error
-    return columns
+def _fixes(
+    name: str, own: dict[int, list[dict[str, float]]], error: float, skipped: Counter[str], notes: list[str]
+) -> Fixes:
+    """One source's rows, `received` corrected by the error of the logger's clock."""
+    chosen = _position(name, own, skipped, notes)
+    rows: dict[float, dict[str, float]] = defaultdict(dict)
+    for pgn, table in own.items():
+        for each in table if pgn == chosen or pgn not in POSITIONS else ():
+            time = each.pop("time") if "time" in each else each["received"] + error
+            rows[time] |= {
+                field: value for field, value in each.items() if field != "received" and math.isfinite(value)
+            }
+    return fixes_at(name, rows)
 
 
-def _fixes(name: str, own: dict[int, dict[str, Floats]], skipped: Counter[str], notes: list[str]) -> Fixes:
-    """One source's rows."""
-    parts = [_position(name, own, skipped, notes)]
-    parts += [{"time": own[pgn]["received"]} | own[pgn] for pgn in own if pgn not in POSITIONS]
-    time = np.unique(np.concatenate([each["time"] for each in parts]))
-    fields: dict[str, Any] = {"latitude": np.full(len(time), np.nan), "longitude": np.full(len(time), np.nan)}
-    for each in parts:
-        row = np.searchsorted(time, each.pop("time"))
-        each.pop("received", None)
-        for field, values in each.items():
-            column = fields.setdefault(field, np.full(len(time), np.nan))
-            known = np.isfinite(values)
-            column[row[known]] = values[known]
-    known = np.any([np.isfinite(values) for values in fields.values()], axis=0)
-    return Fixes(time=time, source=name, **fields).rows(known)
-
-
-def _position(
-    name: str, own: dict[int, dict[str, Floats]], skipped: Counter[str], notes: list[str]
-) -> dict[str, np.ndarray]:
-    """129029 with its own time where it comes as often as 129025, else 129025 with the time of reception."""
-    usable = {pgn: np.isfinite(own[pgn]["latitude"]) if pgn in own else np.zeros(0, bool) for pgn in POSITIONS}
-    chosen, other = POSITIONS if usable[129029].sum() > 0.9 * usable[129025].sum() else reversed(POSITIONS)
-    kept = usable[chosen]
-    if not len(kept):
-        return {"time": np.zeros(0)}
-    table = own[chosen]
-    if not kept.all():
-        skipped["position not available"] += int((~kept).sum())
-    if not kept.any():
-        return {"time": np.zeros(0)}
-    time = table["time" if chosen == 129029 else "received"][kept]
-    if repeated := len(time) - len(np.unique(time)):
-        skipped["position at the time of another"] += repeated
-    if len(usable[other]):
-        left_out = len(usable[other])
-        notes.append(f"{name}: positions from {chosen}, {left_out} × {other} of the same receiver left out")
-    notes.append(f"{name}: positions carry {'GNSS time' if chosen == 129029 else 'the time the logger received them'}")
-    return {"time": time} | {each: table[each][kept] for each in ("latitude", "longitude", "position_std")}
+def _position(name: str, own: dict[int, list[dict[str, float]]], skipped: Counter[str], notes: list[str]) -> int:
+    """The message of positions that is taken: 129029, whose time is its own, where it comes as often, else 129025."""
+    usable = {pgn: sum(math.isfinite(each["latitude"]) for each in own.get(pgn, ())) for pgn in POSITIONS}
+    chosen, other = POSITIONS if usable[129029] > 0.9 * usable[129025] else POSITIONS[::-1]
+    if lost := len(own.get(chosen, ())) - usable[chosen]:
+        skipped["position not available"] += lost
+    if usable[chosen]:
+        key = "time" if chosen == 129029 else "received"
+        times = [each[key] for each in own[chosen] if math.isfinite(each["latitude"])]
+        if repeated := len(times) - len(set(times)):
+            skipped["position at the time of another"] += repeated
+        if left_out := len(own.get(other, ())):
+            notes.append(f"{name}: positions from {chosen}, {left_out} × {other} of the same receiver left out")
+        notes.append(f"{name}: positions carry {'GNSS time' if key == 'time' else 'the time the logger received them'}")
+    return chosen

@@ -1,16 +1,44 @@
-"""One digest of the results: over all rows by vessel, track and time, whatever files they stand in."""
+"""An archive looked into: what it was made of, how far it is, and one digest of its results in whatever files."""
 
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
 
-from steerway.archive.store import Store
+from steerway.archive.levels import profile_names
+from steerway.archive.running import chains
+from steerway.archive.store import TABLES, Store, date_of
 from steerway.core.errors import InputError
 
-_TABLES = ("estimate", "events", "trips")
+
+def status(directory: str | Path) -> dict[str, Any]:
+    """Settings, inputs and progress, as words and numbers. Raises InputError where there is no archive."""
+    store = Store.opened(directory)
+    manifest = store.manifest()
+    done, todo = sorted(store.done()), sum(map(len, chains(store, manifest)))
+    numbers = [store.numbers(*unit) for unit in done]
+    days = sorted({day for day, _ in store.staged_units()})
+    settings = [f"{manifest['buckets']} bucket{'' if manifest['buckets'] == 1 else 's'}", profile_names(manifest)]
+    settings += ["smoothed"] if manifest["smooth"] else []
+    settings += [f"{manifest['rate']:g} Hz"] if manifest["rate"] else []
+    settings += [f"aided by {', '.join(manifest['aid'])}"] if manifest["aid"] else []
+    return {
+        "settings": ", ".join(settings),
+        "inputs": len(manifest["inputs"]),
+        "days": f"{date_of(days[0])} to {date_of(days[-1])}, {len(days)}" if days else "none",
+        "units": f"{len(done)} done, {todo} to be done",
+        "done": len(done),
+        "to_do": todo,
+        "rows": sum(each["rows"] for each in numbers),
+        "reports": sum(each["reports"] for each in numbers),
+        "files": [
+            {"input": path} | {name: each[name] for name in ("rows", "left_out", "vessels")}
+            for path, each in manifest["inputs"].items()
+        ],
+    }
 
 
 def digest(directory: str | Path, progress: Callable[[float], None] | None = None) -> tuple[str, int]:
@@ -24,7 +52,7 @@ def digest(directory: str | Path, progress: Callable[[float], None] | None = Non
     hashes: dict[tuple[str, int, int], hashlib._Hash] = {}
     rows = 0
     for i, unit in enumerate(units):
-        for table in _TABLES:
+        for table in TABLES:
             path = store.path(table, *unit)
             try:
                 frame = pl.read_parquet(path, glob=False)
