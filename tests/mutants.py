@@ -46,7 +46,7 @@ COVERED = {
     "archive/inputs.py": ARCHIVE,
     "control/allocation.py": ("test_allocation",),
     "control/handover.py": ("test_handover",),
-    "control/speed.py": ("test_speed_control",),
+    "control/speed.py": ("test_speed_control", f"{REFERENCE}[speed_adaptive]"),
     "control/speed_observer.py": ("test_speed_control",),
     "control/speed_pi.py": ("test_speed_control", f"{REFERENCE}[speed_pi]"),
     "control/station.py": ("test_handover",),

@@ -112,19 +112,6 @@ def test_standstill_and_restart_on_another_course():
         assert worst(angle_error(motion.cog, scene.cog), len(speed) - run + 50, None) < 30.0
 
 
-def test_repeated_late_and_disordered_fixes_change_little():
-    scene = turning(1.3, 0.5, 120.0, seed=3)
-    fixes = scene.fixes(0.1, 3)
-    rng = np.random.default_rng(0)
-    disordered = fixes.rows(rng.permutation(len(fixes)))
-    in_order = FiveStateFilter(SMALL).filter(fixes)
-    np.testing.assert_array_equal(FiveStateFilter(SMALL).filter(disordered).cog, in_order.cog)
-    twice = fixes.rows(np.sort(np.r_[np.arange(len(fixes)), np.arange(100, 200)]))
-    motion = FiveStateFilter(SMALL).filter(twice)
-    assert len(motion) == len(twice)
-    assert np.nanmax(angle_error(motion.cog[-200:], in_order.cog[-200:])) < math.radians(1.0)
-
-
 def test_a_filter_that_runs_stream_wise_forgives_a_step_back_in_time():
     estimator = FiveStateFilter(SMALL)
     scene = straight(1.3, 0.5, 20.0)

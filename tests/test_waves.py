@@ -177,18 +177,6 @@ def test_an_irregular_wave_is_accepted_and_a_jump_is_not():
     assert (np.flatnonzero(steerway.estimate(jumped, profile, causal=True).status == REJECTED) == [250]).all()
 
 
-def test_it_is_forgotten_at_rest():
-    time = np.arange(0.0, 509.0, 0.1)
-    speed = np.interp(time, [200.0, 230.0, 380.0, 410.0], [5.0, 0.0, 0.0, 5.0])
-    profile = SWELL.model_copy(update={"acceleration_std": 0.2})
-    scene = once_a_second(speed, 0.4 + 0.05 * np.sin(time / 1.4), 10.0)
-    for smooth in (False, True):
-        motion = steerway.estimate(scene.fixes(0.05, 1), profile, smooth=smooth)
-        assert np.isfinite(motion.sog[5:]).all()
-        assert np.nanmax(np.abs(angle_error(motion.cog[-80:], scene.cog[-80:]))) < math.radians(6.0)
-        assert np.isnan(motion.cog[260:370]).mean() > 0.8
-
-
 def test_a_forecast_goes_on_along_the_course_held():
     """Whatever the sea does to the course at the moment of the last fix."""
     scene = swinging(duration=300.0)
