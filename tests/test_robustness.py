@@ -8,13 +8,13 @@ import pytest
 
 import steerway
 from steerway.core import REJECTED, Fixes, displacement, wrap_array
-from steerway.core.testing import NO_COURSE, displaced_all
+from steerway.core.testing import displaced_all
 from steerway.estimation import FiveStateFilter, InferredProfile, Profile
 from steerway.estimation.testing import infer_log
 from steerway.report.testing import CONTRADICTED, episodes_of
 from steerway_studies.testing import CELLS, SLOW
 from tests.command_line import run
-from tests.scenes import angle_error, sailed, straight, turning
+from tests.scenes import angle_error, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)
 
@@ -93,23 +93,6 @@ def test_a_dropout_is_dead_reckoned_with_growing_uncertainty():
         assert (np.diff(motion.position_std[during]) > 0.0).all()
     assert np.quantile(errors, 0.95) <= 20.0
     assert np.sqrt(np.mean(np.square(errors))) < 2.0 * np.mean(claimed), "no more than the filter itself expects"
-
-
-def test_standstill_and_restart_on_another_course():
-    """300 s at rest, then off again 120° to starboard."""
-    rest, run = 300 * 5, 60 * 5
-    for seed in range(6):
-        course = math.radians(60.0 * seed - 180.0)
-        speed = np.r_[np.full(run, 1.3), np.linspace(1.3, 0.0, 25), np.zeros(rest), np.linspace(0.0, 1.3, 25)]
-        speed = np.r_[speed, np.full(run, 1.3)]
-        cog = np.where(np.arange(len(speed)) < run + 25 + rest // 2, course, course + math.radians(120.0))
-        scene = sailed(speed, cog)
-        motion = FiveStateFilter(SMALL).filter(scene.fixes(0.1, seed))
-        still = slice(run + 75, run + 25 + rest)
-        assert not (motion.sog < 0.0).any()
-        assert np.mean(motion.status[still] == NO_COURSE) > 0.95
-        assert np.isnan(motion.cog[still][motion.status[still] == NO_COURSE]).all()
-        assert worst(angle_error(motion.cog, scene.cog), len(speed) - run + 50, None) < 30.0
 
 
 def test_a_filter_that_runs_stream_wise_forgives_a_step_back_in_time():

@@ -1,4 +1,4 @@
-"""Course estimation over records: every kind of profile, aid and trouble, causal and smoothed; a late receiver; aboard."""
+"""Course estimation over records, causal and smoothed: profiles, aids, troubles, late receivers; and aboard."""
 
 from dataclasses import asdict, replace
 from functools import cache, partial
