@@ -6,7 +6,6 @@ import math
 import pytest
 
 import steerway_studies
-from steerway_studies.testing import otter_path
 
 NEEDS_LOGS = ("unseen-logs",)
 KEYS = {
@@ -39,8 +38,3 @@ def test_a_study_meets_its_targets_with_one_seed_and_writes_its_page(name, tmp_p
     assert shares == sorted(shares) and shares[-1] == 1.0
     assert page.stat().st_size > 10_000
     assert {path.stem for path in tmp_path.glob("*.png")} == set(results.figures)
-
-
-def test_a_leg_that_was_never_sailed_is_a_miss(monkeypatch):
-    monkeypatch.setattr(otter_path, "JUDGED", (150.0, 5000.0))
-    assert math.isnan(otter_path.leg(otter_path.PathCase(0.1, 1.2), 1).rms)
