@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import steerway
-from steerway.core import NORMAL_95, REJECTED, displacement
+from steerway.core import REJECTED, displacement
 from steerway.estimation import Profile, choose_profile, predict
-from steerway.estimation.testing import LogEstimator, advance, model_empty_bank, model_of_profile
+from steerway.estimation.testing import advance, model_empty_bank, model_of_profile
 from tests.scenes import Scene, angle_error, sailed, straight
 
 SWELL = Profile(
@@ -142,29 +142,6 @@ def test_the_swell_is_found_from_the_log():
     found = likeliest(heaving().fixes(0.01, 3))
     assert "waves" in found.parts and found.values["wave_surge"] > 0.05
     assert found.values["surge_period"] == pytest.approx(10.0, rel=0.01)
-
-
-@pytest.mark.study
-def test_the_surge_of_strokes_is_followed_and_no_motion_of_the_receiver():
-    time = np.arange(0.0, 150.0, 0.2)
-    scene = sailed(4.0 + 0.4 * np.sin(2.0 * math.pi * time / 2.2), 0.7 + 0.1 * np.sin(time / 40.0))
-    fixes = scene.fixes(0.05, 3)
-    estimator = LogEstimator(fixes)
-    motion = estimator.motion(fixes)
-    errors = motion.sog[100:] - scene.sog[100:]
-    assert np.sqrt(np.mean(errors**2)) < 0.5 * np.std(scene.sog)
-    assert np.mean(np.abs(errors) < NORMAL_95 * motion.sog_std[100:]) > 0.9
-
-
-@pytest.mark.study
-def test_a_wandering_receiver_is_not_taken_for_swings():
-    chance, wander = np.random.default_rng(4), np.zeros((900, 2))
-    for k in range(1, 900):
-        wander[k] = 0.9 * wander[k - 1] + 0.2 * chance.normal(size=2)
-    scene = once_a_second(np.full(9000, 5.0), np.linspace(0.0, 2.0, 9000), 10.0)
-    found = likeliest(scene.fixes(0.05, 3, lambda time: wander[: len(time)].T))
-    assert "waves" not in found.parts
-    assert found.values["error_std"] > 0.1
 
 
 def test_an_irregular_wave_is_accepted_and_a_jump_is_not():

@@ -27,24 +27,6 @@ def _rows(voyage: TrueMotion, fixes: Fixes, chosen) -> tuple[TrueMotion, Fixes]:
     return TrueMotion(**columns), fixes.rows(chosen)
 
 
-def standstill(voyage, fixes, chance):
-    """At rest for 100 s, then on with the same motion."""
-    k = int(np.searchsorted(voyage.time, BEGIN))
-    still = round(100.0 / (voyage.time[1] - voyage.time[0]))
-    source = np.r_[np.arange(k + 1), np.full(still, k), np.arange(k + 1, len(voyage.time))]
-    columns = {name: getattr(voyage, name)[source] for name in voyage.__dataclass_fields__}
-    columns["time"] = np.arange(len(source)) * (voyage.time[1] - voyage.time[0])
-    columns["sog"][k + 1 : k + 1 + still] = 0.0
-    columns["course_rate"][k + 1 : k + 1 + still] = 0.0
-    meridian, prime_vertical = radii(0.0)
-    errors = fixes.latitude * meridian - voyage.north, fixes.longitude * prime_vertical - voyage.east
-    drawn = np.r_[np.arange(k + 1), chance.integers(0, len(voyage.time), still), np.arange(k + 1, len(voyage.time))]
-    again = [each[drawn] for each in errors]
-    longer = TrueMotion(**columns)
-    fixes = Fixes(longer.time, (longer.north + again[0]) / meridian, (longer.east + again[1]) / prime_vertical)
-    return longer, fixes
-
-
 def dropout(voyage, fixes, chance):
     """No fixes for 30 s."""
     return _rows(voyage, fixes, (voyage.time < BEGIN) | (voyage.time >= BEGIN + 30.0))
