@@ -1,4 +1,4 @@
-"""What befalls a log: faults of its fixes, standstill and odd places.
+"""What befalls a log: faults of its fixes, and odd places.
 
 Every trouble takes (voyage, fixes, generator) and returns both anew; it begins at `BEGIN`.
 """
