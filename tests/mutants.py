@@ -27,16 +27,18 @@ LEAST = 0.9
 _COPIED = ("src", "tests", "examples", "docs", "pyproject.toml", "README.md")
 _LIMIT = 90.0  # s: a mutation may loop for ever
 _LEFT_ALONE = ("RemoveDecorator", "ExceptionReplacer")
-GUIDANCE = ("test_waypoints", "test_guidance", "test_reference")
 ARCHIVE = (
     "test_archive.py::test_encounters_trips_and_wrong_values",
     "test_archive.py::test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile",
 )
+REFERENCE = "test_reference_outputs.py::test_output_is_as_accepted"
+ROUTES = ("adaptive", "integral", "line_of_sight", "pure_pursuit", "vector_field", "voyage_with_stays")
+GUIDANCE = (*(f"{REFERENCE}[guidance_{each}]" for each in ROUTES), "test_waypoints", "test_guidance", "test_reference")
 SMOOTHER = ("test_two_filter_smoother",)
 COVERED = {
     "core/angles.py": ("test_earth",),
     "core/earth.py": ("test_earth",),
-    "core/kalman.py": ("test_kalman",),
+    "core/kalman.py": ("test_kalman", f"{REFERENCE}[speed_surge_filter]"),
     "core/kinematics.py": ("test_earth",),
     "estimation/filter/five_state.py": ("test_table_one",),
     "archive/association.py": ARCHIVE,
@@ -44,9 +46,9 @@ COVERED = {
     "archive/inputs.py": ARCHIVE,
     "control/allocation.py": ("test_allocation",),
     "control/handover.py": ("test_handover",),
-    "control/speed.py": ("test_speed_control",),
+    "control/speed.py": ("test_speed_control", f"{REFERENCE}[speed_adaptive]"),
     "control/speed_observer.py": ("test_speed_control",),
-    "control/speed_pi.py": ("test_speed_control",),
+    "control/speed_pi.py": ("test_speed_control", f"{REFERENCE}[speed_pi]"),
     "control/station.py": ("test_handover",),
     "estimation/filter/fuse.py": SMOOTHER,
     "estimation/filter/reversal.py": SMOOTHER,
@@ -69,7 +71,7 @@ COVERED = {
     "guidance/route.py": GUIDANCE,
     "guidance/vector_field.py": GUIDANCE,
     "guidance/waypoints.py": GUIDANCE,
-    "guidance/wheel_over.py": GUIDANCE,
+    "guidance/wheel_over.py": (*GUIDANCE, "test_turns"),
     "live/mavlink/decoding.py": ("test_mavlink_decoding",),
     "formats/nmea2000/frames.py": ("test_live_n2k",),
     "live/startup_buffer.py": ("test_live_opening",),

@@ -31,14 +31,6 @@ def folder(tmp_path_factory):
     return path
 
 
-def test_a_written_estimate_is_read_back(folder):
-    motion = steerway.estimate(steerway.read(folder / "log.csv"), "otter", causal=True)
-    (track,) = read_tracks(folder / "causal.csv")
-    for name in ("latitude", "longitude", "sog", "course_rate", "cog_std"):
-        assert_allclose(getattr(track, name), getattr(motion, name), atol=1e-9, err_msg=name)
-    assert_allclose(np.cos(track.cog - motion.cog)[np.isfinite(motion.cog)], 1.0)
-
-
 def test_differences_are_those_of_shifted_tracks(folder):
     (track,) = read_tracks(folder / "smooth.parquet")
     moved = replace(track, name="moved", latitude=track.latitude + 1e-6, sog=track.sog + 0.25, cog=track.cog + 6.2)

@@ -21,7 +21,7 @@ from steerway.estimation.heading import (
     corners,
     grid,
 )
-from steerway.estimation.heading.testing import PRODUCT, TICK, HeadingAboard, model_of
+from steerway.estimation.heading.testing import PRODUCT, HeadingAboard, model_of
 from steerway.live.testing import InputRow, MeasuredSpeed
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels import RPM
@@ -246,19 +246,7 @@ def test_a_fused_speed_is_a_number_with_its_deviation(rows):
     assert math.isfinite(measured.fusion.filter.log_scale_std)
 
 
-READINGS = st.lists(st.one_of(NAN, st.floats(-7.0, 7.0)), max_size=90)
 VELOCITY = st.tuples(SPEED, SPEED)
-
-
-@FEW
-@given(st.lists(st.tuples(READINGS, VELOCITY, st.sampled_from([0.02, 0.5, 1.0, 2.5])), min_size=1, max_size=5))
-def test_a_heading_sought_all_round_is_known_with_its_deviation_or_unknown(steps):
-    estimator = AidedHeadingFilter(heading=None)
-    for readings, velocity, dt in steps:
-        heading = estimator.step(1.0, readings, velocity, dt)
-        nothing = not np.isfinite(readings).any() and not np.isfinite(velocity).all()
-        assert math.isfinite(heading) or nothing or dt < TICK, "a reading waits for its tick"
-        assert math.isfinite(estimator.heading_std) and math.isfinite(estimator.heading_for(1.0))
 
 
 @FEW

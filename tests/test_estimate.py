@@ -2,7 +2,6 @@
 
 import csv
 import json
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,18 +14,13 @@ from steerway.estimation import FiveStateFilter, Profile
 from steerway.report.testing import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
 from tests.command_line import run
 from tests.fleet import generate
-from tests.scenes import angle_error, straight, turning
+from tests.scenes import straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
 COLUMNS = (
     "time_s lat_deg lon_deg sog_mps cog_deg course_rate_dps sog_std_mps cog_std_deg course_rate_std_dps "
     "position_std_m position_relative_std_m nis status"
 ).split()
-
-
-def output(fixes: Fixes, **columns) -> Fixes:
-    """The fixes with further columns."""
-    return Fixes(fixes.time, fixes.latitude, fixes.longitude, **columns)
 
 
 def test_columns_and_ranges():
@@ -72,36 +66,6 @@ def test_vessels_are_estimated_each_for_itself():
     assert fleet.to_frame().columns == ["mmsi", *COLUMNS]
     alone = steerway.estimate(replace(one, mmsi=mmsi[: len(one)]), "ais", causal=True)
     np.testing.assert_array_equal(fleet.rows(fleet.mmsi == 257000001).sog, alone.sog)
-
-
-@pytest.mark.parametrize(
-    ("aid", "better_than"),
-    [(("sog", "cog"), 0.45), (("yaw_rate",), 0.5), (("heading", "yaw_rate"), 0.5), (("water_speed",), 1.02)],
-)
-def test_aids_help(aid, better_than):
-    """Velocity of 0.05 m/s, a gyro of 0.1 °/s with a bias of 0.3 °/s, a compass 8° off, a log in 0.4 m/s of stream."""
-    profile = SMALL.model_copy(
-        update={"sog_std": 0.05, "velocity_std": 0.05, "yaw_rate_std": math.radians(0.1), "crab_time": 1e4}
-    )
-    alone, aided = [], []
-    for seed in range(8):
-        scene = turning(1.3, 0.3 * seed, 120.0, seed=seed)
-        rng = np.random.default_rng([seed, 2])
-        n = len(scene.time)
-        true_rate = np.gradient(np.unwrap(scene.cog), scene.time)
-        velocity = scene.sog * np.exp(1j * scene.cog) + rng.normal(0, 0.05, n) + 1j * rng.normal(0, 0.05, n)
-        fixes = output(
-            scene.fixes(0.5, seed),
-            sog=np.abs(velocity),
-            cog=np.angle(velocity),
-            heading=scene.cog + math.radians(8.0) + rng.normal(0.0, math.radians(1.0), n),
-            water_speed=scene.sog - 0.4 + rng.normal(0.0, 0.1, n),
-            yaw_rate=true_rate + math.radians(0.3) + rng.normal(0.0, math.radians(0.1), n),
-        )
-        for found, aids in ((alone, ()), (aided, aid)):
-            motion = steerway.estimate(fixes, profile, aid=aids, causal=True)
-            found.append(np.mean(angle_error(motion.cog, scene.cog)[300:] ** 2))
-    assert np.sqrt(np.mean(aided)) < better_than * np.sqrt(np.mean(alone))
 
 
 def test_tune_refuses_a_log_that_tells_nothing():

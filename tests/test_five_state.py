@@ -14,7 +14,7 @@ from steerway.core.testing import displaced
 from tests.five_state_by_matrices import PROFILE, dense, winding
 
 STEPS = (0.02, 0.2, 1.0, 7.0)
-NORTH, EAST, SPEED, COURSE, RATE = range(5)
+_, _, SPEED, COURSE, RATE = range(5)
 
 
 def some_state(seed, n=5):

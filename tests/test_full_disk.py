@@ -20,7 +20,6 @@ from steerway.simulation import Unfinished, parse_scenario, sail_scenario
 from steerway.simulation.testing import write as write_run
 from steerway.simulation.testing import write_campaign
 from steerway_studies.testing import Results
-from tests.command_line import run_process
 from tests.disk import Disk
 
 resource = pytest.importorskip("resource")
@@ -120,15 +119,6 @@ def test_links_are_followed_and_devices_written_to(tmp_path):
     with pytest.raises(InputError, match="cannot write '/dev/full': No space left on device"):
         with complete_or_absent("/dev/full") as file:
             file.write(b"none")
-
-
-def test_a_full_standard_output_is_an_error(tmp_path):
-    log = tmp_path / "log.csv"
-    log.write_text("time_s,lat_deg,lon_deg\n1,54,10\n2,54,10.001\n")
-    for arguments in (["info", log], ["info", log, "--json"], ["--help"], ["profile", "list"]):
-        with open("/dev/full", "wb") as full:
-            code, _, output = run_process(*arguments, stdout=full)
-        assert (code, output) == (1, "steerway: cannot use 'standard output': No space left on device\n")
 
 
 NOON = 1_719_835_200.0

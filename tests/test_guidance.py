@@ -113,14 +113,6 @@ def test_a_law_that_cannot_be_is_refused(make, output):
         make()
 
 
-@course_laws
-def test_the_desired_course_leads_to_the_path(law):
-    for cross_track in (-300.0, -1.0, 1.0, 300.0):
-        off = law.step(on_line(cross_track), math.nan, math.nan, 1.0).angle
-        assert off * cross_track < 0.0 and abs(off) < math.pi / 2
-    assert law.step(on_line(0.0, direction=2.0), math.nan, math.nan, 1.0).angle == pytest.approx(2.0)
-
-
 def test_a_field_of_a_right_angle_is_line_of_sight():
     for cross_track in (-40.0, 3.0):
         leg = on_line(cross_track, 0.7)

@@ -9,9 +9,8 @@ import polars as pl
 import pytest
 from typer.testing import CliRunner
 
-from steerway import Fixes, InputError
 from steerway.commands.testing import app
-from steerway.estimation.testing import LogEstimator, Track, lateness, on_time, regular_times
+from steerway.estimation.testing import LogEstimator, Track, lateness, regular_times
 from tests import scenes
 from tests.scenes import turning
 
@@ -30,27 +29,6 @@ def test_nothing_is_said_of_a_receiver_in_time_nor_without_one():
     silent = replace(fixes, sog=None, cog=None)
     for each in (fixes, silent, replace(fixes, mmsi=np.ones(len(fixes))), fixes.rows(slice(0, 50))):
         assert math.isnan(lateness(each).cog) and math.isnan(lateness(each).sog)
-
-
-def test_positions_are_put_back_and_instruments_stay():
-    time = np.arange(1.7e9, 1.7e9 + 5.0)
-    full = np.arange(5.0)
-    heading = np.array([0.1, np.nan, 0.2, 0.3, np.nan])
-    latitude = np.array([1.0, 1.1, np.nan, 1.2, 1.3])
-    fixes = Fixes(
-        time, latitude, full / 10.0, position_std=full + 1.0, sog=full, cog=full / 9.0, heading=heading, source="GP"
-    )
-    moved = on_time(fixes, 1.5)
-    assert moved.source == "GP" and np.all(np.diff(moved.time) >= 0.0)
-    placed, given = moved.rows(moved.has_position), moved.rows(np.isfinite(moved.heading))
-    np.testing.assert_array_equal(placed.time, time[np.isfinite(latitude)] - 1.5)
-    np.testing.assert_array_equal(placed.position_std, np.array([1.0, 2.0, 4.0, 5.0]))
-    np.testing.assert_array_equal(placed.sog, np.array([0.0, 1.0, 3.0, 4.0]))
-    np.testing.assert_array_equal(given.time, time[[0, 2, 3]])
-    assert not np.isfinite(given.sog).any() and not np.isfinite(placed.heading).any()
-    assert on_time(fixes, 0.0) is fixes
-    with pytest.raises(InputError, match="latency is -1"):
-        on_time(fixes, -1.0)
 
 
 @pytest.fixture

@@ -235,20 +235,6 @@ async def datagrams(port, parts):
             await asyncio.sleep(0.001)
 
 
-def test_datagrams_in_sentences_out():
-    log = sortie(30).splitlines()
-    into, out = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
-    receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    receiver.bind(("127.0.0.1", out))
-    receiver.setblocking(False)
-    ends = f"udp://127.0.0.1:{into}", lambda: datagrams(into, log), 30, [f"udp://127.0.0.1:{out}?period=0.1"]
-    kept = hastened.run(listened(*ends))
-    with receiver:
-        received = receiver.recv(4096)
-    assert_equal(kept.fixes, estimate(nmea0183.read(b"\r\n".join(log)).sources["GP"], "small-usv", causal=True))
-    assert received.startswith(b"$SWRMC,") and b"$SWROT," in received
-
-
 @pytest.mark.parametrize(("scheme", "source"), [("tcp", "UBX"), ("udp", "GP")])
 def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
     """Of the same moments, some of either damaged."""

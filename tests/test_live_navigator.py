@@ -9,7 +9,7 @@ import pytest
 from steerway.core import Fixes, InputError
 from steerway.estimation import estimate
 from steerway.formats.testing import read, survey
-from steerway.live.testing import FixClock, InputRow, Navigator, Service, SourceChoice, TableFile, rows_of
+from steerway.live.testing import FixClock, InputRow, Navigator, Service, TableFile, rows_of
 from tests.kept_outputs import Kept, assert_equal, first_of_each
 from tests.scenes import turning
 
@@ -98,16 +98,6 @@ def test_an_instrument_of_another_clock_does_not_carry_the_boat_away(fixes):
         navigator.add(InputRow("gyro", received.time + 500.0, yaw_rate=0.0), received.time)
     assert navigator.counts["used"] == 150 and navigator.counts["stray"] == 150
     assert navigator.at(rows[149].time).valid
-
-
-def test_without_a_wish_the_quicker_source_wins_once_it_is_known():
-    choice = SourceChoice()
-    for k in range(300):
-        if k % 10 == 0:
-            choice.uses_position(InputRow("slow", k * 0.1, 1.0, 1.0), k * 0.1)
-        choice.uses_position(InputRow("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
-        assert k > 100 or choice.present == "slow"
-    assert choice.present == "quick" and choice.changes == 1
 
 
 def test_the_clock_goes_by_the_least_delayed_fix():

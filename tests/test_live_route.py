@@ -10,7 +10,7 @@ from steerway.core import OK, InputError
 from steerway.core.testing import NAUTICAL_MILE, Leg, displaced
 from steerway.formats.testing import apb, rmb, sealed, xte
 from steerway.guidance.testing import GuidanceTable, WaypointTable
-from steerway.live.testing import Fence, GeodeticRoute, MissionTable, Row, SentenceOutput, Supervisor, lost, pilot_of
+from steerway.live.testing import Fence, GeodeticRoute, MissionTable, Row, Supervisor, pilot_of
 from tests.desk import HOME, NOON, SQUARE, corner, square
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
@@ -67,17 +67,6 @@ def test_the_route_is_sailed_to_its_end(guide):
     legs = [guide.step(at(200.0, float(k), NOON + 300.0 + k, cog=math.pi / 2.0)) for k in range(0, 210, 2)]
     assert guide.finished and legs[-1] is None
     assert any(leg is not None and leg.is_arrived for leg in legs)
-
-
-def test_sentences_on_a_route(guide):
-    row = at(50.0, 10.0)
-    output = SentenceOutput(None).sentences(row, guide.step(row))
-    assert [sentence[3:6] for sentence in output] == ["RMC", "VTG", "ROT", "APB", "XTE", "RMB"]
-    assert ",L,N," in output[4]
-    blind = SentenceOutput(None).sentences(lost(NOON), guide.step(lost(NOON)))
-    assert all(",V," in sentence for sentence in (*blind[3:], blind[0]))
-    drifting = SentenceOutput(None).sentences(row._replace(cog=math.nan), guide.step(row._replace(cog=math.nan)))
-    assert drifting[3].startswith("$SWAPB,V,V,") and drifting[0].startswith("$SWRMC,120000.000,A")
 
 
 @pytest.mark.parametrize(

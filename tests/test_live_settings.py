@@ -143,16 +143,6 @@ def test_a_syntax_error_has_one_wording(tmp_path):
         assert code == 2 and f"{kind}.toml is not valid TOML: Invalid value" in error, (kind, error)
 
 
-def test_a_route_of_gpx_has_its_places_as_text(tmp_path):
-    path = tmp_path / "route.gpx"
-    points = '<rtept lat="{}" lon="10.0"/><rtept lat="54.001" lon="10.0"/>'
-    path.write_text(f"<gpx><rte>{points.format('54.0')}</rte></gpx>")
-    assert len(GeodeticRoute.load(path).latitude) == 2
-    path.write_text(f"<gpx><rte>{points.format('north')}</rte></gpx>")
-    with pytest.raises(InputError, match=r"route.gpx is malformed \(could not convert string to float: 'north'\)"):
-        GeodeticRoute.load(path)
-
-
 def numbers_of(model, seen):
     """(table, key, type) of every key of a file that takes no text."""
     if model in seen:

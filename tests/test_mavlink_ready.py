@@ -1,16 +1,11 @@
 """When a vehicle may be taken over, what a refusal means, and signed packets."""
 
-import asyncio
-import socket
-
 import pytest
 
 from steerway.core import InputError
-from steerway.live.testing import Companion, MavlinkLink, Readiness, Settings, State, addresses, key_of
-from tests import hastened
+from steerway.live.testing import Readiness, Settings, State, addresses, key_of
 from tests.desk import Desk, square
 from tests.mavlink_wire import messages
-from tests.ports import free_port, until
 
 GOOD_EKF = messages.EKF_ATTITUDE | messages.EKF_VELOCITY_HORIZ | messages.EKF_POS_HORIZ_REL | messages.EKF_POS_HORIZ_ABS
 BATTERY = messages.MAV_SYS_STATUS_SENSOR_BATTERY
@@ -117,36 +112,6 @@ def test_a_refusal_of_a_start_by_hand_stops():
     desk.autopilot.refused("refused: DENIED")
     desk.sail(1.0)
     assert (desk.order.state, desk.order.reason) == (State.STOPPED, "refused: DENIED")
-
-
-@pytest.mark.parametrize(("ours", "theirs", "accepted"), [("a", "a", True), ("a", "b", False), ("a", None, False)])
-def test_signed_packets_are_taken_from_who_has_the_key(tmp_path, ours, theirs, accepted):
-    for name in "ab":
-        (tmp_path / name).write_text(f"a long passphrase {name}\n")
-    port = free_port(socket.SOCK_DGRAM)
-    address = f"mavlink:udpin:127.0.0.1:{port}?signing={tmp_path / ours}"
-    ((found,), _) = addresses.sources([address])
-    companion = Companion(found)
-    key = f"?signing={tmp_path / theirs}" if theirs else ""
-    other = MavlinkLink(addresses.vehicle(f"udpout:127.0.0.1:{port}{key}"), lambda _: True)
-    received = []
-    other.receive = lambda message: received.append(message) or True
-
-    async def run():
-        tasks = [asyncio.create_task(each) for each in (companion.run(lambda *_: None), other.run())]
-        await asyncio.sleep(0.1)
-        for _ in range(6):
-            other.send([heartbeat()])
-            await asyncio.sleep(0.05)
-        if accepted:
-            await until(lambda: received)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    hastened.run(run())
-    assert (companion.guided.vehicle is not None) is accepted and bool(received) is accepted
-    assert (companion.link.broken > 0) is not accepted
 
 
 def test_the_signing_key_is_a_file_and_a_setting(tmp_path):

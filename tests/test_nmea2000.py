@@ -144,16 +144,6 @@ def test_the_furuno_runs_agree_with_the_tables_derived_elsewhere(shared_data, ru
     assert np.nanmedian(np.abs(np.interp(fixes.time, log.time, log.water_speed) - table["stw_mps"])) < 0.01
 
 
-def test_the_n2k_log_of_aava_takes_gnss_time(shared_data):
-    recording = nmea2000.read((shared_data / "data" / "signalk_samples" / "aava-n2k.data").read_bytes())
-    fixes = recording.sources["src 160"]
-    assert fixes.has_position.sum() == 597
-    steps = np.diff(fixes.time[fixes.has_position])
-    assert_allclose(np.median(steps), 1.0, atol=2e-3)
-    moving = np.isfinite(fixes.sog) & (fixes.sog > 1.0)
-    assert moving.sum() > 100
-
-
 def test_recognises_by_content():
     assert nmea2000.recognises(b"junk\n" + line(1.0, 129025, 52, position(1, 2)).encode())
     assert not nmea2000.recognises(b"$GPRMC,165004.445,A,3806.5206,N,12251.7776,W,000.0,000.0,200818,,,A*74\r\n")

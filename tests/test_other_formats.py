@@ -115,10 +115,6 @@ def geojson_of_coordinate_properties():
     return geojson_line(lambda times: {"coordinateProperties": {"times": times}})
 
 
-def wrsc():
-    return lines(lambda k, a, o: f"{clock(k, '%H%M%S')}01,{a * 1e7:.0f},{o * 1e7:.0f}")
-
-
 def old_dataflash():
     head = "FMT, 130, 45, GPS, BIHBcLLeeEefI, Status,TimeMS,Week,NSats,HDop,Lat,Lng,RelAlt,Alt,Spd,GCrs,VZ,T\n"
     return lines(
@@ -223,13 +219,6 @@ def test_the_track_is_read_back(log):
     assert_allclose(fixes.time, since + np.array(kept), atol=1e-3)
     assert_allclose(np.degrees(fixes.latitude), LATITUDE[kept], atol=LOGS[log])
     assert_allclose(np.degrees(fixes.longitude), LONGITUDE[kept], atol=LOGS[log])
-
-
-def test_a_log_without_month_and_year_counts_from_1970():
-    fixes = read(wrsc().encode())
-    assert_allclose(fixes.time, 36000.0 + np.arange(COUNT))
-    assert_allclose(np.degrees((fixes.latitude, fixes.longitude)), (LATITUDE, LONGITUDE), atol=1e-7)
-    assert any("January 1970" in note for note in fixes.notes)
 
 
 def test_what_a_log_says_beside_places():

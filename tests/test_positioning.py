@@ -19,7 +19,7 @@ from steerway.estimation.positioning import (
     VesselNoise,
     smooth,
 )
-from steerway.estimation.positioning.testing import PATIENCE, low_speed
+from steerway.estimation.positioning.testing import low_speed
 from steerway.vessels import CALM, CyberShip2, conditions
 from steerway.vessels.testing import DAMPING, INERTIA
 from steerway_studies.testing import TUNED_GAINS, PrintedPositionPID, observers, scenario
@@ -160,17 +160,6 @@ def test_a_smoothed_record_of_few_rows_is_known_better():
         for each in (passes.smoothed_covariance, passes.filtered_covariance)
     )
     assert np.all(smoothed < filtered)
-
-
-def test_after_unbroken_rejections_the_position_is_taken_anew():
-    estimator = observers.product()
-    for k in range(20):
-        estimator.predict((0.0, 0.0, 0.0), 1.0)
-        estimator.update_heading(0.0)
-        nis = estimator.update(30.0 if k >= 8 else 0.0, 0.0)
-        assert estimator.retaken == (k == 8 + PATIENCE - 1)
-    assert nis < 13.8
-    assert estimator.motion.north == pytest.approx(30.0, abs=0.5)
 
 
 def unlimited():

@@ -26,8 +26,6 @@ LOGS = (
     "signalk_samples/*.data",
     "solent_ais/*.csv",
 )
-OTHER = "ais_misc/*.nm4"
-"""A log of which only is asked that it runs through."""
 FIGURE8 = "furuno_scx20_n2k/furuno-130842-figure8-fast.raw"
 COMPASS = "furuno_scx20_n2k/derived/furuno-130842-figure8-fast_scx20.csv"
 SHIP = "palmer_seapath_truth/NBP1406_{}-2014-08-01"
@@ -155,32 +153,6 @@ def test_a_start_from_rest_converges_to_the_right_course(logs):
         found = compare(log.fixes, log.estimate(smooth))
         assert math.degrees(found.cog_rms) < 4.0
         assert found.sog_rms < 0.15
-
-
-@pytest.mark.study
-def test_at_a_standstill_course_is_undefined(logs):
-    log = logs["furuno_scx20_n2k/ac42-commissioning.raw"]
-    found = compare(log.fixes, log.estimate())
-    assert found.standstill_undefined > 0.94
-    assert found.standstill_sog_median < 0.15
-
-
-@pytest.mark.study
-def test_every_log_runs_through(logs, shared_data):
-    """No traceback, a row for every fix that was read, course either known or said to be undefined."""
-    (other,) = (shared_data / "data").glob(OTHER)
-    seen = logs | {other.name: EstimatedLog(steerway.read(other))}
-    assert len(seen) >= 34
-    for name, log in seen.items():
-        for smooth in (False, True):
-            motion = log.estimate(smooth)
-            assert len(motion) == log.fixes.has_position.sum(), name
-            assert not (motion.sog < 0.0).any(), name
-            unknown = np.isnan(motion.cog)
-            assert (motion.status[unknown] >= 2).all(), name
-            known = motion.rows(~unknown)
-            for column in (known.sog, known.course_rate, known.sog_std, known.cog_std, known.course_rate_std):
-                assert np.isfinite(column).all(), name
 
 
 def missed(reason):

@@ -77,17 +77,6 @@ def test_the_model_is_the_printed_one_while_no_limit_is_met():
     np.testing.assert_allclose(reference, model, atol=1e-3)
 
 
-def test_a_tracking_filter_lags_a_ramp_by_what_it_says_or_not_at_all():
-    def ramp(rate_given):
-        return lambda t: (math.remainder(0.03 * t, 2 * math.pi), rate_given, 0.0)
-
-    blind = run(TrackingFilter(0.4), ramp(0.0), 200.0)
-    filtered = run(TrackingFilter(0.4), ramp(0.03), 200.0)
-    end = 0.03 * (200.0 - H)
-    assert angle_change(blind[-1, 0], end) == pytest.approx(0.03 * 2.0 / 0.4, rel=0.02)
-    assert angle_change(filtered[-1, 0], end) == pytest.approx(0.0, abs=2e-3)
-
-
 @pytest.mark.parametrize("shaper", [ReferenceModel(0.5, max_rate=0.1, max_acceleration=0.05), TrackingFilter(0.5)])
 def test_rate_and_acceleration_are_what_happens(shaper):
     shaper.start(3.0)

@@ -1,7 +1,6 @@
 """The simulated boat as an instrument: her receiver, her inner loops, her propellers, and MAVLink over real links."""
 
 import asyncio
-import contextlib
 import json
 import math
 import os
@@ -9,7 +8,6 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -17,7 +15,6 @@ import numpy as np
 import pytest
 
 from steerway.core import InputError
-from steerway.formats.testing import nmea0183
 from steerway.live.testing import (
     Companion,
     Context,
@@ -61,35 +58,6 @@ def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
         for _ in range(round(60.0 / boat.step_length)):
             boat.step(loops.rest())
         assert boat.motion.sog < 0.05
-
-
-def test_by_hand_she_circles_and_her_sentences_are_where_she_was():
-    """400 s in a current: sentences over UDP, and the truth at every fix."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
-        ear.bind(("127.0.0.1", 0))
-        ear.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 21)
-        output = addresses.stream(f"udp://127.0.0.1:{ear.getsockname()[1]}")
-        boat = RunningBoat(SimulatedBoat(load_scenario(SQUARE)), [output], keeps=True)
-        begun, log = time.time(), []
-
-        async def sail():
-            async with under_way(boat.run()):
-                for _ in range(400):
-                    await asyncio.sleep(1.0)
-                    with contextlib.suppress(BlockingIOError):
-                        while True:
-                            log.append(ear.recv(1000, socket.MSG_DONTWAIT))
-
-        hastened.run(sail())
-    (fixes,), truth = nmea0183.read(b"".join(log)).sources.values(), boat.table()
-    assert abs(fixes.time[0] - begun) < 60.0, "the time of her receiver is now"
-    assert len(fixes) == pytest.approx(2000, abs=5) and np.diff(fixes.time) == pytest.approx(0.2, abs=2e-3)
-    row = np.searchsorted(truth["time_s"].to_numpy(), fixes.time - 0.1)
-    errors = 6.37e6 * (fixes.latitude - np.radians(truth["true_lat_deg"].to_numpy()[row]))
-    assert np.std(errors) == pytest.approx(0.5, rel=0.1) and truth["mode"].null_count() == len(truth)
-    north, east = (truth[f"true_{name}_m"].to_numpy()[300:] for name in ("north", "east"))
-    assert 5.0 < np.hypot(north, east).min() and np.hypot(north, east).max() < 20.0
-    assert np.diff(np.unwrap(np.arctan2(east, north))).sum() > 4.0 * math.pi, "to starboard"
 
 
 @pytest.mark.parametrize(
@@ -246,28 +214,6 @@ def test_steered_over_a_serial_line(tmp_path):
     finally:
         line.terminate()
         line.wait()
-
-
-def test_a_silent_vehicle_is_reported_before_she_drops_the_order_and_stops_by_herself():
-    async def sail():
-        desk = Desk(*udp())
-        async with desk.sail():
-            await steered(desk)
-            given = desk.running.link.send
-            desk.running.link.send = lambda messages: None
-            cut = asyncio.get_running_loop().time()
-            await until(lambda: desk.supervisor.links[-1] is False)
-            assert 2.4 < asyncio.get_running_loop().time() - cut < 3.0, "two lost heartbeats are no lost link"
-            desk.running.link.send = given
-            await until(lambda: desk.supervisor.links[-1] is True)
-            desk.order = RUNNING
-            await until(lambda: desk.rover.target(desk.running.boat.time) is not None)
-            desk.companion.link.send = lambda messages: None
-            begun = desk.running.boat.time
-            await until(lambda: desk.rover.target(desk.running.boat.time) is None)
-            assert 2.8 < desk.running.boat.time - begun < 3.3
-
-    hastened.run(sail())
 
 
 @pytest.mark.parametrize("mode", [RoverMode.HOLD, RoverMode.MANUAL])

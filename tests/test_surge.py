@@ -104,22 +104,6 @@ def test_the_guilty_one_is_named_soon(fault, guilty, within, most):
     assert np.abs(errors[time > 30.0]).max() <= most
 
 
-def test_the_accelerometer_is_doubted_when_the_others_agree():
-    fusion, time, errors = sail(after(30.0, 0.1, 0.0, 0.0))
-    assert ("acceleration", "doubted") in names(fusion)
-    assert fusion.excluded is None
-    assert np.abs(errors[time > 40.0]).max() < 0.03
-
-
-def test_one_that_is_sound_again_is_taken_back():
-    def fault(time):
-        return np.array([0.0, 0.3 if 30.0 < time < 36.0 else 0.0, 0.0])
-
-    fusion, _, _ = sail(fault)
-    assert names(fusion) == [("sog", "excluded"), ("sog", "readmitted")]
-    assert fusion.excluded is None and fusion.events[1].time - fusion.events[0].time >= 5.0
-
-
 def test_without_a_third_instrument_the_accelerometer_tells_sudden_faults():
     fusion, _, errors = sail(after(30.0, 0.0, 0.0, 0.1), third=math.nan)
     assert names(fusion) == [("bottom_speed", "excluded")] and np.abs(errors).max() < 0.25

@@ -88,6 +88,8 @@ def test_rates_headings_and_deviations():
     assert_allclose(np.degrees((fixes.heading[0], fixes.yaw_rate[0])), (350.0, -2.0))
     assert_allclose((fixes.position_std[0], fixes.water_speed[0]), (0.5, 3 * KNOT))
     assert_allclose(only(read(f"time,lat,lon,rot\n{T},1,2,60\n")).yaw_rate, np.radians(1.0))
+    for name, std in (("position_std_mm", 0.5), ("hacc_mm", 0.5 / np.sqrt(2.0))):
+        assert_allclose(only(read(f"time,lat,lon,{name}\n{T},1,2,500\n")).position_std, std)
 
 
 def test_not_available_in_tables_of_ais():

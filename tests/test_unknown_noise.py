@@ -8,7 +8,6 @@ import pytest
 import steerway
 from steerway.core import REJECTED
 from steerway.estimation import FiveStateFilter, Profile
-from steerway.live.testing import Navigator, rows_of
 from tests.scenes import angle_error, turning
 
 MOST, REFUSED = 1.1, 0.01
@@ -44,15 +43,6 @@ def beside_the_paper(scene, std, seeds, published="otter"):
 def test_untold_noise_costs_nothing(std):
     sog, cog, refused = beside_the_paper(turning(1.3, 0.4, 90.0), std, (51,))
     assert sog < MOST and cog < MOST and refused < REFUSED
-
-
-def test_the_navigator_is_not_told_either():
-    scene = turning(1.3, 0.4, 60.0)
-    navigator, fixes = Navigator(), scene.fixes(1.0, 51)
-    rows = [row for each in rows_of({"": fixes}) for row in navigator.add(each)]
-    streamed, steps = FiveStateFilter(), np.diff(fixes.time, prepend=fixes.time[0])
-    own = [streamed.row(*row)[0] for row in zip(steps, fixes.latitude, fixes.longitude, strict=True)]
-    np.testing.assert_allclose([row.sog for row in rows], np.array(own)[:, 2], rtol=1e-9)
 
 
 def test_a_whole_record_is_estimated_as_by_estimate():

@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import steerway
-from steerway.core import NORMAL_95, REJECTED, displacement
+from steerway.core import REJECTED, displacement
 from steerway.estimation import Profile, choose_profile, predict
-from steerway.estimation.testing import LogEstimator, advance, model_empty_bank, model_of_profile
+from steerway.estimation.testing import advance, model_empty_bank, model_of_profile
 from tests.scenes import Scene, angle_error, sailed, straight
 
 SWELL = Profile(
@@ -144,29 +144,6 @@ def test_the_swell_is_found_from_the_log():
     assert found.values["surge_period"] == pytest.approx(10.0, rel=0.01)
 
 
-@pytest.mark.study
-def test_the_surge_of_strokes_is_followed_and_no_motion_of_the_receiver():
-    time = np.arange(0.0, 150.0, 0.2)
-    scene = sailed(4.0 + 0.4 * np.sin(2.0 * math.pi * time / 2.2), 0.7 + 0.1 * np.sin(time / 40.0))
-    fixes = scene.fixes(0.05, 3)
-    estimator = LogEstimator(fixes)
-    motion = estimator.motion(fixes)
-    errors = motion.sog[100:] - scene.sog[100:]
-    assert np.sqrt(np.mean(errors**2)) < 0.5 * np.std(scene.sog)
-    assert np.mean(np.abs(errors) < NORMAL_95 * motion.sog_std[100:]) > 0.9
-
-
-@pytest.mark.study
-def test_a_wandering_receiver_is_not_taken_for_swings():
-    chance, wander = np.random.default_rng(4), np.zeros((900, 2))
-    for k in range(1, 900):
-        wander[k] = 0.9 * wander[k - 1] + 0.2 * chance.normal(size=2)
-    scene = once_a_second(np.full(9000, 5.0), np.linspace(0.0, 2.0, 9000), 10.0)
-    found = likeliest(scene.fixes(0.05, 3, lambda time: wander[: len(time)].T))
-    assert "waves" not in found.parts
-    assert found.values["error_std"] > 0.1
-
-
 def test_an_irregular_wave_is_accepted_and_a_jump_is_not():
     """A wave beyond the gate of a profile that knows no waves; and a fix ten metres off."""
     profile = SWELL.model_copy(update={"position_std": 0.005})
@@ -175,18 +152,6 @@ def test_an_irregular_wave_is_accepted_and_a_jump_is_not():
     assert (steerway.estimate(struck, profile, causal=True).status != REJECTED).all()
     jumped = swinging(seed=5).fixes(0.005, 5, lambda t: (10.0 * (np.abs(t - 250.0) < 0.5), 0.0 * t))
     assert (np.flatnonzero(steerway.estimate(jumped, profile, causal=True).status == REJECTED) == [250]).all()
-
-
-def test_it_is_forgotten_at_rest():
-    time = np.arange(0.0, 509.0, 0.1)
-    speed = np.interp(time, [200.0, 230.0, 380.0, 410.0], [5.0, 0.0, 0.0, 5.0])
-    profile = SWELL.model_copy(update={"acceleration_std": 0.2})
-    scene = once_a_second(speed, 0.4 + 0.05 * np.sin(time / 1.4), 10.0)
-    for smooth in (False, True):
-        motion = steerway.estimate(scene.fixes(0.05, 1), profile, smooth=smooth)
-        assert np.isfinite(motion.sog[5:]).all()
-        assert np.nanmax(np.abs(angle_error(motion.cog[-80:], scene.cog[-80:]))) < math.radians(6.0)
-        assert np.isnan(motion.cog[260:370]).mean() > 0.8
 
 
 def test_a_forecast_goes_on_along_the_course_held():

@@ -169,13 +169,6 @@ def test_starting_at_a_point():
     assert there.log.reached == [0]
 
 
-def test_starting_beyond_the_first_leg_passes_on_by_the_rule():
-    assert [leg.target for leg in sail(Mission(SQUARE), [(150.0, 50.0)] * 2)] == [1, 2]
-    missing = Mission(SQUARE, CIRCLE)
-    sail(missing, [(150.0, 50.0)])
-    assert missing.log.missed == [1]
-
-
 @pytest.mark.parametrize(
     ("at_end", "phase", "speed"),
     [("continue", Phase.CONTINUING, 2.0), ("hold", Phase.HOLDING, 0.0), ("stop", Phase.STOPPED, 0.0)],
@@ -190,15 +183,6 @@ def test_the_end_of_a_route(at_end, phase, speed):
     assert leg.cross_track == pytest.approx(30.0) and leg.remaining == pytest.approx(-60.0)
     assert leg.bearing == pytest.approx(math.atan2(-30.0, -60.0))
     assert mission.log.time == time and len(mission.log.passages) == 1
-
-
-def test_an_unknown_position_is_no_position():
-    mission = Mission(SQUARE)
-    before = mission.step(math.nan, math.nan, 1.0)
-    assert before.target == 0 and math.isnan(before.cross_track)
-    sail(mission, [(10.0, 3.0), (math.nan, 4.0), (30.0, 3.0)])
-    assert mission.log.distance == pytest.approx(20.0) and mission.log.time == 3.0
-    assert mission.log.cross_track_rms == pytest.approx(3.0)
 
 
 def test_the_log_adds_up():
@@ -254,14 +238,6 @@ def test_the_scene_may_be_turned_shifted_and_mirrored(turn, shift, mirrored, rul
         assert math.remainder(off, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
     assert moved_log.distance == pytest.approx(log.distance)
     assert moved_log.missed == log.missed
-
-
-def test_the_plane_through_a_waypoint_is_crossed_behind_it_not_before():
-    passing = Passing("circle")
-    leg = Mission(Route([0.0, 100.0], [0.0, 0.0])).step(99.5, 40.0, 1.0)
-    assert 0.0 < leg.remaining < 1.0 and passing.verdict(leg, 10.0) is None
-    assert passing.verdict(leg._replace(remaining=-0.5), 10.0) == (False, "plane")
-    assert Passing("remaining").verdict(leg._replace(remaining=10.5), 10.0) is None
 
 
 @pytest.mark.parametrize("kind", ["arc", "clothoid"])

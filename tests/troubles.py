@@ -1,4 +1,4 @@
-"""What befalls a log: faults of its fixes, standstill and odd places.
+"""What befalls a log: faults of its fixes, and odd places.
 
 Every trouble takes (voyage, fixes, generator) and returns both anew; it begins at `BEGIN`.
 """
@@ -25,24 +25,6 @@ def _moved(fixes: Fixes, north, east) -> Fixes:
 def _rows(voyage: TrueMotion, fixes: Fixes, chosen) -> tuple[TrueMotion, Fixes]:
     columns = {name: getattr(voyage, name)[chosen] for name in voyage.__dataclass_fields__}
     return TrueMotion(**columns), fixes.rows(chosen)
-
-
-def standstill(voyage, fixes, chance):
-    """At rest for 100 s, then on with the same motion."""
-    k = int(np.searchsorted(voyage.time, BEGIN))
-    still = round(100.0 / (voyage.time[1] - voyage.time[0]))
-    source = np.r_[np.arange(k + 1), np.full(still, k), np.arange(k + 1, len(voyage.time))]
-    columns = {name: getattr(voyage, name)[source] for name in voyage.__dataclass_fields__}
-    columns["time"] = np.arange(len(source)) * (voyage.time[1] - voyage.time[0])
-    columns["sog"][k + 1 : k + 1 + still] = 0.0
-    columns["course_rate"][k + 1 : k + 1 + still] = 0.0
-    meridian, prime_vertical = radii(0.0)
-    errors = fixes.latitude * meridian - voyage.north, fixes.longitude * prime_vertical - voyage.east
-    drawn = np.r_[np.arange(k + 1), chance.integers(0, len(voyage.time), still), np.arange(k + 1, len(voyage.time))]
-    again = [each[drawn] for each in errors]
-    longer = TrueMotion(**columns)
-    fixes = Fixes(longer.time, (longer.north + again[0]) / meridian, (longer.east + again[1]) / prime_vertical)
-    return longer, fixes
 
 
 def dropout(voyage, fixes, chance):

@@ -6,8 +6,7 @@ from steerway.control import AnglePID, Autopilot, StationKeeper, place_poles
 from steerway.control.testing import HandOver, Steerageway
 from steerway.guidance import Reference, ReferenceModel, TrackingFilter
 from steerway.vessels.testing import OTTER_BOAT as OTTER
-from tests.reference_outputs.generated import columns
-from tests.reference_outputs.tables import case
+from tests.reference_outputs.tables import case, columns
 
 
 def turning(control, seconds=60.0, gain=0.0242, time=1.0):

@@ -1,4 +1,4 @@
-"""Course estimation over records: every kind of profile, aid and trouble, causal and smoothed; a late receiver."""
+"""Course estimation over records, causal and smoothed: profiles, aids, troubles, late receivers; and aboard."""
 
 from dataclasses import asdict, replace
 from functools import cache, partial
@@ -7,8 +7,17 @@ import numpy as np
 
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
+from steerway.core import wrap
 from steerway.estimation import predict
-from steerway.estimation.testing import compare, lateness, on_time
+from steerway.estimation.testing import (
+    NO_MEASUREMENTS,
+    AtFaceValue,
+    FilterEstimator,
+    HeadingTracker,
+    compare,
+    lateness,
+    on_time,
+)
 from tests.reference_outputs.sorties import (
     AIDS,
     KINDS,
@@ -16,6 +25,7 @@ from tests.reference_outputs.sorties import (
     MOTION,
     ONE,
     TWO,
+    alternating,
     alternating_fixes,
     burst,
     far_east,
@@ -28,13 +38,14 @@ from tests.reference_outputs.sorties import (
     placed,
     reported,
     standstill,
+    table_of,
     traffic,
     weaving,
     weaving_fixes,
     wrapped,
 )
 from tests.reference_outputs.tables import case
-from tests.scenes import sailed
+from tests.scenes import EPOCH, sailed
 
 SMOOTHED_ROWS = 40
 
@@ -135,3 +146,32 @@ def without_profile():
     """A fit ends within a tenth of a standard deviation of its parameters, where depends on rounding."""
     course = 0.4 + np.cumsum(np.tile(np.r_[np.zeros(40), np.full(20, 0.06)], 3))
     return motion_columns(steerway.estimate(sailed(np.full(180, 2.0), course, 2.0).fixes(0.2, 31), causal=True), 50)
+
+
+def aboard(estimator):
+    """Instruments at different rates, a compass that falls silent, and what is then known at every eighth step."""
+    scene = alternating()
+    noise, rows = np.random.default_rng(21).standard_normal((6, 500)), []
+    for k in range(500):
+        t = 0.1 * k
+        course = np.interp(t, scene.time - EPOCH, np.unwrap(scene.cog))
+        measurements = NO_MEASUREMENTS
+        if k % 5 == 0:
+            measurements = measurements._replace(
+                north=np.interp(t, scene.time - EPOCH, scene.north) + 0.3 * noise[0, k],
+                east=np.interp(t, scene.time - EPOCH, scene.east) + 0.3 * noise[1, k],
+                sog=1.5 + 0.05 * noise[2, k],
+                cog=wrap(course + 0.04 * noise[3, k]),
+            )
+        if k % 2 == 0 and not 200 <= k < 260:
+            measurements = measurements._replace(heading=wrap(course + 0.1 + 0.02 * noise[4, k]))
+        if 100 <= k < 400:
+            measurements = measurements._replace(yaw_rate=0.01 * noise[5, k], water_speed=1.2)
+        rows.append(estimator.step(measurements, 0.1)._asdict())
+    return {name: values[::8] for name, values in table_of(rows).items()}
+
+
+for modes, profile in MODES.items():
+    case(f"course-aboard-{modes}")(lambda profile=profile: aboard(FilterEstimator(FiveStateFilter(profile))))
+case("course-aboard-aided")(lambda: aboard(FilterEstimator(FiveStateFilter(TWO, AIDS), HeadingTracker(1.0, 3.0))))
+case("course-aboard-at-face-value")(lambda: aboard(AtFaceValue()))

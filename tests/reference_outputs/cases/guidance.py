@@ -14,8 +14,7 @@ from steerway.guidance import (
     VectorField,
 )
 from steerway.guidance.testing import Voyage
-from tests.reference_outputs.generated import columns
-from tests.reference_outputs.tables import case
+from tests.reference_outputs.tables import case, columns
 
 NORTH, EAST = [0.0, 80.0, 80.0, 20.0, 60.0], [0.0, 0.0, 60.0, 90.0, 150.0]
 PHASES = list(Phase)

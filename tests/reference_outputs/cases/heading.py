@@ -18,8 +18,7 @@ from steerway.estimation.heading.testing import PRODUCT
 from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass
 from steerway.vessels import RPM, Springer, conditions
 from steerway.vessels.testing import PHYSICAL_YAW
-from tests.reference_outputs.generated import columns
-from tests.reference_outputs.tables import case
+from tests.reference_outputs.tables import case, columns
 
 
 @cache

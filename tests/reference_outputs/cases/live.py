@@ -26,8 +26,7 @@ from steerway.live.testing import (
 from steerway.simulation import load_scenario
 from tests.desk import HOME, NOON, OTTER, square
 from tests.kept_outputs import RecordingSink
-from tests.reference_outputs.generated import columns
-from tests.reference_outputs.tables import case
+from tests.reference_outputs.tables import case, columns
 
 TICK = 0.1
 CORNERS = ((0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0))

@@ -16,8 +16,7 @@ from steerway_studies.testing import (
     propeller_speeds,
     rudder,
 )
-from tests.reference_outputs.generated import columns
-from tests.reference_outputs.tables import case
+from tests.reference_outputs.tables import case, columns
 
 
 @case("paper_course_autopilot")

@@ -15,8 +15,7 @@ from steerway.estimation.positioning import (
 )
 from steerway.vessels import CyberShip2, conditions
 from steerway.vessels.testing import DAMPING, INERTIA
-from tests.reference_outputs.generated import columns
-from tests.reference_outputs.tables import case
+from tests.reference_outputs.tables import case, columns
 
 STEP = 0.1
 BODY = VesselNoise(position_std=0.1)

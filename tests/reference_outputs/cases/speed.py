@@ -9,8 +9,7 @@ from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, SpeedPI, SpeedPI
 from steerway.estimation.speed import SurgeFilter, SurgeFusion, SurgeTuning
 from steerway.estimation.speed.testing import AIDS
 from steerway.vessels import CALM, Actuator, Surge, conditions, published_surrogate
-from tests.reference_outputs.generated import columns
-from tests.reference_outputs.tables import case
+from tests.reference_outputs.tables import case, columns
 
 STEP = 0.02
 
