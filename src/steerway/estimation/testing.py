@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from steerway.estimation.fit.auto_aids import velocity_of
     from steerway.estimation.fit.posterior import Rows
     from steerway.estimation.fit.selection import Structure, infer
+    from steerway.estimation.heading.aboard import HeadingAboard
+    from steerway.estimation.heading.aboard import model_of as heading_model_of
+    from steerway.estimation.heading.aided import PRODUCT
+    from steerway.estimation.heading.interval import arithmetic
+    from steerway.estimation.heading.interval.weighting import shipped
+    from steerway.estimation.heading.model_bank import gain_range
+    from steerway.estimation.heading.models import TICK
     from steerway.estimation.log import run as whole_log
     from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
@@ -39,6 +46,9 @@ if TYPE_CHECKING:
     from steerway.estimation.log.run import Track, estimated, infer_log, motion_of
     from steerway.estimation.log.stamps import regular_times
     from steerway.estimation.log_estimate import LogEstimator
+    from steerway.estimation.positioning import low_speed
+    from steerway.estimation.positioning.vessel_filter import PATIENCE
+    from steerway.estimation.speed.fusion import AIDS as SPEED_AIDS
     from steerway.estimation.vessel.aids import AIDS, NO_AIDS
     from steerway.estimation.vessel.flat import model_of_profile
     from steerway.estimation.vessel.inferred import WeighedStructure, prior_profile
