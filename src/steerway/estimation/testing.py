@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from steerway.estimation.filter import voyages as inference_forecast
     from steerway.estimation.filter.bank import advance
     from steerway.estimation.filter.bank import start as bank_start
-    from steerway.estimation.filter.cells import cell_of, interval_of, step_density, take_cell
-    from steerway.estimation.filter.discrete import taken_up
-    from steerway.estimation.filter.five_state import noise
+    from steerway.estimation.filter.cells import cell_of, interval_of, step_density
+    from steerway.estimation.filter.discrete import noise, taken_up
     from steerway.estimation.filter.fuse import QUICK_SPEED, QUICK_SPEED_TIME
     from steerway.estimation.filter.model import FUSED, room_to_keep
     from steerway.estimation.filter.model import empty_bank as model_empty_bank
