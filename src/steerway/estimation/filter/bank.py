@@ -221,7 +221,7 @@ SHORT = 1.0
 """s of a step that needs no look at the state: its turn stays well below a radian."""
 _LONGEST = 30.0
 """s of a step under way at most, and parts of a radian and of its speed by which the vessel turns and slows down in
-one. Chosen: `tests/test_archive_filters.py` compares with steps of 1 s on generated reports."""
+one. Chosen: `tests/test_estimate.py` compares with steps of 1 s on generated reports."""
 _LARGEST_TURN, _LARGEST_CHANGE = 0.03, 0.05
 _SLACK = 1e-3
 """Part of a step by which clocks err."""
