@@ -21,7 +21,8 @@ from steerway.estimation.heading import (
     corners,
     grid,
 )
-from steerway.estimation.heading.testing import PRODUCT, HeadingAboard, model_of
+from steerway.estimation.testing import PRODUCT, HeadingAboard
+from steerway.estimation.testing import heading_model_of as model_of
 from steerway.live.testing import InputRow, MeasuredSpeed
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels import RPM

@@ -18,7 +18,7 @@ from steerway.estimation.heading import (
     ideal_weight,
     weighted,
 )
-from steerway.estimation.heading.testing import arithmetic
+from steerway.estimation.testing import arithmetic
 from steerway.sensors import TCM2, random_compass
 from steerway.vessels import HeadingModel
 from steerway_studies.testing import PrintedIntervalFilter

@@ -128,9 +128,12 @@ PACKAGES = [
         f"steerway.{room}"
         for room in "core control guidance sensors vessels simulation report identification estimation".split()
     ),
-    *(f"steerway.estimation.{room}" for room in "heading heading.interval speed positioning steering".split()),
+    *(f"steerway.estimation.{room}" for room in "heading speed positioning steering".split()),
 ]
-MODULES = ["steerway.build", "steerway.pilot", "steerway.estimation.heading.composite"]
+MODULES = [
+    *("steerway.build", "steerway.pilot", "steerway.estimation.heading.composite"),
+    "steerway.estimation.heading.interval.arithmetic",
+]
 """That are public themselves."""
 OF_CLASSES = "__dataclass_fields__", "_fields", "_replace"
 """What the standard library makes of a class and documents."""

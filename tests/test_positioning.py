@@ -19,7 +19,7 @@ from steerway.estimation.positioning import (
     VesselNoise,
     smooth,
 )
-from steerway.estimation.positioning.testing import low_speed
+from steerway.estimation.testing import low_speed
 from steerway.vessels import CALM, CyberShip2, conditions
 from steerway.vessels.testing import DAMPING, INERTIA
 from steerway_studies.testing import TUNED_GAINS, PrintedPositionPID, observers, scenario

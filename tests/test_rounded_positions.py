@@ -19,7 +19,7 @@ from steerway.estimation.testing import (
     model_of,
     parameters_of,
     step_density,
-    take_cell,
+    take_fix,
 )
 from steerway.estimation.testing import bank_start as start
 from steerway.estimation.testing import model_empty_bank as empty_bank
@@ -89,13 +89,13 @@ def test_the_densities_of_all_cells_add_up_to_one(steps):
     start(bank, model, 0.0, 0.0)
     for k in range(1, 30):
         advance(bank, model, 1.0)
-        take_cell(bank, model, *(np.round(np.array([0.6 * k, 0.4 * k]) / width) * width), 1.0)
+        take_fix(bank, model, *(np.round(np.array([0.6 * k, 0.4 * k]) / width) * width), 1.0)
     advance(bank, model, 1.0)
     before = [np.copy(each) for each in bank]
     total = 0.0
     for i in range(-8, 20):
         for j in range(-8, 25):
-            total += math.exp(take_cell(bank, model, i * width[0], j * width[1], 1.0)[1]) * width.prod()
+            total += math.exp(take_fix(bank, model, i * width[0], j * width[1], 1.0)[1]) * width.prod()
             for now, then in zip(bank, before, strict=True):
                 now[...] = then
     assert total == pytest.approx(1.0, abs=0.01)

@@ -17,7 +17,7 @@ from steerway.estimation.heading import (
     corners,
     outside,
 )
-from steerway.estimation.heading.testing import gain_range, shipped
+from steerway.estimation.testing import gain_range, shipped
 from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.vessels import SPRINGER_PAPER_YAW
 from steerway_studies.testing import (

@@ -13,12 +13,12 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, jitable, lean_kernel
 from steerway.core.earth import displaced
+from steerway.core.linear_algebra import fill_lower
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.aids import take_aids
-from steerway.estimation.filter.bank import step_of, steps_in, take_step
+from steerway.estimation.filter.bank import parts_of, step_of, steps_in, take_step
 from steerway.estimation.filter.fix import see
-from steerway.estimation.filter.long_steps import parts_of
 from steerway.estimation.filter.model import (
     EAST,
     FUSED,
@@ -31,7 +31,6 @@ from steerway.estimation.filter.model import (
     Model,
     empty_bank,
 )
-from steerway.estimation.filter.motion import symmetrise
 from steerway.estimation.filter.row import Row, state_row, take_row
 from steerway.estimation.filter.vectors import Vec2, density, nis
 from steerway.estimation.filter.weigh import NORMAL
@@ -227,7 +226,7 @@ def aid(filters: Filters, which: int, state: State, aids: Floats) -> None:
     """Take the aids (a,) that are known."""
     model, bank = model_of(filters, which), bank_of(filters, which, 0, state)
     if filters.plain:
-        symmetrise(state.p[0])
+        fill_lower(state.p[0])
     take_aids(bank, model, aids)
 
 
@@ -239,7 +238,7 @@ def weigh(filters: Filters, which: int, state: State, north: float, east: float)
     for k in range(len(state.x)):
         x, p = state.x[k], state.p[k]
         if filters.plain:
-            symmetrise(p)
+            fill_lower(p)
         seen = see(x, p, model.processes, receiver.time_variance, fix, receiver.fix_variance, filters.rows)
         total += state.probability[k] * density(seen.off, seen.s, NORMAL)
         least = min(least, nis(seen.off, seen.s))

@@ -23,12 +23,12 @@ from steerway.archive.filters import (
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
+from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter import five_state
-from steerway.estimation.filter.bank import loses_course, step_of, steps_in
+from steerway.estimation.filter.bank import loses_course, parts_of, step_of, steps_in
 from steerway.estimation.filter.discrete import set_steps
-from steerway.estimation.filter.long_steps import parts_of
 from steerway.estimation.filter.model import EAST, NORTH, RATE, SPEED
-from steerway.estimation.filter.motion import predict, symmetrise
+from steerway.estimation.filter.motion import predict
 from steerway.estimation.filter.rauch_tung_striebel import Room, carry, ignore, smooth_row
 from steerway.estimation.log.course import POSITION_STD, SOG
 
@@ -58,7 +58,7 @@ def _smooth_pieces(
             state, plane = state_at(kept.states, k), kept.plane[k]
             if state.run[0].started == 0:
                 continue
-            symmetrise(state.p[0])
+            fill_lower(state.p[0])
             if k + 1 < bounds[i + 1] and kept.link[k + 1] != ANEW and kept.states.run[k + 1, 0].started == 1:
                 copy_state(state, ahead)
                 copy_state(state_at(kept.states, k + 1), later)

@@ -7,26 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.gaps import LONGEST_GAP
+from steerway.core.linear_algebra import symmetric
 from steerway.estimation.filter import five_state
-from steerway.estimation.filter.model import FUSED, Bank, Model, bank_in, bank_size, packed
+from steerway.estimation.filter.model import COURSE, FUSED, SPEED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.copies import FEW_STEPS, HELD
 from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, average, least_course_speed
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
-from steerway.estimation.moments import motion_moments
 from steerway.estimation.stream_row import (
-    AZIMUTH,
-    COARSE,
-    ELAPSED,
-    FADED,
+    AT,
     HEADER,
-    KNOWN,
-    LAST_SOG,
-    LATITUDE,
     LOG_DENSITY,
-    LONGITUDE,
-    SINCE,
     Alike,
     doubt_slide,
     place_of,
@@ -40,6 +33,8 @@ from steerway.estimation.vessel.flat import WeighedModel
 
 FADE = 10.0
 """s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
+_LEAST_SPEED = 1e-6
+"""m/s, to divide by: at rest course means nothing."""
 LEAST_LOG_WEIGHT = -40.0
 """No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though. Chosen:
 e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
@@ -115,7 +110,7 @@ class Running:
     @property
     def elapsed(self) -> float:
         """s since the first row."""
-        return self.state.item(ELAPSED)
+        return self.state.item(AT.elapsed)
 
     def snapshot(self) -> tuple[Set, Floats]:
         """The whole state, for `restore`, of these structures or others."""
@@ -137,7 +132,7 @@ class Running:
         """
         self.is_current = False
         if dt > LONGEST_GAP:
-            self.state[KNOWN] = 0.0
+            self.state[AT.known] = 0.0
             for bank in self.banks:
                 bank.run["started"] = 0
             dt = 0.0
@@ -145,7 +140,7 @@ class Running:
             self._fade(dt)
         for each in self._groups:
             each.step(dt, first, second, excess, aids)
-        self.state[ELAPSED] += dt  # another array where the older structures have just gone
+        self.state[AT.elapsed] += dt  # another array where the older structures have just gone
         if self.set.learns and math.isfinite(first):
             self._learn()
 
@@ -158,8 +153,8 @@ class Running:
     def _fade(self, dt):
         """Let the weight go over to the newer structures."""
         running, state = self.set, self.state
-        state[FADED] += dt
-        share = min(state[FADED] / FADE, 1.0)
+        state[AT.faded] += dt
+        share = min(state[AT.faded] / FADE, 1.0)
         if share == 1.0:
             left, kept = self.banks[running.fading :], running.structures[running.fading :]
             newer = running.weights[running.fading :]
@@ -177,7 +172,7 @@ class Running:
         self._arrange(joined, self.state[:HEADER].copy())
         self._copy_banks([*old, *banks])
         self.weights[:n], self.weights[n:] = weights, 0.0
-        self.state[FADED] = 0.0
+        self.state[AT.faded] = 0.0
 
     def _copy_banks(self, banks):
         for bank, from_ in zip(self.banks, banks, strict=True):
@@ -187,9 +182,9 @@ class Running:
     def is_copy(self, latitude: float, longitude: float) -> bool:
         """Whether a fix is the one before once more, though the boat has moved on by steps that fixes resolve."""
         state = self.state
-        if latitude != state[LATITUDE] or longitude != state[LONGITUDE] or not 0.0 < state[SINCE] <= HELD:
+        if latitude != state[AT.latitude] or longitude != state[AT.longitude] or not 0.0 < state[AT.since] <= HELD:
             return False
-        return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
+        return state[AT.last_sog] * state[AT.since] > FEW_STEPS * state[AT.coarse] > 0.0
 
     def weighed(self, column: int) -> float:
         """Mean of a column of the last row, NIS or WRONG of `stream_row`."""
@@ -226,7 +221,7 @@ class Running:
         moments = np.zeros((len(self.banks), MOMENTS))
         for bank, out in zip(self.banks, moments, strict=True):
             place_moments(bank, out)
-        nn, ne, ee = rotated(mixed(moments, self.weights), self.state[AZIMUTH])
+        nn, ne, ee = rotated(mixed(moments, self.weights), self.state[AT.azimuth])
         return np.array([[nn, ne], [ne, ee]])
 
     def gyro_bias(self) -> float:
@@ -243,9 +238,41 @@ def output_of(state: Floats, estimate: Floats, is_geodetic: bool) -> list[float]
     """An estimate (9,) in the plane, of which `state` is the place and whether the speed is known, as a list: position
     (rad, or m in the plane), SOG, COG, course rate and 1σ of these three and of position."""
     place = place_of(state, estimate) if is_geodetic else (estimate.item(NORTH), estimate.item(EAST))
-    if state[KNOWN] != 1.0:
+    if state[AT.known] != 1.0:
         return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
     return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
+
+
+def motion_moments(models, banks, weights) -> tuple[Floats, Floats]:
+    """State [x^n y^n U χ ω_χ …] and covariance of one mode (n, n), or of the mixture of all (5,) and (5, 5).
+
+    The course rate is the held one; NaN before the first fix.
+    """
+    n = banks[0].x.shape[1] if len(banks) == 1 and len(models[0].modes) == 1 else 5
+    if not all(bank.run["started"][0] for bank in banks):
+        return np.full(n, np.nan), np.full((n, n), np.nan)
+    means, covariances, shares = [], [], []
+    for bank, weight in zip(banks, weights, strict=True):
+        for x, p, probability in zip(bank.x, bank.p, bank.probability, strict=True):
+            means.append(x[:n])
+            covariances.append(of_course(x, p)[:n, :n])
+            shares.append(weight * probability)
+    likeliest = means[int(np.argmax(shares))]
+    apart = np.array(means) - likeliest
+    apart[:, COURSE] = [wrap(each) for each in apart[:, COURSE]]
+    share = np.array(shares) / np.sum(shares)
+    mean = share @ apart
+    spread = np.einsum("k,ki,kj->ij", share, apart, apart) - np.outer(mean, mean)
+    state = likeliest + mean
+    state[COURSE] = wrap(state[COURSE])
+    return state, np.einsum("k,kij->ij", share, np.array(covariances)) + spread
+
+
+def of_course(x, p) -> Floats:
+    """Covariance (n, n) of the state, of that with the velocity across the course in place of the course."""
+    scale = np.ones(len(x))
+    scale[COURSE] = 1.0 / max(x[SPEED], _LEAST_SPEED)
+    return symmetric(p) * np.outer(scale, scale)
 
 
 def _sizes(model):

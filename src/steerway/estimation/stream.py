@@ -17,22 +17,13 @@ from steerway.core.errors import InputError
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
 from steerway.estimation.fixed_lag import FixedLag
 from steerway.estimation.log.accuracy import variance_scale
-from steerway.estimation.log.course import (
-    COG,
-    RATE,
-    SOG,
-)
-from steerway.estimation.log.record import LONG
+from steerway.estimation.log.course import COG, RATE, SOG
 from steerway.estimation.log.run import motion_of
 from steerway.estimation.log_estimate import estimate
 from steerway.estimation.running import Running, Set, output_of, set_of
 from steerway.estimation.stream_row import (
-    ELAPSED,
-    KNOWN,
+    AT,
     NIS,
-    SINCE,
-    USUAL,
-    USUAL_COUNT,
     WRONG,
     note_fix,
     note_interval,
@@ -122,7 +113,7 @@ class FiveStateFilter:
 
     def change_receiver(self) -> None:
         """Fixes come from another receiver from now on: the usual accuracy of the last one does not apply to it."""
-        self._running.state[USUAL : USUAL_COUNT + 1] = 0.0
+        self._running.state[AT.usual : AT.usual_count + 1] = 0.0
 
     def predict(self, dt: float) -> None:
         """Advance by dt seconds, by none where a clock was set back. Raises InputError where dt is not finite."""
@@ -134,7 +125,7 @@ class FiveStateFilter:
             running.is_current = False
             predict_plain(running.state, plain, dt)
             return
-        running.state[SINCE] += dt
+        running.state[AT.since] += dt
         self._advance(dt, math.nan, math.nan, 1.0, NO_AIDS)
 
     def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
@@ -164,19 +155,15 @@ class FiveStateFilter:
         if plain is not None:
             running.is_current = True
             return take_plain(running.state, plain, first, second, reported, running.least_speed, running.room)
-        excess = variance_scale(running.state[USUAL : USUAL_COUNT + 1], reported)
+        excess = variance_scale(running.state[AT.usual : AT.usual_count + 1], reported)
         nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
         return nis
 
     def _fix(self, dt, first, second, excess, aids) -> tuple[float, float]:
         """Advance by dt and take a fix of the plane. Returns its NIS and the probability that it is an outlier."""
-        state = self._running.state
-        if state[SINCE] > LONG:
-            state[KNOWN] = 0.0
-        note_interval(state, state[SINCE], state[ELAPSED] + dt)
-        state[SINCE] = 0.0
-        self._advance(dt, first, second, excess, aids)
         running = self._running
+        note_interval(running.state, dt)
+        self._advance(dt, first, second, excess, aids)
         note_fix(running.state, running.settle())
         return running.weighed(NIS), running.weighed(WRONG)
 
@@ -218,12 +205,12 @@ class FiveStateFilter:
         self._geodetic = True
         table = self._aids(aids)
         fixed = math.isfinite(latitude) and math.isfinite(longitude)
-        state[SINCE] += dt
+        state[AT.since] += dt
         if fixed and self.profile.recognises and self._running.is_copy(latitude, longitude):
             fixed = False
         nis = wrong = math.nan
         if fixed:
-            excess = variance_scale(state[USUAL : USUAL_COUNT + 1], position_std)
+            excess = variance_scale(state[AT.usual : AT.usual_count + 1], position_std)
             nis, wrong = self._fix(dt, *walk(state, latitude, longitude), excess, table)
         else:
             self._advance(dt, math.nan, math.nan, 1.0, table)
@@ -286,7 +273,7 @@ class FiveStateFilter:
     @property
     def started(self) -> bool:
         """Whether the first fixes have determined the velocity."""
-        return self._running.state.item(KNOWN) == 1.0
+        return self._running.state.item(AT.known) == 1.0
 
     @property
     def position(self) -> tuple[float, float]:

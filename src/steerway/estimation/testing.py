@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from steerway.estimation.filter import voyages as inference_forecast
     from steerway.estimation.filter.bank import advance
     from steerway.estimation.filter.bank import start as bank_start
-    from steerway.estimation.filter.cells import cell_of, interval_of, step_density, take_cell
-    from steerway.estimation.filter.discrete import taken_up
-    from steerway.estimation.filter.five_state import noise
+    from steerway.estimation.filter.cells import cell_of, interval_of, step_density
+    from steerway.estimation.filter.discrete import noise, taken_up
     from steerway.estimation.filter.fuse import QUICK_SPEED, QUICK_SPEED_TIME
     from steerway.estimation.filter.model import FUSED, room_to_keep
     from steerway.estimation.filter.model import empty_bank as model_empty_bank
@@ -28,6 +27,13 @@ if TYPE_CHECKING:
     from steerway.estimation.fit.auto_aids import velocity_of
     from steerway.estimation.fit.posterior import Rows
     from steerway.estimation.fit.selection import Structure, infer
+    from steerway.estimation.heading.aboard import HeadingAboard
+    from steerway.estimation.heading.aboard import model_of as heading_model_of
+    from steerway.estimation.heading.aided import PRODUCT
+    from steerway.estimation.heading.interval import arithmetic
+    from steerway.estimation.heading.interval.weighting import shipped
+    from steerway.estimation.heading.model_bank import gain_range
+    from steerway.estimation.heading.models import TICK
     from steerway.estimation.log import run as whole_log
     from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
@@ -39,6 +45,9 @@ if TYPE_CHECKING:
     from steerway.estimation.log.run import Track, estimated, infer_log, motion_of
     from steerway.estimation.log.stamps import regular_times
     from steerway.estimation.log_estimate import LogEstimator
+    from steerway.estimation.positioning import low_speed
+    from steerway.estimation.positioning.vessel_filter import PATIENCE
+    from steerway.estimation.speed.fusion import AIDS as SPEED_AIDS
     from steerway.estimation.vessel.aids import AIDS, NO_AIDS
     from steerway.estimation.vessel.flat import model_of_profile
     from steerway.estimation.vessel.inferred import WeighedStructure, prior_profile

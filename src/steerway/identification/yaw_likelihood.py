@@ -10,10 +10,11 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.bank import advance
-from steerway.estimation.filter.five_state import correct, decaying, innovate
+from steerway.estimation.filter.discrete import decaying
+from steerway.estimation.filter.five_state import correct, innovate
 from steerway.estimation.filter.model import COURSE, RATE, Bank, Model
-from steerway.estimation.filter.motion import symmetrise
 from steerway.estimation.filter.vectors import Vec2
 
 _OUTLIER_COST = 24.0
@@ -116,7 +117,7 @@ def positions_cost(
         if math.isfinite(north[k]) and math.isfinite(east[k]):
             seen = innovate(x, p, Vec2(north[k], east[k]), variance, 0.0, 0.0)
             correct(x, p, seen.off, seen.s, 1.0, bank.rows[2])
-            symmetrise(p)
+            fill_lower(p)
             density = 2.0 * math.pi * seen.good
             cost += min(-math.log(density), _OUTLIER_COST) if density > 0.0 else _OUTLIER_COST
     return cost

@@ -8,21 +8,8 @@ import math
 import numpy as np
 
 from steerway.core import InputError, kernel
-from steerway.estimation.heading.composite import (
-    A1,
-    A2,
-    COMPASS_NOISE,
-    INPUT_1,
-    OUTPUT_1,
-    POLE_1,
-    READING_NOISE,
-    SHIFT,
-    START_VARIANCE,
-    VEHICLE_NOISE,
-    B,
-    K,
-)
-from steerway.estimation.heading.interval import (
+from steerway.estimation.heading.composite import AT, START_VARIANCE
+from steerway.estimation.heading.interval.arithmetic import (
     add,
     at,
     divide,
@@ -96,10 +83,10 @@ def compass_transition(box, out):
     out[:] = 0.0
     for i in range(2):
         put(out, i, i, point(1.0))
-        put(out, 2, i, multiply(entry(box, B), entry(box, OUTPUT_1 + i)))
-    put(out, 2, 2, entry(box, A1))
-    put(out, 2, 3, entry(box, A2))
-    put(out, 3, 2, entry(box, SHIFT))
+        put(out, 2, i, multiply(entry(box, AT.b), entry(box, AT.output + i)))
+    put(out, 2, 2, entry(box, AT.a1))
+    put(out, 2, 3, entry(box, AT.a2))
+    put(out, 3, 2, entry(box, AT.shift))
 
 
 @kernel
@@ -126,16 +113,16 @@ def tick(x, p, box, reading_deg, work):
     """One tick: predict the compass, correct by a reading. x (4, 2), P (4, 4, 2), box (14, 2), work WORKSPACE."""
     compass_transition(box, work[0])
     transform(x, p, work[0], work)
-    disturb(p, 2, entry(box, COMPASS_NOISE))
-    disturb(p, 3, entry(box, COMPASS_NOISE))
+    disturb(p, 2, entry(box, AT.compass_noise))
+    disturb(p, 3, entry(box, AT.compass_noise))
     correct(x, p, box, reading_deg, work)
 
 
 @kernel
 def correct(x, p, box, reading_deg, work):
-    """K = P Cᵀ (C P Cᵀ + R)⁻¹ (13), x ← x + K (z − C x) (14), P ← (I − K C) P (15)."""
-    k = entry(box, K)
-    s = add(multiply(multiply(k, at(p, 2, 2)), k), entry(box, READING_NOISE))
+    """AT.k = P Cᵀ (C P Cᵀ + R)⁻¹ (13), x ← x + AT.k (z − C x) (14), P ← (I − AT.k C) P (15)."""
+    k = entry(box, AT.k)
+    s = add(multiply(multiply(k, at(p, 2, 2)), k), entry(box, AT.reading_noise))
     innovation = subtract(point(reading_deg), multiply(k, entry(x, 2)))
     left = work[0]
     left[:] = 0.0
@@ -155,11 +142,11 @@ def predict_vehicle(x, p, box, difference, work):
     move = work[0]
     move[:] = 0.0
     for i in range(4):
-        put(move, i, i, entry(box, POLE_1 + i) if i < 2 else point(1.0))
+        put(move, i, i, entry(box, AT.pole + i) if i < 2 else point(1.0))
     transform(x, p, move, work)
     for i in range(2):
-        disturb(p, i, entry(box, VEHICLE_NOISE))
-        put_entry(x, i, add(entry(x, i), scale(difference, entry(box, INPUT_1 + i))))
+        disturb(p, i, entry(box, AT.vehicle_noise))
+        put_entry(x, i, add(entry(x, i), scale(difference, entry(box, AT.input + i))))
 
 
 @kernel
@@ -172,7 +159,7 @@ def start(p, vehicle_variance, compass_variance):
 @kernel
 def heading(x, box):
     """C v, degrees."""
-    return add(multiply(entry(box, OUTPUT_1), entry(x, 0)), multiply(entry(box, OUTPUT_1 + 1), entry(x, 1)))
+    return add(multiply(entry(box, AT.output), entry(x, 0)), multiply(entry(box, AT.output + 1), entry(x, 1)))
 
 
 def workspace() -> np.ndarray:

@@ -14,7 +14,7 @@ from steerway.estimation.heading import (
     composite_model,
     outside,
 )
-from steerway.estimation.heading.testing import PRODUCT
+from steerway.estimation.testing import PRODUCT
 from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass
 from steerway.vessels import RPM, Springer, conditions
 from steerway.vessels.testing import PHYSICAL_YAW

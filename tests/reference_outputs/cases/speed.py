@@ -7,7 +7,7 @@ import numpy as np
 
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, SpeedPI, SpeedPIGains
 from steerway.estimation.speed import SurgeFilter, SurgeFusion, SurgeTuning
-from steerway.estimation.speed.testing import AIDS
+from steerway.estimation.testing import SPEED_AIDS as AIDS
 from steerway.vessels import CALM, Actuator, Surge, conditions, published_surrogate
 from tests.reference_outputs.tables import case, columns
 

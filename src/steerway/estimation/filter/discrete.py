@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.core.linear_algebra import multiply
 from steerway.estimation.filter.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
@@ -16,6 +17,55 @@ _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss and Legendre's rule with three nodes on an interval of length 1."""
 _SHORT = 0.1
 """Of a step times |pole|: the rule errs by 4e-6 there, and the closed form by 1e-10."""
+
+
+@lean_kernel
+def decaying(rate, t):
+    """After a unit of a state that decays at a rate (1/s): what is left, its integral and the integral of that."""
+    a = rate * t
+    if abs(a) < 0.1:
+        area = 0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a * (1.0 / 720.0 - a / 5040.0))))
+        first = 1.0 - a * area
+        return 1.0 - a * first, t * first, t * t * area
+    first = -math.expm1(-a) / rate
+    return math.exp(-a), first, (t - first) / rate
+
+
+class Noise(NamedTuple):
+    """Covariance that noise of density 1 adds to a decaying rate w, its integral x and the integral y of that."""
+
+    ww: float
+    xw: float
+    xx: float
+    yw: float
+    yx: float
+    yy: float
+
+
+@called_kernel
+def noise(decay, h):
+    """Noise over h seconds: the integral of the responses to a unit of it, in short steps by quadrature.
+
+    The closed form cancels where `decay` h is small; the quadrature errs by 4e-6 where it is `_SHORT`.
+    """
+    if decay * h > _SHORT:
+        w, x, y = decaying(decay, h)
+        xx = (h - 2.0 * x + 0.5 * (1.0 - w * w) / decay) / decay**2
+        area = (0.5 * h * h - y) / decay  # the integral of y
+        yx = 0.5 * y * y
+        yy = (h**3 / 3.0 - 2.0 * (h * y - area) + xx) / decay**2
+        return Noise(0.5 * (1.0 - w * w) / decay, 0.5 * x * x, xx, area - decay * yx, yx, yy)
+    ww = xw = xx = yw = yx = yy = 0.0
+    for i in range(3):
+        w, x, y = decaying(decay, h * _NODES[i])
+        weight = h * _WEIGHTS[i]
+        ww += weight * w * w
+        xw += weight * x * w
+        xx += weight * x * x
+        yw += weight * y * w
+        yx += weight * y * x
+        yy += weight * y * y
+    return Noise(ww, xw, xx, yw, yx, yy)
 
 
 @lean_kernel
@@ -201,15 +251,9 @@ def set_noise(step, rate, mode, unit):
 @lean_kernel
 def hold_speed(step, decay, density):
     """Set the remaining part of a decaying speed, the distance it covers, and its noise."""
-    dt = step.dt
-    if decay == 0.0:
-        step.left, step.way = 1.0, dt
-        step.held_ll, step.held_lu, step.held_uu = density * dt**3 / 3.0, density * dt * dt / 2.0, density * dt
-        return
-    whole, first, _ = phi(complex(-decay, 0.0), dt)
-    step.left, step.way = whole.real, first.real
-    sums = taken_up(complex(-decay, 0.0), False, dt)
-    step.held_ll, step.held_lu, step.held_uu = density * sums.ww, density * sums.wg, density * sums.gg
+    step.left, step.way, _ = decaying(decay, step.dt)
+    unit = noise(decay, step.dt)  # speed and way decay as rate and course
+    step.held_ll, step.held_lu, step.held_uu = density * unit.xx, density * unit.xw, density * unit.ww
 
 
 @called_kernel
@@ -238,15 +282,3 @@ def exponential(out, product, generator, dt):
         for i in range(m):
             for j in range(m):
                 out[i, j] = product[i, j]
-
-
-@lean_kernel
-def multiply(a, b, out):
-    """out ← a b of square matrices; `out` is another one."""
-    m = len(a)
-    for i in range(m):
-        for j in range(m):
-            total = 0.0
-            for k in range(m):
-                total += a[i, k] * b[k, j]
-            out[i, j] = total

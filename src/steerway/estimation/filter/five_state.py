@@ -21,11 +21,12 @@ from typing import NamedTuple
 
 from steerway.core.angles import sinc, wrap
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
+from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
 from steerway.estimation.filter.bank import advance as advance_modes
+from steerway.estimation.filter.discrete import decaying, hold_speed, noise
 from steerway.estimation.filter.fuse import COURSE_STD, mean_speed
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
-from steerway.estimation.filter.motion import symmetrise
 from steerway.estimation.filter.relative import corrected
 from steerway.estimation.filter.row import Row, Taken, keep, row_of, take_row
 from steerway.estimation.filter.vectors import (
@@ -42,60 +43,6 @@ from steerway.estimation.filter.vectors import (
 )
 from steerway.estimation.filter.weigh import DIFFUSE, OUTLIERS_LAST, RARE, outlier_density
 
-_NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
-_WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
-"""Gauss and Legendre's rule with three nodes on an interval of length 1."""
-_LONG_DECAY = 0.1
-
-
-@lean_kernel
-def decaying(rate, t):
-    """After a unit of a state that decays at a rate (1/s): what is left, its integral and the integral of that."""
-    a = rate * t
-    if abs(a) < 0.1:
-        area = 0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a * (1.0 / 720.0 - a / 5040.0))))
-        first = 1.0 - a * area
-        return 1.0 - a * first, t * first, t * t * area
-    first = -math.expm1(-a) / rate
-    return math.exp(-a), first, (t - first) / rate
-
-
-class Noise(NamedTuple):
-    """Covariance that noise of density 1 adds to a decaying rate w, its integral x and the integral y of that."""
-
-    ww: float
-    xw: float
-    xx: float
-    yw: float
-    yx: float
-    yy: float
-
-
-@called_kernel
-def noise(decay, h):
-    """Noise over h seconds: the integral of the responses to a unit of it, in short steps by quadrature.
-
-    The closed form cancels where `decay` h is small; the quadrature errs by 4e-6 where it is `_LONG_DECAY`.
-    """
-    if decay * h > _LONG_DECAY:
-        w, x, y = decaying(decay, h)
-        xx = (h - 2.0 * x + 0.5 * (1.0 - w * w) / decay) / decay**2
-        area = (0.5 * h * h - y) / decay  # the integral of y
-        yx = 0.5 * y * y
-        yy = (h**3 / 3.0 - 2.0 * (h * y - area) + xx) / decay**2
-        return Noise(0.5 * (1.0 - w * w) / decay, 0.5 * x * x, xx, area - decay * yx, yx, yy)
-    ww = xw = xx = yw = yx = yy = 0.0
-    for i in range(3):
-        w, x, y = decaying(decay, h * _NODES[i])
-        weight = h * _WEIGHTS[i]
-        ww += weight * w * w
-        xw += weight * x * w
-        xx += weight * x * x
-        yw += weight * y * w
-        yx += weight * y * x
-        yy += weight * y * y
-    return Noise(ww, xw, xx, yw, yx, yy)
-
 
 @called_kernel
 def discretise(step, turn, mode, h):
@@ -104,15 +51,13 @@ def discretise(step, turn, mode, h):
     Noise reaches speed and then the way l along the course, the rate and then the course and the way y across.
     """
     step.dt, step.sideways, step.drift_speed = h, mode.sideways, mode.drift_speed
-    step.left, step.way, _ = decaying(mode.speed_decay, h)
+    hold_speed(step, mode.speed_decay, mode.speed_noise)
+    step.uu, step.lu, step.ll = step.held_uu, step.held_lu, step.held_ll
     turn.left, turn.turn, area = decaying(mode.rate_decay, h)
     turn.lean = area / h
-    unit, density = noise(mode.speed_decay, h), mode.speed_noise  # speed and way decay as rate and course
-    step.uu, step.lu, step.ll = density * unit.ww, density * unit.xw, density * unit.xx
     unit, density = noise(mode.rate_decay, h), mode.rate_noise
     step.yy, step.yx, step.xx = density * unit.yy, density * unit.yx, density * unit.xx
     turn.with_way, turn.with_gain, turn.added = density * unit.yw, density * unit.xw, density * unit.ww
-    step.held_uu, step.held_lu, step.held_ll = step.uu, step.lu, step.ll
 
 
 @lean_kernel
@@ -243,7 +188,7 @@ def advance(bank, model, h):
         discretise(step, turn, model.modes[0], h)
     predict(x, p, step, turn)
     if loses_course(x, p):
-        symmetrise(p)
+        fill_lower(p)
         forget_direction(x, p)
 
 
@@ -282,7 +227,7 @@ def wait(bank, model, dt):
 @called_kernel
 def wait_longer(bank, model, dt):
     """Predict by the general filter."""
-    symmetrise(bank.p[0])
+    fill_lower(bank.p[0])
     advance_modes(bank, model, dt)
 
 
@@ -305,7 +250,7 @@ def take(bank, model, row):
 @called_kernel
 def leave(bank, model, row):
     """Leave a row to the general filter. A call: inlined it would slow down all other rows."""
-    symmetrise(bank.p[0])
+    fill_lower(bank.p[0])
     return take_row(bank, model, row, bank.rows[0, :0])
 
 
@@ -322,9 +267,9 @@ def run(rows, model, bank, asked):
             state_row(bank, model, asked.out[k])
             asked.out[k, -2], asked.out[k, -1] = taken.nis, taken.wrong
         if len(asked.kept.x):
-            symmetrise(bank.p[0])
+            fill_lower(bank.p[0])
             keep(bank, asked.kept, k)
-    symmetrise(bank.p[0])
+    fill_lower(bank.p[0])
 
 
 @lean_kernel
@@ -338,32 +283,21 @@ def state_row(bank, model, out):
     speed = mean_speed(x, p, model.modes[0])
     out[0], out[1], out[2], out[3], out[4] = x[NORTH], x[EAST], speed, wrap(x[COURSE]), x[RATE]
     out[5], out[6], out[7] = p[2, 2], p[3, 3] / max(speed * speed, 1e-12), p[4, 4]
-    out[8], out[9] = 0.5 * (p[0, 0] + p[1, 1]), 1.0
+    out[8] = 0.5 * (p[0, 0] + p[1, 1])
 
 
 @lean_kernel
 def write_estimate(bank, model, steerageway, estimate):
     """SOG, COG and course rate after a row as they are given out, into `estimate` (9,); see `log.course`."""
-    x, p = bank.x[0], bank.p[0]
-    if bank.run[0].started == 0:
-        for i in range(len(estimate)):
-            estimate[i] = math.nan
-        return
-    speed = mean_speed(x, p, model.modes[0])
-    estimate[0], estimate[1], estimate[2], estimate[3], estimate[4] = x[NORTH], x[EAST], speed, wrap(x[COURSE]), x[RATE]
-    estimate[5], estimate[7] = math.sqrt(p[2, 2]), math.sqrt(p[4, 4])
-    estimate[6] = math.sqrt(p[3, 3] / max(speed * speed, 1e-12))
-    estimate[8] = math.sqrt(0.5 * (p[0, 0] + p[1, 1]))
-    if not (estimate[6] < COURSE_STD and speed >= steerageway):
+    state_row(bank, model, estimate)
+    for i in range(5, 9):
+        estimate[i] = math.sqrt(estimate[i])
+    if not (estimate[6] < COURSE_STD and estimate[2] >= steerageway):
         estimate[3] = estimate[4] = estimate[6] = estimate[7] = math.nan
 
 
 def is_plain(model, aids) -> bool:
     """Whether this filter serves a model and a table of aids: one mode, five states, fixes good or outliers."""
-    receiver = model.receiver[0]
-    extras = (
-        receiver["poor_rate"],
-        receiver["step_rate"],
-        model.modes[0]["sideways"],
-    )
+    receiver, mode = model.receiver[0], model.modes[0]
+    extras = receiver["poor_rate"], receiver["step_rate"], mode["sideways"]
     return len(model.modes) == 1 and model.states == 5 and not any(extras) and len(aids) == 0

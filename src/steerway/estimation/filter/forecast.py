@@ -18,7 +18,7 @@ import numpy as np
 
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.estimation.filter.bank import add_second_moments, average, take_covariance
-from steerway.estimation.filter.five_state import decaying
+from steerway.estimation.filter.discrete import decaying
 from steerway.estimation.filter.fuse import COURSE_STD
 from steerway.estimation.filter.model import (
     COURSE,

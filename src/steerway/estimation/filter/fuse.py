@@ -101,7 +101,6 @@ def fuse(x, p, probability, model, h, out):
     p_u, p_s, p_w, p_place = p_u / counted, p_s / counted, p_w / counted, p_place / counted
     out[0], out[1], out[2], out[3], out[4] = north, east, u, wrap(reference + across), w
     out[5], out[6], out[7], out[8] = p_u, p_s / max(u * u, 1e-12), p_w, p_place
-    out[9] = 1.0
 
 
 @called_kernel

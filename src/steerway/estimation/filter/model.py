@@ -203,8 +203,8 @@ def packed(model: Model) -> np.ndarray:
     return np.concatenate([sizes, *(part.view(np.float64).ravel() for part in model[:5])])
 
 
-FUSED = 10
-"""Columns of `fuse`: N, E, U, χ, ω, variances of U, χ, ω, of position, and 1 where the course is defined."""
+FUSED = 9
+"""Columns of `fuse`: N, E, U, χ, ω, variances of U, χ, ω and of position."""
 
 
 class Kept(NamedTuple):

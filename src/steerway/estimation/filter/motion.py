@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from steerway.core.angles import sinc
 from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
 
 _SLOW = 1e-6
@@ -49,7 +50,7 @@ def predict(x, p, step, responses, driving, rows):
     take_noise(p, step, responses, arc)
     if arc.speed < 0.0:
         reverse(x, p)
-    symmetrise(p)
+    fill_lower(p)
 
 
 @lean_kernel
@@ -207,11 +208,3 @@ def reverse(x, p):
     for j in range(RATE, len(x)):
         p[2, j] = -p[2, j]
         p[3, j] = -p[3, j]
-
-
-@lean_kernel
-def symmetrise(p):
-    """Copy the upper triangle below the diagonal."""
-    for i in range(len(p)):
-        for j in range(i):
-            p[i, j] = p[j, i]

@@ -4,8 +4,9 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.model import COURSE, SPEED
-from steerway.estimation.filter.motion import symmetrise, turn_pair
+from steerway.estimation.filter.motion import turn_pair
 
 _STEADY = 3.0
 """Speed in its standard deviations, or in those across the course, above which velocities are compared, averaged and
@@ -75,7 +76,7 @@ def shifted(origin, error, steady, x, p):
     x[SPEED] = math.hypot(along, across)
     x[COURSE] = wrap(origin[COURSE] + angle)
     turn_pair(p, SPEED, math.cos(angle), -math.sin(angle))
-    symmetrise(p)
+    fill_lower(p)
 
 
 @called_kernel
@@ -83,7 +84,7 @@ def turned(p, angle):
     """The covariance p in a body frame turned back by an angle."""
     if angle != 0.0:
         turn_pair(p, SPEED, math.cos(angle), math.sin(angle))
-        symmetrise(p)
+        fill_lower(p)
 
 
 @called_kernel
@@ -114,7 +115,7 @@ def corrected(x, p, error, alone):
     x[SPEED] = math.hypot(speed + along, across)
     x[COURSE] = wrap(x[COURSE] + angle)
     turn_pair(p, SPEED, math.cos(angle), -math.sin(angle))
-    symmetrise(p)
+    fill_lower(p)
 
 
 @lean_kernel

@@ -8,9 +8,9 @@ import numpy as np
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.bank import advance, start
-from steerway.estimation.filter.cells import take_written
 from steerway.estimation.filter.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
 from steerway.estimation.filter.model import COURSE, ON_ACCELERATION, SPEED, Kept
+from steerway.estimation.filter.weigh import take_fix
 
 
 class Row(NamedTuple):
@@ -42,7 +42,7 @@ def take_row(bank, model, row, aids):
         if row.dt > 0.0:
             advance(bank, model, row.dt)
         if fixed:
-            nis, log_density, wrong = take_written(bank, model, row.north, row.east, row.excess)
+            nis, log_density, wrong = take_fix(bank, model, row.north, row.east, row.excess)
         log_density += take_aids(bank, model, aids)
     return Taken(nis, log_density, wrong)
 

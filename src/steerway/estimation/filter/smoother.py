@@ -16,13 +16,12 @@ from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.algebra import factor, inverse, invert_factor, whitened_square
 from steerway.estimation.filter.bank import advance, start
-from steerway.estimation.filter.cells import take_written
 from steerway.estimation.filter.fuse import fuse
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Model
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
 from steerway.estimation.filter.vectors import Sym2, Vec2, density, dot, plus, trace, widened
-from steerway.estimation.filter.weigh import FREEDOM, NORMAL, outlier_density
+from steerway.estimation.filter.weigh import FREEDOM, NORMAL, outlier_density, take_fix
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -87,7 +86,7 @@ def smooth_kept(rows, reversal, bank, kept, room, out):
             fuse(kept.x[k], kept.p[k], kept.probability[k], model, bank.rows[0], out[k])
         if math.isfinite(rows.north[k]) and math.isfinite(rows.east[k]):
             if known:
-                take_written(bank, model, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
+                take_fix(bank, model, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
             else:
                 start(bank, model, rows.north[k], rows.east[k])
                 for j in range(len(bank.p)):

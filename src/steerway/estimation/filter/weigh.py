@@ -7,6 +7,7 @@ import math
 from typing import NamedTuple
 
 from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.estimation.filter.cells import REGULAR, step_density, written
 from steerway.estimation.filter.fix import correct, see
 from steerway.estimation.filter.model import EAST, NORTH
 from steerway.estimation.filter.vectors import (
@@ -18,6 +19,7 @@ from steerway.estimation.filter.vectors import (
     nis,
     outer,
     plus,
+    sandwich,
     scaled,
     times,
     trace,
@@ -48,6 +50,7 @@ RUN_FOLLOWED = 4
 """So many outliers in a row that agree are a step of the receiver, once they last as long as its `followed_after`, and
 their position is followed. Chosen: 4 s at 1 Hz."""
 
+NONE = Sym2(0.0, 0.0, 0.0)
 RETURNS = 0.5
 """Probability, in that of an outlier, that the receiver then returns by the same step with the next fix. Chosen."""
 
@@ -107,11 +110,15 @@ def take_fix(bank, model, north, east, excess):
 
     A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
     (a step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
-    correction is their mean, see `take_shares`.
+    correction is their mean, see `take_shares`. Of a rounded fix the variance includes that of its last digit, except
+    where it counts as a cell, see `cells`.
     excess: how many times its usual variance the white noise of this fix has.
     """
     run, receiver, probability, density_of = bank.run[0], model.receiver[0], bank.probability, bank.shares[0]
-    fix, variance = Vec2(north, east), excess * receiver.fix_variance
+    fix, width = Vec2(north, east), Vec2(receiver.quantum_north, receiver.quantum_east)
+    rounding = Sym2(width.n * width.n / 12.0, 0.0, width.e * width.e / 12.0)
+    white = excess * receiver.fix_variance
+    variance = white + 0.5 * trace(rounding)
     prior, other = return_step(bank, model, fix, variance)
     expected = expect(run, receiver)
     run.apart, run.since = run.since, 0.0
@@ -121,7 +128,8 @@ def take_fix(bank, model, north, east, excess):
     for k in range(len(probability)):
         x, p, weight = bank.x[k], bank.p[k], probability[k]
         seen = see(x, p, model.processes, receiver.time_variance, fix, variance, bank.rows)
-        weighed = weigh(seen, expected, run, receiver, variance)
+        cell = written(seen.off, plus(widened(seen.s, white - variance), scaled(REGULAR, rounding)), width)
+        weighed = weigh(seen, cell, expected, run, receiver, variance)
         density_of[k] = weight * (weighed.good + weighed.poor + weighed.step + weighed.wrong)
         total += density_of[k]
         wrong += weight * weighed.wrong
@@ -132,7 +140,8 @@ def take_fix(bank, model, north, east, excess):
         spread = plus(spread, scaled(weight, plus(usual_spread(seen, expected, receiver, variance), outer(seen.off))))
         least = min(least, trace(seen.s))
         whole = whole_of(seen, weighed, variance)
-        take_shares(bank, k, seen, weighed, whole, receiver, share(weighed.good / whole, seen.off, seen.s))
+        good = share(weighed.good / whole, cell.mean, cell.spread, cell.s)
+        take_shares(bank, k, seen, weighed, whole, receiver, good)
     for k in range(len(probability)):
         probability[k] = density_of[k] / total
     learn_noise(run, expected, poor / total, learned / total)
@@ -141,7 +150,7 @@ def take_fix(bank, model, north, east, excess):
 
 
 @lean_kernel
-def weigh(seen, expected, run, receiver, variance):
+def weigh(seen, cell, expected, run, receiver, variance):
     """A fix by all hypotheses, in one mode."""
     off, s = seen.off, seen.s
     wrong = outlier_density(off, trace(s), variance)
@@ -153,9 +162,11 @@ def weigh(seen, expected, run, receiver, variance):
     if expected.poor > 0.0:
         poor = expected.poor * density(off, plus(s, noise), expected.freedom)
     if expected.step > 0.0:
-        step = expected.step * density(off, widened(s, receiver.step_variance), FREEDOM)
-    good = expected.good * density(off, s, NORMAL)
-    return Weighed(good, poor, step, expected.wrong * wrong, noise_shown(seen, noise, expected.freedom))
+        width, scale = Vec2(receiver.quantum_north, receiver.quantum_east), widened(cell.s, receiver.step_variance)
+        step = expected.step * (step_density(off, scale, width) if width.n > 0.0 else density(off, scale, FREEDOM))
+    return Weighed(
+        expected.good * cell.density, poor, step, expected.wrong * wrong, noise_shown(seen, noise, expected.freedom)
+    )
 
 
 @lean_kernel
@@ -176,22 +187,25 @@ def take_shares(bank, k, seen, weighed, whole, receiver, mean):
     """
     off, s, x, p, rows = seen.off, seen.s, bank.x[k], bank.p[k], bank.rows
     if weighed.poor > LEAST_PROBABILITY * whole:
-        mean = joined(mean, share(weighed.poor / whole, off, plus(s, weighed.poor_noise)))
+        mean = joined(mean, share(weighed.poor / whole, off, NONE, plus(s, weighed.poor_noise)))
     if weighed.step > LEAST_PROBABILITY * whole:
         # it went as far as the innovation is larger than it should be
         size = max(receiver.step_variance, 0.5 * (dot(off, off) - trace(s)))
-        own = share(weighed.step / whole, off, widened(s, size))
+        own = share(weighed.step / whole, off, NONE, widened(s, size))
         mean = joined(mean, own)
         step_position(x, p, size, weighed.step / whole, own, mean.s, rows)
     correct(x, p, rows, plus(mean.information, outer(mean.s)), mean.s, len(bank.x) == 1)
 
 
 @lean_kernel
-def share(probability, off, s):
-    """What a hypothesis adds to the correction."""
+def share(probability, mean, spread, s):
+    """What a hypothesis of probability β adds: β (S⁻¹ − S⁻¹ V S⁻¹ − s sᵀ) and β s with s = S⁻¹ a.
+
+    By it the innovation, of which the covariance S was expected, has mean a and covariance V.
+    """
     information = inverse(s)
-    pull = times(information, off)
-    information = plus(information, scaled(-1.0, outer(pull)))
+    pull = times(information, mean)
+    information = plus(information, scaled(-1.0, plus(sandwich(information, spread), outer(pull))))
     return Share(scaled(probability, information), Vec2(probability * pull.n, probability * pull.e))
 
 

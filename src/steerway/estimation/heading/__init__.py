@@ -6,7 +6,6 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter, HeadingTuning
-    from steerway.estimation.heading.compass_alarm import outside
     from steerway.estimation.heading.composite import START_VARIANCE, WAVES, CompositeFilter, composite_model
     from steerway.estimation.heading.interval.deviation import DeviationBounds
     from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
         ideal_weight,
         weighted,
     )
-    from steerway.estimation.heading.model_bank import ModelBank, corners, grid
+    from steerway.estimation.heading.model_bank import ModelBank, corners, grid, outside
     from steerway.estimation.heading.readings import Ticks, checked_difference
 
 __all__ = [

@@ -12,7 +12,7 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, one_of, positive, positive_or_unlimited
 from steerway.estimation.heading.aided import AidedHeadingFilter, HeadingTuning
-from steerway.estimation.heading.composite import COMPASS_NOISE, READING_NOISE, CompositeFilter, composite_model
+from steerway.estimation.heading.composite import CompositeFilter, composite_model
 from steerway.estimation.heading.interval.deviation import DeviationBounds
 from steerway.estimation.heading.interval.weighting import weighted
 from steerway.estimation.heading.models import RPM, CompassModel, HeadingModel
@@ -107,8 +107,7 @@ class HeadingAboard:
             )
             self._filter = self._aided = AidedHeadingFilter(tuning, PLAIN_COMPASS, yaw, heading=None)
         elif kind == "composite":
-            model = composite_model(PLAIN_COMPASS, yaw, _VEHICLE_STD**2)
-            model[COMPASS_NOISE], model[READING_NOISE] = 1e-4, reading**2
+            model = composite_model(PLAIN_COMPASS, yaw, _VEHICLE_STD**2, reading**2, 1e-4)
             self._deviation = math.radians(deviation)
             self._filter = CompositeFilter(model, vehicle_variance=math.pi**2)
         else:

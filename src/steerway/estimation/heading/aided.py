@@ -18,28 +18,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kalman import take_scalar
+from steerway.core.kinematics import heading_for
 from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.heading.composite import (
-    A1,
-    A2,
-    COMPASS_NOISE,
-    INPUT_1,
-    OUTPUT_1,
-    POLE_1,
-    READING_NOISE,
-    SHIFT,
-    VEHICLE_NOISE,
-    B,
-    K,
+    AT,
+    BIAS,
+    COSINE,
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    SCALE,
+    SINE,
+    WATER_SPEED,
     composite_model,
     heading_deg,
     heading_variance_deg2,
+    observe,
+    predict_compass,
+    predict_vehicle,
     stepped,
     yaw_rate_deg,
 )
@@ -55,9 +55,7 @@ from steerway.estimation.heading.models import (
 )
 from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked_difference
 
-BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(4, 11)
-STATES = 11
-WALKS = STATES - BIAS
+STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
 """Between the first headings of the filters that seek an unknown one; each has half of it for its 1σ. Chosen."""
 FARTHEST = 2.0 * math.pi
@@ -134,8 +132,8 @@ class AidedHeadingFilter:
         yaw: HeadingModel = PHYSICAL_YAW,
         heading: float | None = 0.0,
     ) -> None:
-        self._model = composite_model(compass, yaw, tuning.vehicle_std**2)
-        self._model[COMPASS_NOISE], self._model[READING_NOISE] = tuning.compass_std_deg**2, tuning.reading_std_deg**2
+        noise = tuning.compass_std_deg**2
+        self._model = composite_model(compass, yaw, tuning.vehicle_std**2, tuning.reading_std_deg**2, noise)
         pairs = tuning.pairs()
         self._walks = pairs[:, 1] ** 2
         self._velocity_variance = tuning.velocity_std**2
@@ -143,12 +141,11 @@ class AidedHeadingFilter:
         if heading is None:
             count = round(FARTHEST / APART)
             headings = [APART * k for k in range(-count, count + 1)]
-            std = 0.5 * math.degrees(APART) / self._model[OUTPUT_1]
+            std = 0.5 * math.degrees(APART) / self._model[AT.output]
         elif abs(heading) <= LARGEST_READING:
             headings = [heading]
         else:
             raise InputError(f"heading.heading is {heading:g} rad, expected None or at most {LARGEST_READING:g} rad")
-        noise = tuning.compass_std_deg**2
         start = [std**2, tuning.vehicle_start_std**2, noise, noise]
         self._covariance_at_first = np.diag([*start, *pairs[:, 0] ** 2])
         self._beginnings = [self._begin(each, tuning.speed) for each in headings]
@@ -159,26 +156,26 @@ class AidedHeadingFilter:
 
     def _begin(self, heading: float, speed: float) -> _Beginning:
         state = np.zeros(STATES)
-        state[0] = math.degrees(heading) / self._model[OUTPUT_1]
+        state[0] = math.degrees(heading) / self._model[AT.output]
         # The compass at rest on the heading, wherever its scale is 1.
         model = self._model
-        gain = model[B] / (1.0 - model[A1] - model[SHIFT] * model[A2])
+        gain = model[AT.b] / (1.0 - model[AT.a1] - model[AT.shift] * model[AT.a2])
         state[2] = gain * math.degrees(heading)
-        state[3] = model[SHIFT] * state[2]
+        state[3] = model[AT.shift] * state[2]
         state[SCALE], state[WATER_SPEED] = 1.0, speed
         p = self._covariance_at_first.copy()
         # Its states are as uncertain as what they settle on: heading, scale and deviation.
         slope = np.zeros(STATES)
-        slope[0], slope[SCALE] = gain * model[OUTPUT_1], gain * math.degrees(heading)
+        slope[0], slope[SCALE] = gain * model[AT.output], gain * math.degrees(heading)
         slope[SINE], slope[COSINE] = gain * math.sin(heading), gain * math.cos(heading)
         spread = p @ slope
         variance = float(slope @ spread)
-        for place, share in ((2, 1.0), (3, float(model[SHIFT]))):
+        for place, share in ((2, 1.0), (3, float(model[AT.shift]))):
             p[place] += share * spread
             p[:, place] += share * spread
         p[2, 2] += variance
-        p[3, 3] += model[SHIFT] ** 2 * variance
-        p[2, 3] = p[3, 2] = model[SHIFT] * variance
+        p[3, 3] += model[AT.shift] ** 2 * variance
+        p[2, 3] = p[3, 2] = model[AT.shift] * variance
         return _Beginning(state, p)
 
     @property
@@ -238,17 +235,11 @@ class AidedHeadingFilter:
     def turned(self, std: float) -> None:
         """The boat has turned by more or less than its model says, 1σ in rad."""
         for each in self._beginnings:
-            each.covariance[0, 0] += (math.degrees(std) / self._model[OUTPUT_1]) ** 2
+            each.covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 
     def heading_for(self, course: float) -> float:
-        """The heading (rad, in [−π, π)) that makes a course over ground good in the estimated current.
-
-        Where the current across is stronger than the boat, straight against it.
-        """
-        north, east = self.current
-        across = east * math.cos(course) - north * math.sin(course)
-        share = across / max(self.water_speed, 1e-6)
-        return float(wrap(course - math.asin(min(max(share, -1.0), 1.0))))
+        """The heading (rad, in [−π, π)) that makes a course over ground good in the estimated current."""
+        return float(heading_for(course, self.water_speed, *self.current)[0])
 
     def step(
         self,
@@ -277,8 +268,7 @@ class AidedHeadingFilter:
                 each.score += take_velocity(x, p, self._work, self._model, *velocity, variance)
             for part, table in parts:
                 model = stepped(self._model, part)
-                each.score += take_readings(x, p, self._work, model, table)
-                predict_vehicle(x, p, model, difference, self._walks * part)
+                each.score += advance(x, p, self._work, model, self._walks * part, difference, table)
         self._is_known = self._is_known or moves or any((table[1] > 0.0).any() for _, table in parts)
         if len(self._beginnings) > 1:
             self._decide()
@@ -317,9 +307,9 @@ def take_velocity(
         turn = math.radians(speed * (-math.sin(psi) if axis == 0 else math.cos(psi)))
         pc, s = work[0], variance
         for j in range(STATES):
-            pc[j] = turn * (model[OUTPUT_1] * p[0, j] + model[OUTPUT_2] * p[1, j])
+            pc[j] = turn * (model[AT.output] * p[0, j] + model[AT.output + 1] * p[1, j])
             pc[j] += ahead * p[WATER_SPEED, j] + p[CURRENT_NORTH + axis, j]
-        s += turn * (model[OUTPUT_1] * pc[0] + model[OUTPUT_2] * pc[1])
+        s += turn * (model[AT.output] * pc[0] + model[AT.output + 1] * pc[1])
         s += ahead * pc[WATER_SPEED] + pc[CURRENT_NORTH + axis]
         measured = north if axis == 0 else east
         innovation = measured - speed * ahead - x[CURRENT_NORTH + axis]
@@ -335,62 +325,23 @@ def score(innovation: float, s: float) -> float:
     return -0.5 * (math.log(s) + min(innovation * innovation / s, 36.0))
 
 
-OUTPUT_2 = OUTPUT_1 + 1
-
-
 @kernel
-def predict_compass(x: Floats, p: Floats, row: Floats, model: Floats) -> None:
-    """One tick: c1 ← a1 c1 + a2 c2 + b (scale ψ + deviation), c2 ← s c1. `row` is workspace (n,)."""
-    psi_deg = heading_deg(x, model)
-    psi = math.radians(psi_deg)
-    sine, cosine, b, shift = math.sin(psi), math.cos(psi), model[B], model[SHIFT]
-    slope = b * (x[SCALE] + math.radians(x[SINE] * cosine - x[COSINE] * sine))
-    c1 = x[2]
-    x[2] = model[A1] * c1 + model[A2] * x[3] + b * (x[SCALE] * psi_deg + x[SINE] * sine + x[COSINE] * cosine)
-    x[3] = shift * c1
-    g0, g1, g5, g6, g7 = slope * model[OUTPUT_1], slope * model[OUTPUT_2], b * psi_deg, b * sine, b * cosine
-    for j in range(STATES):
-        own = g0 * p[0, j] + g1 * p[1, j] + model[A1] * p[2, j] + model[A2] * p[3, j]
-        row[j] = own + g5 * p[SCALE, j] + g6 * p[SINE, j] + g7 * p[COSINE, j]
-    variance = g0 * row[0] + g1 * row[1] + model[A1] * row[2] + model[A2] * row[3]
-    variance += g5 * row[SCALE] + g6 * row[SINE] + g7 * row[COSINE]
-    late = shift * shift * p[2, 2] + model[COMPASS_NOISE]
-    for j in range(STATES):
-        if j != 2 and j != 3:
-            p[3, j] = p[j, 3] = shift * p[2, j]
-            p[2, j] = p[j, 2] = row[j]
-    p[2, 3] = p[3, 2] = shift * row[2]
-    p[2, 2], p[3, 3] = variance + model[COMPASS_NOISE], late
-
-
-@kernel
-def take_readings(x: Floats, p: Floats, work: Floats, model: Floats, readings: Floats) -> float:
-    """The ticks of a table of readings, each reading modulo a turn. Returns the logarithm of their likelihood."""
-    k, likely = model[K], 0.0
+def advance(
+    x: Floats, p: Floats, work: Floats, model: Floats, walks: Floats, difference: float, readings: Floats
+) -> float:
+    """The ticks of a table of readings, each reading modulo a turn; then the vehicle and the random walks, whose
+    variances (7,) are those of the step. Returns the logarithm of the readings' likelihood."""
+    likely = 0.0
     for tick in range(readings.shape[1]):
         predict_compass(x, p, work[0], model)
         if readings[1, tick] > 0.0:
-            innovation = readings[0, tick] - k * x[2]
+            innovation = readings[0, tick] - model[AT.k] * x[2]
             innovation -= 360.0 * round(innovation / 360.0)
-            for j in range(STATES):
-                work[0, j] = k * p[2, j]
-            s = k * work[0, 2] + model[READING_NOISE] / readings[1, tick]
+            s = observe(p, work[0], model, readings[1, tick])
             likely += score(innovation, s)
             take_scalar(x, p, work[0], work[1], s, innovation)
             fill_lower(p)
-    return likely
-
-
-@kernel
-def predict_vehicle(x: Floats, p: Floats, model: Floats, difference: float, walks: Floats) -> None:
-    """One step of the vehicle with n_d + bias, and of the random walks, whose variances (7,) are those of the step."""
-    for i in range(2):
-        pole, push = model[POLE_1 + i], model[INPUT_1 + i]
-        x[i] = pole * x[i] + push * (difference + x[BIAS])
-        for j in range(STATES):
-            p[i, j] = pole * p[i, j] + push * p[BIAS, j]
-        for j in range(STATES):
-            p[j, i] = pole * p[j, i] + push * p[j, BIAS]
-        p[i, i] += model[VEHICLE_NOISE]
-    for i in range(WALKS):
+    predict_vehicle(x, p, model, difference)
+    for i in range(len(walks)):
         p[BIAS + i, BIAS + i] += walks[i]
+    return likely

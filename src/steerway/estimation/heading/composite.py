@@ -3,11 +3,12 @@
 The paper feeds its compass model the heading, which is the unknown. Here the vehicle model, driven by the propeller
 difference, supplies it, and the compass, at 40 Hz, corrects: x = [v1 v2 c1 c2], heading = C v.
 
-`model` is a vector of parameters (the indices below); compass states and readings are in degrees as in the paper, the
+`model` is a vector of `Parameters`; compass states and readings are in degrees as in the paper, the
 rest is SI. Readings reach the kernels as the (2, ticks) tables of `readings`.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,8 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kalman import take_scalar
+from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.heading.models import (
     PAPER_YAW,
     READING_VARIANCE_DEG2,
@@ -26,55 +29,34 @@ from steerway.estimation.heading.models import (
 )
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
-__all__ = [
-    "A1",
-    "A2",
-    "COMPASS_NOISE",
-    "INPUT_1",
-    "INPUT_2",
-    "OUTPUT_1",
-    "OUTPUT_2",
-    "POLE_1",
-    "POLE_2",
-    "READING_NOISE",
-    "SHIFT",
-    "START_VARIANCE",
-    "VEHICLE_NOISE",
-    "WAVES",
-    "B",
-    "CompositeFilter",
-    "K",
-    "advance",
-    "checked_model",
-    "composite_model",
-    "correct",
-    "heading_deg",
-    "heading_variance_deg2",
-    "predict_compass",
-    "predict_vehicle",
-    "start_covariance",
-    "stepped",
-    "yaw_rate_deg",
-]
-"""Public, kernels and places in `model` too: another filter of the same model is built of them."""
+__all__ = ["AT", "START_VARIANCE", "WAVES", "CompositeFilter", "composite_model"]
 
-(
-    POLE_1,
-    POLE_2,
-    INPUT_1,  # rad per rad/s
-    INPUT_2,
-    OUTPUT_1,  # to degrees
-    OUTPUT_2,
-    A1,
-    A2,
-    B,
-    K,
-    SHIFT,
-    VEHICLE_NOISE,  # variance a second
-    COMPASS_NOISE,  # variance a tick
-    READING_NOISE,  # variance of a reading, deg²
-) = range(14)
 
+class Parameters(NamedTuple):
+    """What `model` holds."""
+
+    pole: int  # the first of two, as input and output
+    pole_2: int
+    input: int  # rad per rad/s
+    input_2: int
+    output: int  # to degrees
+    output_2: int
+    a1: int
+    a2: int
+    b: int
+    k: int
+    shift: int
+    vehicle_noise: int  # variance a second
+    compass_noise: int  # variance a tick
+    reading_noise: int  # variance of a reading, deg²
+
+
+PARAMETERS = len(Parameters._fields)
+AT = Parameters(*range(PARAMETERS))
+"""Places in a model."""
+BASIC = 4
+"""States of vehicle and compass; behind them come those of `aided`."""
+BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(BASIC, 11)
 WAVES = 1e-14
 """Variance that the sea adds to each vehicle state a second, P4 §6."""
 START_VARIANCE = 1e-12
@@ -86,17 +68,16 @@ def composite_model(
     yaw: HeadingModel = PAPER_YAW,
     vehicle_noise: float = WAVES,
     reading_variance: float = READING_VARIANCE_DEG2,
+    compass_noise: float = STATE_VARIANCE,
 ) -> Floats:
     """The (14,) parameters of a filter for this compass and this vehicle, whose steps are 1 s long.
 
-    vehicle_noise: variance that a second adds to each state of yaw; reading_variance: of one reading, deg².
+    vehicle_noise: variance that a second adds to each state of yaw, compass_noise: a tick to each of the compass's,
+    deg²; reading_variance: of one reading, deg².
     """
     _, inputs, outputs = yaw.matrices()
-    noise = (vehicle_noise, STATE_VARIANCE, reading_variance)
+    noise = (vehicle_noise, compass_noise, reading_variance)
     return np.array([*yaw.poles, *inputs, *np.degrees(outputs), *compass, *noise])
-
-
-PARAMETERS = READING_NOISE + 1
 
 
 def checked_model(model: ArrayLike) -> Floats:
@@ -113,10 +94,10 @@ def stepped(model: Floats, step: float) -> Floats:
         return model
     model = model.copy()
     for i in range(2):
-        left, entered = held(model[POLE_1 + i], step)
-        model[POLE_1 + i] = left
-        model[INPUT_1 + i] *= entered
-    model[VEHICLE_NOISE] *= step
+        left, entered = held(model[AT.pole + i], step)
+        model[AT.pole + i] = left
+        model[AT.input + i] *= entered
+    model[AT.vehicle_noise] *= step
     return model
 
 
@@ -150,7 +131,7 @@ class CompositeFilter:
 
     def turned(self, std: float) -> None:
         """The boat has turned by more or less than its model says, 1σ in rad."""
-        self._covariance[0, 0] += (math.degrees(std) / self._model[OUTPUT_1]) ** 2
+        self._covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 
     def yaw_rate(self, difference: float) -> float:
         """Of the model with n_d (rad/s) in force, rad/s."""
@@ -168,7 +149,7 @@ class CompositeFilter:
         for part, table in self._ticks.parts(dt, readings, times):
             model = stepped(self._model, part)
             sums = advance(self._state, self._covariance, model, difference, table)
-            total, squares, taken = total + sums[0], squares + sums[1], taken + sums[2]
+            total, squares, taken = total + sums.innovation, squares + sums.square, taken + sums.number
         self.innovation, self.nis = (total / taken, squares / taken) if taken else (math.nan, math.nan)
         return self.heading
 
@@ -176,16 +157,16 @@ class CompositeFilter:
 @kernel
 def heading_deg(x: Floats, model: Floats) -> float:
     """Heading (deg) of a state (4,): C v of P4 (2)."""
-    return model[OUTPUT_1] * x[0] + model[OUTPUT_2] * x[1]
+    return model[AT.output] * x[0] + model[AT.output + 1] * x[1]
 
 
 @kernel
 def yaw_rate_deg(x: Floats, model: Floats, difference: float) -> float:
-    """C ((A − I) v + B n_d), the change of heading in a second of the model's steps, deg/s."""
+    """C ((A − I) v + AT.b n_d), the change of heading in a second of the model's steps, deg/s."""
     rate = 0.0
     for i in range(2):
-        change = (model[POLE_1 + i] - 1.0) * x[i] + model[INPUT_1 + i] * difference
-        rate += model[OUTPUT_1 + i] * change
+        change = (model[AT.pole + i] - 1.0) * x[i] + model[AT.input + i] * difference
+        rate += model[AT.output + i] * change
     return rate
 
 
@@ -193,73 +174,91 @@ def yaw_rate_deg(x: Floats, model: Floats, difference: float) -> float:
 def heading_variance_deg2(p: Floats, model: Floats) -> float:
     """C P Cᵀ."""
     return (
-        model[OUTPUT_1] ** 2 * p[0, 0]
-        + model[OUTPUT_2] ** 2 * p[1, 1]
-        + 2 * model[OUTPUT_1] * model[OUTPUT_2] * p[0, 1]
+        model[AT.output] ** 2 * p[0, 0]
+        + model[AT.output + 1] ** 2 * p[1, 1]
+        + 2 * model[AT.output] * model[AT.output + 1] * p[0, 1]
     )
 
 
 @kernel
-def predict_compass(x: Floats, p: Floats, model: Floats) -> None:
-    """One tick of the compass, P4 (5): c1 ← a1 c1 + a2 c2 + b ψ, c2 ← s c1."""
-    a1, a2, shift = model[A1], model[A2], model[SHIFT]
-    g0, g1 = model[B] * model[OUTPUT_1], model[B] * model[OUTPUT_2]
+def predict_compass(x: Floats, p: Floats, row: Floats, model: Floats) -> None:
+    """One tick of the compass, P4 (5): c1 ← a1 c1 + a2 c2 + b ψ, c2 ← s c1; scale · ψ + deviation in place of ψ where
+    those are states. `row` is workspace (n,)."""
+    n, a1, a2, b, shift = len(x), model[AT.a1], model[AT.a2], model[AT.b], model[AT.shift]
+    psi_deg = heading_deg(x, model)
+    seen, slope, sine, cosine = psi_deg, b, 0.0, 0.0
+    if n > BASIC:
+        psi = math.radians(psi_deg)
+        sine, cosine = math.sin(psi), math.cos(psi)
+        seen = x[SCALE] * psi_deg + x[SINE] * sine + x[COSINE] * cosine
+        slope = b * (x[SCALE] + math.radians(x[SINE] * cosine - x[COSINE] * sine))
     c1 = x[2]
-    x[2] = g0 * x[0] + g1 * x[1] + a1 * c1 + a2 * x[3]
+    x[2] = a1 * c1 + a2 * x[3] + b * seen
     x[3] = shift * c1
-    pg0 = p[0, 0] * g0 + p[0, 1] * g1 + p[0, 2] * a1 + p[0, 3] * a2
-    pg1 = p[1, 0] * g0 + p[1, 1] * g1 + p[1, 2] * a1 + p[1, 3] * a2
-    pg2 = p[2, 0] * g0 + p[2, 1] * g1 + p[2, 2] * a1 + p[2, 3] * a2
-    pg3 = p[3, 0] * g0 + p[3, 1] * g1 + p[3, 2] * a1 + p[3, 3] * a2
-    p[3, 3] = shift * shift * p[2, 2] + model[COMPASS_NOISE]
-    p[3, 0] = p[0, 3] = shift * p[0, 2]
-    p[3, 1] = p[1, 3] = shift * p[1, 2]
-    p[2, 2] = g0 * pg0 + g1 * pg1 + a1 * pg2 + a2 * pg3 + model[COMPASS_NOISE]
-    p[2, 0] = p[0, 2] = pg0
-    p[2, 1] = p[1, 2] = pg1
-    p[3, 2] = p[2, 3] = shift * pg2
+    g0, g1 = slope * model[AT.output], slope * model[AT.output + 1]
+    for j in range(n):
+        row[j] = g0 * p[0, j] + g1 * p[1, j] + a1 * p[2, j] + a2 * p[3, j]
+        if n > BASIC:
+            row[j] += b * (psi_deg * p[SCALE, j] + sine * p[SINE, j] + cosine * p[COSINE, j])
+    variance = g0 * row[0] + g1 * row[1] + a1 * row[2] + a2 * row[3]
+    if n > BASIC:
+        variance += b * (psi_deg * row[SCALE] + sine * row[SINE] + cosine * row[COSINE])
+    late = shift * shift * p[2, 2] + model[AT.compass_noise]
+    for j in range(n):
+        if j != 2 and j != 3:
+            p[3, j] = p[j, 3] = shift * p[2, j]
+            p[2, j] = p[j, 2] = row[j]
+    p[2, 3] = p[3, 2] = shift * row[2]
+    p[2, 2], p[3, 3] = variance + model[AT.compass_noise], late
 
 
 @kernel
-def correct(x: Floats, p: Floats, model: Floats, reading_deg: float, number: float) -> tuple[float, float]:
-    """The mean of `number` readings of one tick, P4 (6). Returns the innovation (deg) and its variance."""
-    k = model[K]
-    s = k * k * p[2, 2] + model[READING_NOISE] / number
-    innovation = reading_deg - k * x[2]
-    pc0, pc1, pc2, pc3 = k * p[0, 2], k * p[1, 2], k * p[2, 2], k * p[3, 2]
-    gain = (pc0 / s, pc1 / s, pc2 / s, pc3 / s)
-    pc = (pc0, pc1, pc2, pc3)
-    for i in range(4):
-        x[i] += gain[i] * innovation
-        for j in range(i, 4):
-            p[i, j] -= gain[i] * pc[j]
-            p[j, i] = p[i, j]
-    return innovation, s
+def observe(p: Floats, pc: Floats, model: Floats, number: float) -> float:
+    """Variance of the innovation of the mean of `number` readings of one tick, P4 (6); its covariance with the state
+    into pc (n,)."""
+    for j in range(len(pc)):
+        pc[j] = model[AT.k] * p[2, j]
+    return model[AT.k] * pc[2] + model[AT.reading_noise] / number
 
 
 @kernel
 def predict_vehicle(x: Floats, p: Floats, model: Floats, difference: float) -> None:
-    """One step of the vehicle, P4 (2)."""
+    """One step of the vehicle, P4 (2), with n_d + bias where that is a state."""
+    has_bias = len(x) > BASIC
     for i in range(2):
-        x[i] = model[POLE_1 + i] * x[i] + model[INPUT_1 + i] * difference
-        for j in range(4):
-            p[i, j] *= model[POLE_1 + i]
-        for j in range(4):
-            p[j, i] *= model[POLE_1 + i]
-        p[i, i] += model[VEHICLE_NOISE]
+        pole, push = model[AT.pole + i], model[AT.input + i]
+        x[i] = pole * x[i] + push * (difference + (x[BIAS] if has_bias else 0.0))
+        for j in range(len(x)):
+            p[i, j] = pole * p[i, j] + (push * p[BIAS, j] if has_bias else 0.0)
+        for j in range(len(x)):
+            p[j, i] = pole * p[j, i] + (push * p[j, BIAS] if has_bias else 0.0)
+        p[i, i] += model[AT.vehicle_noise]
+
+
+class Sums(NamedTuple):
+    """Over the ticks with readings."""
+
+    innovation: float  # deg
+    square: float  # NIS
+    log: float  # of the innovation's variance
+    number: float
 
 
 @kernel
-def advance(x: Floats, p: Floats, model: Floats, difference: float, readings: Floats) -> tuple[float, float, float]:
-    """The ticks of a table of readings, then the vehicle. Returns sums over the ticks with readings: of the innovation
-    (deg), of the NIS, and their number."""
-    total = squares = taken = 0.0
+def advance(x: Floats, p: Floats, model: Floats, difference: float, readings: Floats) -> Sums:
+    """The ticks of a table of readings, then the vehicle."""
+    work = np.empty((2, len(x)))
+    total = squares = logs = taken = 0.0
     for k in range(readings.shape[1]):
-        predict_compass(x, p, model)
+        predict_compass(x, p, work[0], model)
         if readings[1, k] > 0.0:
-            innovation, s = correct(x, p, model, readings[0, k], readings[1, k])
+            s = observe(p, work[0], model, readings[1, k])
+            innovation = readings[0, k] - model[AT.k] * x[2]
+            take_scalar(x, p, work[0], work[1], s, innovation, math.inf)
+            fill_lower(p)
             total += innovation
             squares += innovation * innovation / s
+            logs += math.log(s)
             taken += 1.0
     predict_vehicle(x, p, model, difference)
-    return total, squares, taken
+    return Sums(total, squares, logs, taken)

@@ -1,8 +1,13 @@
-"""A bank of composite filters, one a compass: their hull, and their mean by likelihood (Magill 1965, MMAE)."""
+"""A bank of composite filters, one a compass: their hull, and their mean by likelihood (Magill 1965, MMAE).
+
+And an alarm for a compass that none in their box explains.
+"""
 
 import itertools
 import math
 from collections.abc import Iterable
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,9 +15,10 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.estimation.heading import composite
+from steerway.estimation.heading.aided import AidedHeadingFilter
 from steerway.estimation.heading.composite import (
     START_VARIANCE,
+    advance,
     composite_model,
     heading_deg,
     heading_variance_deg2,
@@ -41,6 +47,16 @@ def grid(tolerance: float, points: int = 3, compass: CompassModel = TCM2) -> lis
     return [CompassModel(*(c * (1.0 + s) for c, s in zip(compass[:4], each, strict=True))) for each in steps]
 
 
+class _Bank(NamedTuple):
+    """The state of m filters."""
+
+    states: Floats  # (m, 4)
+    covariances: Floats  # (m, 4, 4)
+    scores: Floats  # (m,) log likelihood beside the best
+    innovations: Floats  # (m,) deg
+    degrees: Floats  # (m,) heading
+
+
 class ModelBank:
     """Filters side by side. `headings` (m,), their hull `low` and `high`, and their mean `heading`; all rad, unwrapped.
 
@@ -60,49 +76,46 @@ class ModelBank:
             raise InputError("heading.compasses is empty, expected at least one")
         self._models = np.array(models)
         m = len(self._models)
-        self._states = np.zeros((m, 4))
-        self._covariances = np.repeat(start_covariance(vehicle_variance)[None], m, axis=0)
-        self._scores = np.zeros(m)
-        self._innovations = np.full(m, math.nan)
-        self._degrees = np.zeros(m)
+        covariances = np.repeat(start_covariance(vehicle_variance)[None], m, axis=0)
+        self._bank = _Bank(np.zeros((m, 4)), covariances, np.zeros(m), np.full(m, math.nan), np.zeros(m))
         self._ticks = Ticks()
 
     @property
     def headings(self) -> Floats:
-        return np.radians(self._degrees)
+        return np.radians(self._bank.degrees)
 
     @property
     def low(self) -> float:
-        return math.radians(self._degrees.min())
+        return math.radians(self._bank.degrees.min())
 
     @property
     def high(self) -> float:
-        return math.radians(self._degrees.max())
+        return math.radians(self._bank.degrees.max())
 
     @property
     def nominal(self) -> float:
         """The last filter's heading."""
-        return math.radians(self._degrees[-1])
+        return math.radians(self._bank.degrees[-1])
 
     @property
     def innovation(self) -> float:
-        return float(self._innovations[-1])
+        return float(self._bank.innovations[-1])
 
     @property
     def weights(self) -> Floats:
         """(m,) probabilities, given that one of the compasses is the true one."""
-        likely = np.exp(self._scores - self._scores.max())
+        likely = np.exp(self._bank.scores - self._bank.scores.max())
         return likely / likely.sum()
 
     @property
     def heading(self) -> float:
-        return math.radians(float(self.weights @ self._degrees))
+        return math.radians(float(self.weights @ self._bank.degrees))
 
     @property
     def heading_std(self) -> float:
         """Of the mixture: the filters' own variances and their spread, rad."""
-        own = [heading_variance_deg2(p, model) for p, model in zip(self._covariances, self._models, strict=True)]
-        apart = self._degrees - self.weights @ self._degrees
+        own = [heading_variance_deg2(p, model) for p, model in zip(self._bank.covariances, self._models, strict=True)]
+        apart = self._bank.degrees - self.weights @ self._bank.degrees
         return math.radians(math.sqrt(self.weights @ (own + apart * apart)))
 
     def step(
@@ -110,45 +123,46 @@ class ModelBank:
     ) -> float:
         """As `CompositeFilter.step`; returns the mean heading (rad)."""
         difference = checked_difference(difference)
-        sums, taken = np.zeros(len(self._models)), 0.0
+        bank, taken = self._bank, 0.0
+        bank.innovations[:] = 0.0
         for part, table in self._ticks.parts(dt, readings, times):
             models = self._models if part == 1.0 else np.array([stepped(each, part) for each in self._models])
-            taken += _advance(
-                self._states, self._covariances, models, difference, table, self._scores, sums, self._degrees
-            )
-        self._innovations = sums / taken if taken else np.full(len(sums), math.nan)
+            taken += _advance(bank, models, difference, table)
+        bank.innovations[:] = bank.innovations / taken if taken else math.nan
         return self.heading
 
 
 @kernel
-def _advance(
-    states: Floats,
-    covariances: Floats,
-    models: Floats,
-    difference: float,
-    readings: Floats,
-    scores: Floats,
-    innovations: Floats,
-    degrees: Floats,
-) -> float:
-    """`composite.advance` for every filter, its heading into `degrees`, its innovations (deg) added to `innovations`.
-
-    Returns the number of ticks with readings.
-    """
+def _advance(bank: _Bank, models: Floats, difference: float, readings: Floats) -> float:
+    """`composite.advance` for every filter. Returns the number of ticks with readings."""
     taken = 0.0
     for n in range(len(models)):
-        x, p, model = states[n], covariances[n], models[n]
-        taken = 0.0
-        for k in range(readings.shape[1]):
-            composite.predict_compass(x, p, model)
-            if readings[1, k] > 0.0:
-                innovation, s = composite.correct(x, p, model, readings[0, k], readings[1, k])
-                innovations[n] += innovation
-                scores[n] -= 0.5 * (math.log(s) + innovation * innovation / s)
-                taken += 1.0
-        composite.predict_vehicle(x, p, model, difference)
-        degrees[n] = heading_deg(x, model)
-    best, floor = scores.max(), math.log(LEAST_WEIGHT)
+        sums = advance(bank.states[n], bank.covariances[n], models[n], difference, readings)
+        bank.innovations[n] += sums.innovation
+        bank.scores[n] -= 0.5 * (sums.log + sums.square)
+        bank.degrees[n] = heading_deg(bank.states[n], models[n])
+        taken = sums.number
+    best, floor = bank.scores.max(), math.log(LEAST_WEIGHT)
     for n in range(len(models)):
-        scores[n] = max(scores[n] - best, floor)
+        bank.scores[n] = max(bank.scores[n] - best, floor)
     return taken
+
+
+SIGMAS = 3.0
+"""Of the scale beyond the box: by chance 0.13 % on either side (normal)."""
+LARGEST_STD = 0.05
+"""1σ of the scale above which no alarm is given. Chosen: three of them are 15 % of the gain."""
+
+
+@cache
+def gain_range(tolerance: float) -> tuple[float, float]:
+    """Least and largest gain, over the TCM2's own, within ± tolerance. It is monotone in each coefficient."""
+    gains = [each.gain / TCM2.gain for each in corners(tolerance)]
+    return min(gains), max(gains)
+
+
+def outside(estimator: AidedHeadingFilter, tolerance: float) -> bool:
+    """Whether the compass's gain lies outside the box by more than three of its standard deviations."""
+    low, high = gain_range(tolerance)
+    spread = estimator.scale_std
+    return spread < LARGEST_STD and not low - SIGMAS * spread <= estimator.scale <= high + SIGMAS * spread

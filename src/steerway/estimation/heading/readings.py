@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from steerway.core.arrays import Floats
-from steerway.core.checks import positive
+from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.estimation.heading.models import TICK
@@ -87,11 +87,11 @@ def _gather(columns: NDArray[np.int64], degrees: Floats, table: Floats) -> None:
 
 def _checked(dt: float, readings: ArrayLike | None, times: ArrayLike | None) -> tuple[Floats, Floats]:
     """Known readings in degrees and their times."""
-    values = _numbers("readings", [] if readings is None else readings)
+    values = array_of("heading.readings", [] if readings is None else readings, (None,))
     if times is None:
         stamps = dt / max(len(values), 1) * np.arange(1.0, len(values) + 1.0)
     else:
-        stamps = _numbers("times", times)
+        stamps = array_of("heading.times", times, (None,))
         if len(stamps) != len(values):
             raise InputError(f"heading.times has {len(stamps)} values, expected {len(values)} as readings has")
     known = np.isfinite(values) & ~np.isnan(stamps)
@@ -103,16 +103,6 @@ def _checked(dt: float, readings: ArrayLike | None, times: ArrayLike | None) -> 
     if outside.any():
         raise InputError(f"heading.times has {stamps[outside][0]:g} s, expected 0 to {dt:g}, the length of the step")
     return np.degrees(values), stamps
-
-
-def _numbers(name: str, values: ArrayLike) -> Floats:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as problem:
-        raise InputError(f"heading.{name} is not an array of numbers, expected (n,) of them") from problem
-    if array.ndim != 1:
-        raise InputError(f"heading.{name} has shape {array.shape}, expected one dimension")
-    return array
 
 
 def checked_difference(value: float) -> float:

@@ -21,7 +21,7 @@ from steerway.core.errors import InputError
 from steerway.core.kalman import correct_scalar, take_scalar
 from steerway.core.linear_algebra import symmetric
 from steerway.core.statistics import AID_GATE, DIFFUSE_SPEED_STD
-from steerway.estimation.filter.five_state import decaying
+from steerway.estimation.filter.discrete import decaying
 
 SPEED, BIAS, LEAK, CURRENT, SCALE = range(5)
 STATES = 5

@@ -13,6 +13,24 @@ import math
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 
+__all__ = [
+    "add",
+    "at",
+    "divide",
+    "entry",
+    "matrix_multiply",
+    "matrix_multiply_transposed",
+    "multiply",
+    "outward_radians",
+    "point",
+    "put",
+    "put_entry",
+    "scale",
+    "sound",
+    "subtract",
+]
+"""Public, for other filters on intervals."""
+
 Pair = tuple[float, float]
 """Bounds (low, high)."""
 GIVE = 2.3e-16

@@ -9,6 +9,7 @@ on ψ: a reading corrects h2 by ρ times as much as ψ, so that q stands and ψ 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +33,15 @@ from steerway.estimation.heading.readings import Ticks, checked_difference
 PSI, Q, RHO = range(3)
 
 
+class _Part(NamedTuple):
+    """What the kernels need for steps of one length."""
+
+    motion: Floats  # (4,) two poles, and what an input of 1 adds to h1 and h2
+    noise: Floats  # (2, 2)
+    variance: float  # of a reading
+    deviation: float
+
+
 class DeviationBounds:
     """`low` and `high` (rad) hold what the Kalman filter of the heading estimates with any deviation in the box.
 
@@ -53,7 +63,7 @@ class DeviationBounds:
         # Of ψ and h2.
         self._covariance = math.degrees(not_negative("heading.start_std", start_std)) ** 2 * shape
         self._ticks = Ticks()
-        self._part, self._motion = 0.0, np.empty(4)
+        self._length, self._part = 0.0, _Part(np.empty(4), self._noise, 0.0, 0.0)
 
     @property
     def low(self) -> float:
@@ -74,19 +84,12 @@ class DeviationBounds:
         """As `CompositeFilter.step`; returns (low, high), rad."""
         difference = checked_difference(difference)
         for part, table in self._ticks.parts(dt, readings, times):
-            if part != self._part:
+            if part != self._length:
                 poles, inputs, outputs = self._yaw.matrices(part)
-                self._part, self._motion = part, np.array([*np.diag(poles), *np.degrees(outputs * inputs)])
-            _advance(
-                self._bounds,
-                self._covariance,
-                self._motion,
-                difference,
-                part * self._noise,
-                table,
-                self._reading_variance,
-                self._deviation,
-            )
+                motion = np.array([*np.diag(poles), *np.degrees(outputs * inputs)])
+                self._length = part
+                self._part = _Part(motion, part * self._noise, self._reading_variance, self._deviation)
+            _advance(self._bounds, self._covariance, self._part, difference, table)
         return self.low, self.high
 
     def turned(self, std: float) -> None:
@@ -103,20 +106,12 @@ class DeviationBounds:
 
 
 @kernel
-def _advance(
-    y: Floats,
-    p: Floats,
-    motion: Floats,
-    difference: float,
-    noise: Floats,
-    readings: Floats,
-    variance: float,
-    deviation: float,
-) -> None:
-    """Readings, then the boat's step, with `motion` its two poles and what an input of 1 adds to h1 and h2."""
+def _advance(y: Floats, p: Floats, part: _Part, difference: float, readings: Floats) -> None:
+    """Readings, then the boat's step."""
+    motion, noise = part.motion, part.noise
     for k in range(readings.shape[1]):
         if readings[1, k] > 0.0:
-            _correct(y, p, readings[0, k], variance / readings[1, k], deviation)
+            _correct(y, p, readings[0, k], part.variance / readings[1, k], part.deviation)
     psi, q, rho = entry(y, PSI), entry(y, Q), point(y[RHO, 0])
     pole, faster = point(motion[0]), subtract(point(motion[1]), point(motion[0]))
     shared = multiply(faster, rho)

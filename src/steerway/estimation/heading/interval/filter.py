@@ -11,19 +11,7 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.estimation.heading.composite import (
-    A1,
-    A2,
-    INPUT_1,
-    PARAMETERS,
-    POLE_1,
-    SHIFT,
-    START_VARIANCE,
-    B,
-    K,
-    checked_model,
-    stepped,
-)
+from steerway.estimation.heading.composite import AT, PARAMETERS, START_VARIANCE, checked_model, stepped
 from steerway.estimation.heading.interval import sharpened
 from steerway.estimation.heading.interval.arithmetic import outward_radians, sound
 from steerway.estimation.heading.models import STATE_VARIANCE
@@ -39,7 +27,7 @@ def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Float
     if not 0.0 <= tolerance < 1.0:
         raise InputError(f"box.tolerance is {tolerance}, expected 0 to 1")
     box = np.stack([model, model], axis=1)
-    for i in (A1, A2, B, K, *((SHIFT,) if shift_too else ())):
+    for i in (AT.a1, AT.a2, AT.b, AT.k, *((AT.shift,) if shift_too else ())):
         box[i] = model[i] * (1.0 - tolerance), model[i] * (1.0 + tolerance)
         box[i] = np.nextafter(box[i], (-math.inf, math.inf)) if tolerance else model[i]
     return box
@@ -47,10 +35,10 @@ def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Float
 
 def sub_boxes(box: Floats, parts: int) -> Floats:
     """(parts², 14, 2): the box cut along a1 and a2, which the bounds depend on most; together they are the box."""
-    cuts = [np.linspace(box[i, 0], box[i, 1], parts + 1) for i in (A1, A2)]
+    cuts = [np.linspace(box[i, 0], box[i, 1], parts + 1) for i in (AT.a1, AT.a2)]
     boxes = np.repeat(box[None], parts * parts, axis=0)
     for n in range(parts * parts):
-        for i, cut, part in zip((A1, A2), cuts, divmod(n, parts), strict=True):
+        for i, cut, part in zip((AT.a1, AT.a2), cuts, divmod(n, parts), strict=True):
             boxes[n, i] = cut[part : part + 2]
     return boxes
 
@@ -107,7 +95,7 @@ def _checked_box(box: ArrayLike) -> Floats:
     array = np.array(box, dtype=np.float64)
     if array.shape != (PARAMETERS, 2) or not (array[:, 0] <= array[:, 1]).all():
         raise InputError(f"interval.box has shape {array.shape}, expected ({PARAMETERS}, 2) bounds, low and high")
-    exact = array[POLE_1 : INPUT_1 + 2]
+    exact = array[AT.pole : AT.input + 2]
     if not (exact[:, 0] == exact[:, 1]).all():
         raise InputError("interval.box bounds the vehicle's poles and inputs, expected exact ones as of box_of")
     return array

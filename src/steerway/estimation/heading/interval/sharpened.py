@@ -19,19 +19,7 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
-from steerway.estimation.heading.composite import (
-    A1,
-    A2,
-    COMPASS_NOISE,
-    INPUT_1,
-    OUTPUT_1,
-    POLE_1,
-    READING_NOISE,
-    SHIFT,
-    VEHICLE_NOISE,
-    B,
-    K,
-)
+from steerway.estimation.heading.composite import AT
 from steerway.estimation.heading.interval.arithmetic import (
     Pair,
     add,
@@ -63,8 +51,8 @@ from tick 300 to tick 400 (`coordinates` with this number changed)."""
 @kernel
 def coordinates(box: Floats) -> Floats:
     """(4,) coordinates for a box, from its middle's Kalman filter. Any numbers are sound; these keep bounds close."""
-    a1, a2, shift, b, k = box[A1].mean(), box[A2].mean(), box[SHIFT].mean(), box[B].mean(), box[K].mean()
-    noise, extra = box[COMPASS_NOISE].mean(), box[READING_NOISE].mean() / k**2
+    a1, a2, shift, b, k = box[AT.a1].mean(), box[AT.a2].mean(), box[AT.shift].mean(), box[AT.b].mean(), box[AT.k].mean()
+    noise, extra = box[AT.compass_noise].mean(), box[AT.reading_noise].mean() / k**2
     p_11, p_12, p_22 = noise, 0.0, noise
     kept, second = 1.0, 0.0
     for _ in range(SETTLING):
@@ -106,7 +94,7 @@ def start(p: Floats, box: Floats, frame: Floats, vehicle_variance: float, compas
 def add_vehicle_noise(p: Floats, box: Floats, frame: Floats, variance: Pair) -> None:
     """What a variance of v1 and v2 adds in these coordinates."""
     for i in (H1, H2):
-        own = multiply(variance, square(entry(box, OUTPUT_1 + i)))
+        own = multiply(variance, square(entry(box, AT.output + i)))
         put(p, i, i, add(at(p, i, i), own))
         add_turn(p, i, own, frame)
 
@@ -175,8 +163,8 @@ def tick(y: Floats, p: Floats, box: Floats, frame: Floats, reading_deg: float, n
         d2 ← s c1 − γ2 ψ + σ2 (z/k − c1⁻).
     Without a reading α/D and σ are 0.
     """
-    a1, a2, shift, k = entry(box, A1), entry(box, A2), entry(box, SHIFT), entry(box, K)
-    g = add(entry(box, B), add(scale(frame[GAMMA_1], a1), scale(frame[GAMMA_2], a2)))
+    a1, a2, shift, k = entry(box, AT.a1), entry(box, AT.a2), entry(box, AT.shift), entry(box, AT.k)
+    g = add(entry(box, AT.b), add(scale(frame[GAMMA_1], a1), scale(frame[GAMMA_2], a2)))
     by_slow, by_fast = add(scale(frame[SLOW], a1), a2), add(scale(frame[FAST], a1), a2)
     alpha = (with_next(p, H1, by_slow, by_fast, g), with_next(p, H2, by_slow, by_fast, g))
     predict_compass(p, box, frame, add(alpha[0], alpha[1]))
@@ -199,7 +187,7 @@ def tick(y: Floats, p: Floats, box: Floats, frame: Floats, reading_deg: float, n
 @kernel
 def mean_noise(box: Floats, number: float) -> Pair:
     """Variance of the mean of so many readings."""
-    noise = entry(box, READING_NOISE)
+    noise = entry(box, AT.reading_noise)
     return noise if number == 1.0 else divide(noise, point(number))
 
 
@@ -247,8 +235,8 @@ def with_next(p: Floats, i: int, by_slow: Pair, by_fast: Pair, g: Pair) -> Pair:
 @kernel
 def predict_compass(p: Floats, box: Floats, frame: Floats, next_psi: Pair) -> None:
     """The block of c: var(c1⁻) = b cov(ψ, c1⁻) + a1 cov(c1, c1⁻) + a2 cov(c2, c1⁻) + noise."""
-    a1, a2, b, shift = entry(box, A1), entry(box, A2), entry(box, B), entry(box, SHIFT)
-    noise = entry(box, COMPASS_NOISE)
+    a1, a2, b, shift = entry(box, AT.a1), entry(box, AT.a2), entry(box, AT.b), entry(box, AT.shift)
+    noise = entry(box, AT.compass_noise)
     psi_1 = add(with_first(p, H1, frame), with_first(p, H2, frame))
     psi_2 = add(with_second(p, H1, frame), with_second(p, H2, frame))
     p_11, p_12, p_22 = at(p, FIRST, FIRST), at(p, FIRST, SECOND), at(p, SECOND, SECOND)
@@ -306,20 +294,20 @@ def predict_vehicle(y: Floats, p: Floats, box: Floats, frame: Floats, difference
     """One step of the vehicle, P4 (2): h_i ← p_i h_i + o_i B_i n_d; c is held, so d moves by −γ times the turn."""
     moved = point(0.0)
     for i in (H1, H2):
-        pole, h = entry(box, POLE_1 + i), entry(y, i)
-        push = multiply(multiply(entry(box, OUTPUT_1 + i), entry(box, INPUT_1 + i)), point(difference))
+        pole, h = entry(box, AT.pole + i), entry(y, i)
+        push = multiply(multiply(entry(box, AT.output + i), entry(box, AT.input + i)), point(difference))
         moved = add(moved, add(multiply(subtract(pole, point(1.0)), h), push))
         put_entry(y, i, add(multiply(pole, h), push))
     slow, fast = to_eigen(scale(frame[GAMMA_1], moved), scale(frame[GAMMA_2], moved), frame)
     put_entry(y, FIRST, subtract(entry(y, FIRST), slow))
     put_entry(y, SECOND, subtract(entry(y, SECOND), fast))
-    gained = (subtract(entry(box, POLE_1), point(1.0)), subtract(entry(box, POLE_1 + 1), point(1.0)))
+    gained = (subtract(entry(box, AT.pole), point(1.0)), subtract(entry(box, AT.pole + 1), point(1.0)))
     for i in (H1, H2):
-        pole = entry(box, POLE_1 + i)
+        pole = entry(box, AT.pole + i)
         add_turn(p, i, add(multiply(gained[0], at(p, i, H1)), multiply(gained[1], at(p, i, H2))), frame)
         for j in (FIRST, SECOND):
             put_both(p, i, j, multiply(pole, at(p, i, j)))
     for i in (H1, H2):
-        put(p, i, i, multiply(square(entry(box, POLE_1 + i)), at(p, i, i)))
-    put_both(p, H1, H2, multiply(multiply(entry(box, POLE_1), entry(box, POLE_1 + 1)), at(p, H1, H2)))
-    add_vehicle_noise(p, box, frame, entry(box, VEHICLE_NOISE))
+        put(p, i, i, multiply(square(entry(box, AT.pole + i)), at(p, i, i)))
+    put_both(p, H1, H2, multiply(multiply(entry(box, AT.pole), entry(box, AT.pole + 1)), at(p, H1, H2)))
+    add_vehicle_noise(p, box, frame, entry(box, AT.vehicle_noise))
