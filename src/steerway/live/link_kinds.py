@@ -15,16 +15,13 @@ from steerway.live.links.file import StdoutSink
 from steerway.live.links.gpsd import GpsdInput
 from steerway.live.links.link import Input, Sink
 from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, require_websockets, token_of
-from steerway.live.links.streams import StreamInput, StreamSink, UdpSink
-from steerway.live.links.transport import speed_of
+from steerway.live.links.transport import StreamInput, StreamSink, UdpSink, speed_of
 from steerway.live.mavlink.companion import CARRIERS, Companion
-from steerway.live.mavlink.dialect import key_of
-from steerway.live.n2k.device import N2kDevice, require_can
+from steerway.live.mavlink.link import key_of
+from steerway.live.n2k import N2kDevice, require_can
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
-from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.nmea_output import SentenceOutput
+from steerway.live.outputs.lines import PERIOD, JsonLines, PropellerCommands, SentenceOutput
 from steerway.live.outputs.output import Output
-from steerway.live.outputs.propellers import PERIOD, PropellerCommands
 from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.outputs.table import TableFile
 from steerway.live.uri import Uri

@@ -15,8 +15,7 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator
-from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.nmea_output import SentenceOutput
+from steerway.live.outputs.lines import JsonLines, SentenceOutput
 from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.rows import InputRow
 from steerway.live.service import LOG, Service

@@ -60,8 +60,7 @@ Of 50 faults in the first minute 49 are above after at most 20 s of orders of 5�
 rate that was ordered for half of them.
 """
 _ERROR, _ERROR_TIME = 0.35, 0.3
-"""m, and s of the usual speed: 1σ of the error of one s of a track beside the receiver's; it comes from sideslip and from
-speed lost in turns. Chosen."""
+"""m, and s of the usual speed, 1σ of the error of one s of a track beside the receiver's, as by sideslip. Chosen."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 """1σ of a component of the current, and of the speed through the water, in shares of the usual speed. Chosen."""
 

@@ -19,10 +19,10 @@ from steerway.core.checks import one_of
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.live.autopilot.guide import Guide
+from steerway.live.autopilot.limits import UNTOLD
 from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
 from steerway.live.autopilot.steering_estimate import SteeringEstimate
-from steerway.live.autopilot.turn_limit import UNTOLD
 from steerway.pilot import Observer, Pilot
 from steerway.simulation.estimator_tables import HeadingEstimatorTable
 

@@ -20,12 +20,11 @@ from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import POSITION, ROUTE, Guide
 from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor, TrackMonitor
-from steerway.live.autopilot.limits import LimitGuard
+from steerway.live.autopilot.limits import LimitGuard, TurnLimit
 from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.mission_items import MissionItem
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_turns, pilot_of
-from steerway.live.autopilot.turn_limit import TurnLimit
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.pilot import Mode, Pilot, Steered

@@ -7,8 +7,8 @@ from importlib.resources import files
 from nicegui import ui
 
 from steerway.live.helm.chart import Window, around, moving, still
-from steerway.live.helm.page_state import Board
 from steerway.live.helm.time_plots import Point, strip, unwound
+from steerway.live.helm.view import Board
 from steerway.live.helm.view_text import tone, words
 
 _LOOK = 0.1  # s between two checks for a new view

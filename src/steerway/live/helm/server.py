@@ -12,7 +12,7 @@ import sys
 import traceback
 
 from steerway.live.helm.address import Address
-from steerway.live.helm.page_state import Board
+from steerway.live.helm.view import Board
 
 _NICE = 10  # where the processor is short, the service has priority
 _LONGEST = 1 << 20  # bytes of a line, and of a message of a browser
@@ -48,8 +48,7 @@ async def _serve(address, listener, board, send):
     from fastapi import FastAPI
     from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
-    from steerway.live.helm.access import Gate
-    from steerway.live.helm.connection_limit import Places, protocol_with
+    from steerway.live.helm.access import Gate, Places, protocol_with
     from steerway.live.helm.page import serve_with
 
     app = FastAPI(openapi_url=None)

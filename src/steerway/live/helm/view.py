@@ -1,8 +1,11 @@
-"""What the page shows of one moment, as plain numbers.
+"""What the page shows: one moment as plain numbers; the track, and speed and course of the last minutes.
 
 Knots, degrees and metres; None for what is unknown. Every ± and the ellipse hold 95 %.
 """
 
+import math
+from collections import deque
+from collections.abc import Callable
 from typing import NamedTuple
 
 
@@ -50,3 +53,66 @@ class View(NamedTuple):
     thrust: float | None = None
     port: float | None = None
     starboard: float | None = None
+
+
+_APART = 1.0  # m between two points of the track, at the least
+_POINTS = 4000  # of the track; then every second one is dropped
+_SPAN = 300.0  # s of speed and course
+
+
+class History:
+    """The track (north, east; m), None where it breaks; speed and course of the last minutes, one a second."""
+
+    def __init__(self):
+        self.track: list[tuple[float, float] | None] = []
+        self.moments: deque[tuple[float, View]] = deque()
+
+    def add(self, view: View) -> None:
+        """The next view; without a position the track breaks."""
+        if view.north is None or view.status == "starting":
+            if self.track and self.track[-1] is not None:
+                self.track.append(None)
+        else:
+            self._add_place((view.north, view.east))
+        if view.time is not None:
+            self._add_moment(view)
+
+    def _add_place(self, place):
+        last = self.track[-1] if self.track else None
+        if last is None or math.dist(last, place) >= _APART:
+            self.track.append(place)
+        if len(self.track) > _POINTS:
+            ends = self.track[-2:]
+            self.track = [each for k, each in enumerate(self.track[:-2]) if each is None or k % 2 == 0] + ends
+
+    def _add_moment(self, view):
+        if self.moments and not 0.0 <= view.time - self.moments[-1][0] < _SPAN:
+            self.moments.clear()
+        if not self.moments or math.floor(view.time) > math.floor(self.moments[-1][0]):
+            self.moments.append((view.time, view))
+        while self.moments[0][0] < view.time - _SPAN:
+            self.moments.popleft()
+
+
+class Board:
+    """The newest view and the history, for every open page."""
+
+    def __init__(self, settings: dict, send: Callable[[dict], None]):
+        self.route = [tuple(place) for place in settings["route"]]
+        self.fence = [tuple(place) for place in settings["fence"]]
+        self.has_autopilot = bool(settings["has_autopilot"])
+        self.history = History()
+        self.view = View()
+        self.notice = ""
+        self.seq = 0
+        self._send = send
+
+    def update(self, message: dict) -> None:
+        """The next message of the service."""
+        self.view = View(**message["view"])
+        self.notice, self.seq = message["notice"], message["seq"]
+        self.history.add(self.view)
+
+    def order(self, what: str, who: str, value: object = None) -> None:
+        """Send a request to the service; see `live.controls.Controls`."""
+        self._send({"do": what, "value": value, "who": who})

@@ -7,7 +7,7 @@ runs, and given back when it stops. A mode that is set from elsewhere is not ove
 import math
 from enum import Enum
 
-from steerway.live.mavlink.dialect import RoverMode, mode_name
+from steerway.live.mavlink.link import RoverMode, mode_name
 from steerway.live.mavlink.readiness import Readiness, result_words
 from steerway.live.rows import Order, State
 

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.mission_items import MissionItem
-from steerway.live.mavlink.dialect import RoverMode
-from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.mavlink.link import MavlinkLink, RoverMode
 from steerway.live.uri import Uri
 
 if TYPE_CHECKING:

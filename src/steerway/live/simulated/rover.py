@@ -11,7 +11,7 @@ from typing import NamedTuple
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
 from steerway.core.kinematics import GroundMotion
-from steerway.live.mavlink.dialect import RoverMode
+from steerway.live.mavlink.link import RoverMode
 from steerway.live.simulated.boat import ReceiverFix
 
 TIMEOUT = 3.0

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import json
 import logging
 import math
 import sys
@@ -16,15 +17,62 @@ from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent, made_directory
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.live import addresses
-from steerway.live.links.link import Sink
-from steerway.live.mavlink.dialect import RoverMode
-from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.links.link import Sink, kept_open
+from steerway.live.links.transport import Transport
+from steerway.live.mavlink.link import MavlinkLink, RoverMode
 from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import InnerLoops, SimulatedBoat
-from steerway.live.simulated.propellers import PropellerReceiver
 from steerway.live.simulated.rover import TURN_LIMIT, Rover, Skipper, Target
 from steerway.live.uri import Uri
 from steerway.simulation.scenario import Scenario
+from steerway.vessels.vessel import Actuator
+
+SILENCE = 1.0
+"""s without a command after which a motor driver stops its propellers."""
+
+
+class PropellerReceiver:
+    """Receives the autopilot's commands, datagrams of JSON with `port` and `starboard`, and keeps the newest.
+
+    Raises InputError for a vessel without two propellers.
+    """
+
+    def __init__(self, uri: Uri, actuators: Sequence[Actuator]):
+        if len(actuators) != 2:
+            raise InputError(f"{uri.text}: commands two propellers, expected a vessel of kind otter")
+        self.uri, self._actuators = uri, actuators
+        self._newest = (0.0, 0.0)
+        self._received = -math.inf
+
+    async def run(self) -> None:
+        """Receive until cancelled."""
+        link = Transport(self.uri, "udp", lambda data, _: self.receive(data))
+        await kept_open(self.uri.text, link.open)
+
+    @property
+    def obeyed(self) -> bool:
+        """Whether there was ever a command."""
+        return self._received > -math.inf
+
+    def command(self) -> tuple[float, ...] | None:
+        """Propeller speeds, rad/s; None without a recent command."""
+        if time.monotonic() - self._received > SILENCE:
+            return None
+        return tuple(
+            part * (each.high if part > 0.0 else -each.low)
+            for part, each in zip(self._newest, self._actuators, strict=True)
+        )
+
+    def receive(self, line: bytes) -> None:
+        """A datagram; what is no command is ignored."""
+        try:
+            command = json.loads(line)
+            newest = float(command["port"]), float(command["starboard"])
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return
+        if all(map(math.isfinite, newest)):
+            self._newest, self._received = newest, time.monotonic()
+
 
 LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are skipped
