@@ -14,7 +14,7 @@ class LiveCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Insert the default address after `--helm` where none follows."""
-        from steerway.live.helm.address import DEFAULT
+        from steerway.live.uri import DEFAULT
 
         words = []
         for k, each in enumerate(args):

@@ -9,21 +9,21 @@ from steerway.core.errors import InputError
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.live import addresses
+from steerway.live.addresses import Context
 from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
-from steerway.live.helm.address import address, token_of
 from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import RecordedLearning
-from steerway.live.link_kinds import Context
 from steerway.live.links.link import Input
 from steerway.live.mavlink.missions import MissionLink
 from steerway.live.navigator import Navigator
 from steerway.live.process import until_stopped
 from steerway.live.service import RATE, Service
 from steerway.live.settings import LONGEST_LAG, Settings
+from steerway.live.uri import address, token_of
 
 SLOWEST_STEERING = 5.0
 """Hz, the least rate with an autopilot."""

@@ -12,10 +12,9 @@ import json
 
 from steerway.core.errors import InputError
 from steerway.live.controls import Controls
-from steerway.live.helm.address import Address, checked, is_loopback, token_of
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import BACKLOG
-from steerway.live.uri import host_and_port
+from steerway.live.uri import Address, checked, host_and_port, is_loopback, token_of
 
 DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml, refusal
 from steerway.estimation.vessel.aids import AIDS
-from steerway.live.helm.address import DEFAULT
+from steerway.live.uri import DEFAULT
 from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 
 

@@ -6,6 +6,7 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.live import addresses, build_service, n2k, uri
+    from steerway.live.addresses import Context
     from steerway.live.autopilot import piloting
     from steerway.live.autopilot.fence import Fence, NoGo
     from steerway.live.autopilot.guide import Guide
@@ -21,14 +22,11 @@ if TYPE_CHECKING:
     from steerway.live.controls import Controls
     from steerway.live.helm import access, chart, page_process, time_plots
     from steerway.live.helm.access import COOKIE, Gate, Places, Sessions
-    from steerway.live.helm.address import Address, address, checked
-    from steerway.live.helm.address import token_of as address_token_of
     from steerway.live.helm.make_view import ChartPlane, ViewInput, ellipse, view
     from steerway.live.helm.page_process import HelmPage
     from steerway.live.helm.view import History, View
     from steerway.live.helm.view_text import UNKNOWN, tone, words
     from steerway.live.learning import RecordedLearning
-    from steerway.live.link_kinds import Context
     from steerway.live.links.decoding import ReceiverDecoder, moment
     from steerway.live.links.file import FileSink
     from steerway.live.links.gpsd import GpsdDecoder
@@ -61,6 +59,8 @@ if TYPE_CHECKING:
     from steerway.live.source_choice import SourceChoice
     from steerway.live.startup_buffer import LONGEST, StartupBuffer
     from steerway.live.tick_timing import Durations, FixClock, Pulse
+    from steerway.live.uri import Address, address, checked
+    from steerway.live.uri import token_of as address_token_of
     from steerway.live.warming import warm
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -22,7 +22,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request, cookie_parser
 from starlette.responses import HTMLResponse, PlainTextResponse, RedirectResponse
 
-from steerway.live.helm.address import Address, is_loopback
+from steerway.live.uri import Address, is_loopback
 
 MOST = 200
 """Connections in all."""

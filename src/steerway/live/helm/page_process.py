@@ -14,9 +14,9 @@ from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.controls import PRESENT
-from steerway.live.helm.address import Address
 from steerway.live.helm.make_view import ChartPlane, ViewInput, view
 from steerway.live.links.link import RETRY, kept_open
+from steerway.live.uri import Address
 
 if TYPE_CHECKING:
     from steerway.live.service import Service

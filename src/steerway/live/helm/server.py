@@ -11,8 +11,8 @@ import socket
 import sys
 import traceback
 
-from steerway.live.helm.address import Address
 from steerway.live.helm.view import Board
+from steerway.live.uri import Address
 
 _NICE = 10  # where the processor is short, the service has priority
 _LONGEST = 1 << 20  # bytes of a line, and of a message of a browser
