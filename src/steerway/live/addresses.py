@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 from urllib.parse import quote
 
 from steerway.core.checks import positive
@@ -15,7 +15,7 @@ from steerway.core.errors import InputError
 from steerway.live import uri
 from steerway.live.links.file import StdoutSink
 from steerway.live.links.gpsd import GpsdInput
-from steerway.live.links.link import Input, Sink
+from steerway.live.links.link import Reads, Runs, Sink
 from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, require_websockets, token_of
 from steerway.live.links.transport import StreamInput, StreamSink, UdpSink, speed_of
 from steerway.live.mavlink.companion import CARRIERS, Companion
@@ -31,6 +31,8 @@ from steerway.live.uri import Uri
 if TYPE_CHECKING:
     from steerway.live.autopilot.supervisor import Supervisor
 
+T = TypeVar("T")
+
 
 class Context(NamedTuple):
     """What an output is opened for.
@@ -43,7 +45,7 @@ class Context(NamedTuple):
 
     every_tick: bool = False
     lossless: bool = False
-    inputs: Sequence = ()
+    inputs: Sequence[object] = ()
     supervisor: "Supervisor | None" = None
 
 
@@ -62,12 +64,12 @@ class Scheme:
 
     check: Callable[[Uri], Uri] = uri.with_port
     port: int = 0
-    source: Callable[[Uri, str], Input | Companion] | None = None
+    source: Callable[[Uri, str], Reads] | None = None
     source_options: tuple[str, ...] = ()
     sink: Callable[[Uri, bool], Sink] | None = None
     form: str = "nmea"
     forms: tuple[str, ...] = ("nmea", "json", "propellers")
-    output: Callable[[Uri, Context], tuple[Output, object]] | None = None
+    output: Callable[[Uri, Context], tuple[Output, Runs | None]] | None = None
     sink_options: tuple[str, ...] = ()
 
 
@@ -96,16 +98,16 @@ def _mavlink(address: Uri) -> Uri:
     return address
 
 
-def _foxglove_output(address, context):
+def _foxglove_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
     server = FoxgloveServer(address, positive(f"{address.text}: period", address.number("period", 0.1)))
     return server, server
 
 
-def _table_output(address, context):
+def _table_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
     return TableFile(address.path, every_tick=context.every_tick, lossless=context.lossless), None
 
 
-def _signalk_output(address, context):
+def _signalk_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
     """The own position is not sent back to the server that the positions come from."""
     read = any(isinstance(each, SignalKInput) and each.uri.place == address.place for each in context.inputs)
     text = address.options.get("position", "no" if read else "yes")
@@ -116,20 +118,17 @@ def _signalk_output(address, context):
     return Deltas(sink, period, text == "yes"), sink
 
 
-def _mavlink_output(address, context):
+def _mavlink_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
     """The companion that reads from the same link, or a new one."""
     if context.supervisor is None or context.lossless:
         what = "from a live link" if context.lossless else "of a route, expected --mission FILE with it"
         raise InputError(f"{address.text}: a vehicle is steered by orders {what}")
-    companion = next((each for each in context.inputs if _is_on(each, address)), None) or Companion(address)
+    open_ones = (each for each in context.inputs if isinstance(each, Companion))
+    companion = next((each for each in open_ones if each.link.uri.place == address.place), None) or Companion(address)
     if companion.link.uri.options != address.options:
         raise InputError(f"{address.text}: differs from {companion.link.uri.text}, expected the same options in both")
     companion.supervisor = context.supervisor
     return companion, companion
-
-
-def _is_on(link, address) -> bool:
-    return isinstance(link, Companion) and link.link.uri.place == address.place
 
 
 def _n2k(address: Uri) -> Uri:
@@ -137,7 +136,7 @@ def _n2k(address: Uri) -> Uri:
     return address
 
 
-def _n2k_output(address, context):
+def _n2k_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
     """The device that reads from the same bus, or a new one."""
     if context.lossless:
         raise InputError(f"{address.text}: a log is replayed, expected a live link")
@@ -233,9 +232,9 @@ def sources(texts: Sequence[str]) -> tuple[list[Uri], float]:
     return found, speeds.pop()
 
 
-def opened(address: Uri, among: int) -> Input | Companion:
+def opened(address: Uri, among: int) -> Reads:
     """The input of an address, one of `among`."""
-    return SCHEMES[address.scheme].source(address, address.text if among > 1 else "")
+    return _given(SCHEMES[address.scheme].source)(address, address.text if among > 1 else "")
 
 
 def sink(text: str) -> Uri:
@@ -255,7 +254,7 @@ def commands_propellers(address: Uri) -> bool:
     return SCHEMES[address.scheme].sink is not None and FORMATS[_form(address)].commands_propellers
 
 
-def output(address: Uri | str, context: Context = Context()) -> tuple[Output, object]:  # noqa: B008
+def output(address: Uri | str, context: Context = Context()) -> tuple[Output, Runs | None]:  # noqa: B008
     """The output of an address and its link, None for a file."""
     address = sink(address) if isinstance(address, str) else address
     scheme = SCHEMES[address.scheme]
@@ -265,7 +264,7 @@ def output(address: Uri | str, context: Context = Context()) -> tuple[Output, ob
     period = math.nan
     if form.period is not None:
         period = positive(f"{address.text}: period", address.number("period", form.period))
-    link = scheme.sink(address, context.lossless)
+    link = _given(scheme.sink)(address, context.lossless)
     return form.make(link, period, context.every_tick), link
 
 
@@ -273,7 +272,13 @@ def stream(text: str) -> Sink:
     """A link for sentences as they come. Raises InputError as the others do."""
     streams = [name for name in OUTPUTS if "nmea" in SCHEMES[name].forms and SCHEMES[name].sink]
     scheme = SCHEMES[uri.parse(text, streams, PORTS).scheme]
-    return scheme.sink(_checked(text, streams, scheme.sink_options), False)
+    return _given(scheme.sink)(_checked(text, streams, scheme.sink_options), False)
+
+
+def _given(way: T | None) -> T:
+    """A scheme's way of opening, which an address of `INPUTS` or `OUTPUTS` has."""
+    assert way is not None
+    return way
 
 
 def signed(text: str, key_file: str | None) -> str:
@@ -319,7 +324,7 @@ def _speed(log: Uri) -> float:
     return speed
 
 
-def _form(address) -> str:
+def _form(address: Uri) -> str:
     scheme = SCHEMES[address.scheme]
     form = address.options.get("format", scheme.form)
     if form not in scheme.forms:

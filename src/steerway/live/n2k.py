@@ -11,6 +11,8 @@ import math
 import struct
 import time
 import uuid
+from collections.abc import Callable
+from typing import Any
 
 from steerway.core.extras import require
 from steerway.core.leg import Leg
@@ -75,24 +77,24 @@ def write_track_control(course: float, rate: float) -> bytes:
     )
 
 
-def _scaled(value, unit, most):
+def _scaled(value: float, unit: float, most: int) -> int:
     """An integer within its range; `most` is the one that means unknown."""
     return most if not math.isfinite(value) else min(round(value / unit), most - 3)
 
 
-def _u16(value, unit):
+def _u16(value: float, unit: float) -> int:
     return max(_scaled(value, unit, 0xFFFF), 0)
 
 
-def _u32(value, unit):
+def _u32(value: float, unit: float) -> int:
     return max(_scaled(value, unit, 0xFFFFFFFF), 0)
 
 
-def _i16(value, unit):
+def _i16(value: float, unit: float) -> int:
     return max(_scaled(value, unit, 0x7FFF), -0x8000)
 
 
-def _i32(value, unit):
+def _i32(value: float, unit: float) -> int:
     return max(_scaled(value, unit, 0x7FFFFFFF), -0x80000000)
 
 
@@ -120,10 +122,10 @@ class N2kDecoder:
         """The rows, none or one, of a frame that arrived at a Unix time."""
         message = MESSAGES.get(frame.pgn)
         data = self._joiner.add(frame) if message else None
-        if data is None or len(data) < message.length:
+        if message is None or data is None or len(data) < message.length:
             return []
-        values = self._decoder.values(frame.pgn, frame.source, message.raw(data), arrived)
-        values = {name: value for name, value in values.items() if not math.isnan(value)}
+        told = self._decoder.values(frame.pgn, frame.source, message.raw(data), arrived)
+        values: dict[str, Any] = {name: value for name, value in told.items() if not math.isnan(value)}
         if not values.keys() - {"time", "position_std"}:
             return []
         source = f"src {frame.source}"
@@ -148,7 +150,7 @@ class N2kDevice(Output):
         self.claim = AddressClaim(name_of(uuid.getnode()) if name is None else name)
         self.lost = 0
         self._splitter = Splitter()
-        self._write = None
+        self._write: Callable[[int, bytes], None] | None = None
         self._deliver: Deliver | None = None
         self._runs = False
         self._rhythms = {what: Rhythm(period) for what, period in _PERIODS.items()}
@@ -174,8 +176,9 @@ class N2kDevice(Output):
             self._send(129283, write_cross_track(self._sid, leg))
             if math.isfinite(leg.distance):
                 self._send(129284, write_navigation(self._sid, leg, _number(leg.origin), _number(leg.destination)))
-        engaged = order is not None and order.engaged and order.state in UNDER_WAY
-        if engaged and self._rhythms["orders"].is_due(row.time):
+        if order is None or not order.engaged or order.state not in UNDER_WAY:
+            return
+        if self._rhythms["orders"].is_due(row.time):
             self._send(127237, write_track_control(order.course, order.yaw_rate), priority=2)
 
     def unreachable(self) -> str:
@@ -184,18 +187,18 @@ class N2kDevice(Output):
             return f"{self.uri.text} is not open"
         return "" if self.claim.holds(time.monotonic()) else "no address is held on the bus"
 
-    def _frame(self, frame: Frame, arrived: float):
+    def _frame(self, frame: Frame, arrived: float) -> None:
         for pgn, data in self.claim.receive(frame, time.monotonic()):
             self._send(pgn, data, priority=6)
         if self._deliver is not None and (rows := self.decoder.frame(frame, arrived)):
             self._deliver(rows)
 
-    def _opened(self, write):
+    def _opened(self, write: Callable[[int, bytes], None]) -> None:
         self._write = write
         for pgn, data in self.claim.begin(time.monotonic()):
             self._send(pgn, data, priority=6)
 
-    def _send(self, pgn, payload, priority=3):
+    def _send(self, pgn: int, payload: bytes, priority: int = 3) -> None:
         identifier = identifier_of(pgn, self.claim.address, priority=priority)
         for data in self._splitter.parts(pgn, payload):
             try:
@@ -205,7 +208,7 @@ class N2kDevice(Output):
             except OSError:
                 self.lost += 1
 
-    async def _bus(self):
+    async def _bus(self) -> None:
         import can
 
         interface = self.uri.options.get("interface", "socketcan")
@@ -214,13 +217,13 @@ class N2kDevice(Output):
         except (can.CanError, OSError, ValueError) as error:
             raise OSError(getattr(error, "strerror", None) or str(error)) from None
 
-        def write(identifier, data):
+        def write(identifier: int, data: bytes) -> None:
             try:
                 bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=True), timeout=0.0)
             except can.CanError as error:
                 raise OSError(str(error)) from None
 
-        received: asyncio.Queue = asyncio.Queue()
+        received: asyncio.Queue[Any] = asyncio.Queue()
         loop = asyncio.get_running_loop()
         notifier = can.Notifier(bus, [received.put_nowait], loop=loop)
         try:
@@ -235,10 +238,10 @@ class N2kDevice(Output):
             notifier.stop()
             bus.shutdown()
 
-    async def _gateway(self):
+    async def _gateway(self) -> None:
         self._begun = b""
 
-        def write(identifier, data):
+        def write(identifier: int, data: bytes) -> None:
             if not gateway.write(f"{identifier:08X} {data.hex(' ').upper()}\r\n".encode()):
                 raise OSError
 
@@ -248,7 +251,7 @@ class N2kDevice(Output):
         finally:
             self._write = None
 
-    def _lines(self, data, answer):
+    def _lines(self, data: bytes, answer: object) -> None:
         *lines, self._begun = (self._begun + data).split(b"\n")
         for line in lines:
             frame = frame_of_line(line) if len(line) < _LONGEST else None
@@ -258,7 +261,7 @@ class N2kDevice(Output):
             raise OSError(f"a line of more than {_LONGEST} characters, expected the RAW format")
 
 
-def _number(waypoint):
+def _number(waypoint: str) -> int:
     digits = waypoint.removeprefix("WP")
     return int(digits) if digits.isascii() and digits.isdigit() else 0xFFFFFFFF
 

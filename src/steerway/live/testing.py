@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.formats.mcap import INPUT
     from steerway.live import addresses, build_service, n2k, uri
     from steerway.live.addresses import Context
     from steerway.live.autopilot import piloting
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from steerway.live.outputs.signalk_output import Deltas
     from steerway.live.outputs.table import TableFile
     from steerway.live.process import log_to_stderr
-    from steerway.live.recording import ESTIMATE, INPUT, ORDER, RAW, Recorder
+    from steerway.live.recording import ESTIMATE, ORDER, RAW, Recorder
     from steerway.live.replaying import ANOTHER_PROCESSOR, Replayed, replay
     from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State, believable, lost, rows_of
     from steerway.live.service import Service

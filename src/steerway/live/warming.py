@@ -14,6 +14,7 @@ from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.link import Sink
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.lines import JsonLines, SentenceOutput
 from steerway.live.outputs.signalk_output import Deltas
@@ -27,13 +28,10 @@ _RATE = 5.0
 _STEP = 3e-7  # rad to the north each second
 
 
-class _NullSink:
+class _NullSink(Sink):
     """A sink that drops everything."""
 
-    def send(self, message):
-        pass
-
-    def close(self):
+    def send(self, message: bytes) -> None:
         pass
 
 
@@ -48,9 +46,9 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
         moment = 1.7e9 + k, place[0] + _STEP * k, place[1]
         rows += decoder.feed((gga(*moment) + rmc(*moment)).encode())
     route = GeodeticRoute(place[0] + _STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
-    chosen = {"kinds": kinds, "measured": measured_speed(estimators.speed), "heading": estimators.heading}
-    supervisor = Supervisor(route, engage=True, **chosen)
-    outputs = [each(_NullSink()) for each in (SentenceOutput, Deltas, JsonLines)]
+    measured = measured_speed(estimators.speed)
+    supervisor = Supervisor(route, engage=True, kinds=kinds, measured=measured, heading=estimators.heading)
+    outputs = [SentenceOutput(_NullSink(None)), Deltas(_NullSink(None)), JsonLines(_NullSink(None))]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
         asyncio.run(
@@ -60,13 +58,13 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
         LOG.disabled = was_disabled
     _infer()
     for k in range(_SECONDS):  # with a velocity and a heading too
-        moment = rows[-1].time + 1.0 + k
-        supervisor.pilot.estimator.filter.fix(moment, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
-        supervisor.take(InputRow("", moment, sog=2.0, cog=0.0, heading=0.0, bottom_speed=2.0, acceleration=0.0))
+        later = rows[-1].time + 1.0 + k
+        supervisor.estimator.filter.fix(later, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
+        supervisor.take(InputRow("", later, sog=2.0, cog=0.0, heading=0.0, bottom_speed=2.0, acceleration=0.0))
     return navigator.counts["used"]
 
 
-def _infer():
+def _infer() -> None:
     """What the first inference compiles; more fixes compile no more."""
     chance = np.random.default_rng(0)
     latitude = math.radians(54.0) + _STEP * np.arange(12.0) + chance.normal(0.0, 1e-8, 12)

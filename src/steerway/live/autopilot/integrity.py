@@ -68,7 +68,7 @@ _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 class ReceiverMonitor:
     """Positions in the order of their arrival; `quiet` is for how long they have stood still, s."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._last: deque[tuple[float, float, float]] = deque(maxlen=4)  # time, and places as differences
         self._third: deque[float] = deque(maxlen=_KEPT)
         self._paces: deque[float] = deque(maxlen=_PACES)
@@ -120,16 +120,16 @@ class ReceiverMonitor:
         return self._words if self.quiet >= self._doubted - _ROUNDING else ""
 
     @property
-    def _words(self):
+    def _words(self) -> str:
         return f"the receiver's position stands still for {self.quiet:.1f} s"
 
-    def _learn(self, time, north, east):
+    def _learn(self, time: float, north: float, east: float) -> None:
         self._last.append((time, north, east))
         if len(self._last) == 4:
             (_, n0, e0), (_, n1, e1), (_, n2, e2), (_, n3, e3) = self._last
             self._third.append((n3 - 3.0 * (n2 - n1) - n0) ** 2 + (e3 - 3.0 * (e2 - e1) - e0) ** 2)
 
-    def _honest(self, interval):
+    def _honest(self, interval: float) -> float:
         """s for which positions of few digits, or given several times, stand still although the boat moves."""
         crossing = _USUALLY * self._digit / max(self._speed, _SLOWEST) if math.isfinite(self._digit) else 0.0
         if len(self._paces) < _LEAST_KNOWN:

@@ -68,13 +68,13 @@ class LimitGuard:
         self._beyond = self._beyond + min(dt, _LONGEST_STEP) if beyond else 0.0
         return self._left(row) or (beyond if self._beyond >= LASTING else "")
 
-    def _left(self, row):
+    def _left(self, row: Row) -> str:
         if not row.valid:
             return ""
         here = row.latitude, row.longitude, row.sog, row.cog
         return next(filter(None, (each.trouble(*here) for each in self._areas)), "")
 
-    def _beyond_limit(self, row, cross_track, low):
+    def _beyond_limit(self, row: Row, cross_track: float, low: float) -> str:
         if row.sog > self._high:
             return f"speed is {row.sog:.2f} m/s, the limit {self._high:g} m/s"
         if row.sog < low:

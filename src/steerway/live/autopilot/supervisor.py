@@ -7,6 +7,7 @@ it returns an order; fixes and links are reported to it.
 import logging
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from steerway.build import DEFAULT_KINDS
 from steerway.control.turns import Turn
@@ -18,7 +19,7 @@ from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
-from steerway.live.autopilot.guide import POSITION, ROUTE, Guide
+from steerway.live.autopilot.guide import POSITION, ROUTE
 from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor, TrackMonitor
 from steerway.live.autopilot.limits import LimitGuard, TurnLimit
 from steerway.live.autopilot.measured import MeasuredSpeed
@@ -41,6 +42,14 @@ _FAR = 2000.0
 _TURN = "turns by %+.0f° into leg %d, %s"
 _LOST, _AGAIN = " is lost", "; it is back, and the autopilot can be started again"
 _NO_NUMBER = "the estimate is no number"
+
+
+class _YawMonitors(NamedTuple):
+    """What is watched where yaw rates are ordered: the turn that propellers make is another in a current."""
+
+    response: ResponseMonitor
+    track: TrackMonitor
+    limit: TurnLimit
 
 
 class Supervisor:
@@ -70,7 +79,7 @@ class Supervisor:
         from_here: bool = False,
     ):
         profile = profile_of(profile)
-        self.pilot = pilot_of(route, profile, takes, kinds, heading, self)
+        self.estimator, self.guide, self.pilot = pilot_of(route, profile, takes, kinds, heading, self)  # type: ignore[arg-type]
         self.leg: Leg | None = None  # of the last tick, None when the route is finished
         self.state = State.IDLE
         self.reason = "no position yet"
@@ -90,19 +99,15 @@ class Supervisor:
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
-        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.guided.lookahead, route.no_go)
-        self._receiver, self._response, self._track, self._turns = ReceiverMonitor(), None, None, None
-        if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
+        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead_m, route.no_go)
+        self._receiver = ReceiverMonitor()
+        self._yaw: _YawMonitors | None = None
+        if takes == YAW_RATE:
             boat = boat_of(route, takes)
-            self._response, self._track = ResponseMonitor(boat), TrackMonitor(boat)
             declared = route.settings.boat.max_yaw_rate_dps
-            self._turns = TurnLimit(None if declared is None else math.radians(declared))
-        self._monitors = [each for each in (self._receiver, self._response, self._track) if each]
-
-    @property
-    def guide(self) -> Guide:
-        """What is followed."""
-        return self.pilot.mission
+            limit = TurnLimit(None if declared is None else math.radians(declared))
+            self._yaw = _YawMonitors(ResponseMonitor(boat), TrackMonitor(boat), limit)
+        self._monitors = [self._receiver, *(self._yaw[:2] if self._yaw else ())]
 
     def start(self) -> None:
         """Steer from the next step on: the route from its beginning, or on from where it was stopped.
@@ -143,15 +148,15 @@ class Supervisor:
         self._begin_leg()
         self._guard.start()
 
-    def _begin_leg(self):
+    def _begin_leg(self) -> None:
         """A turn that was planned, and what was seen of the way made, are of another leg."""
         if self.pilot.in_current is not None:
             self.pilot.in_current.restart()
 
     def turns(self, limit: float) -> None:
         """The vehicle's own limit of its yaw rate, rad/s."""
-        if self._turns is not None:
-            self._turns.vehicle(limit)
+        if self._yaw is not None:
+            self._yaw.limit.vehicle(limit)
 
     def refused(self, reason: str) -> None:
         """The vehicle was not taken over: stopped, or ready again later where `engage` had started it."""
@@ -166,30 +171,30 @@ class Supervisor:
 
         `since`: s from the last step to its arrival.
         """
-        is_new = measured is not None and measured.time == row.time
-        fits = self.pilot.estimator.fix(measured) if is_new else None
-        if self.pilot.estimator.is_broken:
+        new = measured if measured is not None and measured.time == row.time else None
+        fits = None if new is None else self.estimator.fix(new)
+        if self.estimator.is_broken:
             self.stop(_NO_NUMBER)
         self._watch.fix(row, fits, since)
-        if is_new:
-            self._monitor(row, measured)
+        if new is not None:
+            self._monitor(row, new)
 
-    def _monitor(self, row, measured):
+    def _monitor(self, row: Row, measured: InputRow) -> None:
         """Receiver and boat, by the fix."""
         self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
-        if self._response is None:
+        if self._yaw is None:
             return
-        self._turns.turned(measured.yaw_rate, measured.time - self._measured_at)
+        self._yaw.limit.turned(measured.yaw_rate, measured.time - self._measured_at)
         self._measured_at = measured.time
-        self._response.fix(measured.time, measured.yaw_rate)
+        self._yaw.response.fix(measured.time, measured.yaw_rate)
         if math.isnan(measured.yaw_rate):  # a gyro tells it sooner
             of_a_second = self._receiver.scatter * math.sqrt(min(1.0, self._watch.interval))
-            error = math.hypot(self.pilot.estimator.filter.slow_std, of_a_second)
-            self._track.fix(measured.time, measured.latitude, measured.longitude, error)
+            error = math.hypot(self.estimator.filter.slow_std, of_a_second)
+            self._yaw.track.fix(measured.time, measured.latitude, measured.longitude, error)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
-        self.pilot.estimator.take(row)
+        self.estimator.take(row)
         if self.measured is not None:
             self.measured.take(row)
 
@@ -200,21 +205,21 @@ class Supervisor:
     def step(self, row: Row, dt: float) -> Order:
         """The order of a tick, dt s after the one before."""
         self._trouble = self._watch.step(row, dt)
-        if self._response is not None:
-            ordered = self.pilot.estimator.ordered
-            self._response.order(ordered, dt)
-            self._track.order(ordered, self._thrust, dt)
-            self._turns.order(ordered, self._thrust, dt)
-            limit_turns(self.pilot, self._turns.rate)
+        if self._yaw is not None:
+            ordered = self.estimator.ordered
+            self._yaw.response.order(ordered, dt)
+            self._yaw.track.order(ordered, self._thrust, dt)
+            self._yaw.limit.order(ordered, self._thrust, dt)
+            limit_turns(self.pilot, self._yaw.limit.rate)
         if self._is_new and self._is_finished:
             self.guide.restart()
         self.guide.row = row
-        done = self.pilot.step(row, dt)
+        done = self.pilot.step(row, dt)  # type: ignore[arg-type]  # its estimator takes rows
         course = done.desired.angle
         self.leg = self.guide.shown(done.leg, course)
         self._thrust = done.command[1] if done.command else math.nan
         if done.command and self.state in UNDER_WAY:
-            return Order(self.state, self.reason, True, *done.command, course, done.speed)
+            return Order._make((self.state, self.reason, True, *done.command, course, done.speed))
         return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
 
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
@@ -255,10 +260,10 @@ class Supervisor:
         if not steered.command or all(map(math.isfinite, (*steered.command, estimate.north, estimate.east))):
             return True
         self.stop(_NO_NUMBER)
-        pilot.estimator.restart()
+        self.estimator.restart()
         return False
 
-    def _go_on(self, row, cross_track, dt):
+    def _go_on(self, row: Row, cross_track: float, dt: float) -> None:
         spot_turn = self.pilot.spot_turn
         is_held = self.guide.phase is Phase.HOLDING or (spot_turn is not None and spot_turn.turns)
         trouble = self._trouble
@@ -272,9 +277,9 @@ class Supervisor:
             self._begin_leg()
             self._guard.rejoin()
         self.guide.rejoins = False
-        if is_held and self._response is not None:
-            self._response.restart()  # positions of a boat that hardly moves show no turn
-            self._track.restart()
+        if is_held and self._yaw is not None:
+            self._yaw.response.restart()  # positions of a boat that hardly moves show no turn
+            self._yaw.track.restart()
         if self.guide.finished:
             self._is_finished = True
             trouble = trouble or "the route is finished"
@@ -295,7 +300,7 @@ class Supervisor:
             self.reason = self._watch.degradation(row) or next(filter(None, doubts), "") or self._instead
             self.state = State.DEGRADED if self.reason else State.RUNNING
 
-    def _far(self, leg):
+    def _far(self, leg: LegState) -> str:
         """Why a route does not begin here: its first leg is further away than a mission usually begins."""
         if self._from_here or self.guide.mode != ROUTE or not self._is_finished:
             return ""
@@ -305,7 +310,7 @@ class Supervisor:
             return ""
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
-    def _say_turn(self, leg):
+    def _say_turn(self, leg: LegState) -> None:
         """Log a turn that begins, with the side and the distance at which it passes the waypoint; as a warning where
         that is not within the acceptance.
         """
@@ -318,7 +323,7 @@ class Supervisor:
             LOG.log(logging.WARNING if is_wide else logging.INFO, _TURN, degrees, leg.target, passes)
         self._turn = turn
 
-    def _holds_instead(self, limit):
+    def _holds_instead(self, limit: str) -> bool:
         """Whether a limit, or the loss of the operator, is answered by holding a position: as the mission says."""
         if self._instead:
             return not limit
@@ -338,12 +343,12 @@ class Supervisor:
         self._instead = f"{reason}: {'the position is held' if instead == 'hold' else 'the boat returns'}"
         return True
 
-    def _wait(self):
+    def _wait(self) -> None:
         self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")
         if self._engage and self.state is State.READY:
             self.start()
 
-    def _slowing(self, course_to_steer):
+    def _slowing(self, course_to_steer: float) -> float:
         """Share of the route's speed, by the turn that the reference has still to make."""
         reference = self.pilot.autopilot.shaper.reference
         turn = 0.0 if reference is None else wrap(course_to_steer - reference.angle)

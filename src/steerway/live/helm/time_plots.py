@@ -1,8 +1,8 @@
 """Speed and course of the last minutes as small SVG plots, with the band that holds 95 %."""
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 from steerway.live.helm.chart import nice
 
@@ -12,10 +12,10 @@ _LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # pixels around the plot
 
 
 class Point(NamedTuple):
-    """A value and how far the truth may be from it; None where there is none."""
+    """A value, a float or None, and how far the truth may be from it; None where there is none."""
 
     time: float
-    value: float | None
+    value: Any
     within: float | None
 
 
@@ -41,7 +41,7 @@ def strip(points: Sequence[Point], width: float, height: float, span: float, lea
     end = points[-1].time
     right, tall = width - 6.0, height - _TOP - _BOTTOM
 
-    def at(time, value):
+    def at(time: float, value: float) -> str:
         share = (min(max(value, low), high) - low) / (high - low)
         return f"{right - (end - time) / span * (right - _LEFT):.1f},{_TOP + (1.0 - share) * tall:.1f}"
 
@@ -54,7 +54,7 @@ def strip(points: Sequence[Point], width: float, height: float, span: float, lea
     return head + drawn + "</svg>"
 
 
-def _reach(known, least, turns):
+def _reach(known: Sequence[Point], least: float, turns: bool) -> tuple[float, float]:
     """The ends of the axis: all values, and of their bands what does not dwarf them."""
     low, high = min(each.value for each in known), max(each.value for each in known)
     room = max(high - low, least)
@@ -65,9 +65,9 @@ def _reach(known, least, turns):
     return (low, high) if turns or low > 0.0 else (0.0, max(high, least))
 
 
-def _runs(points):
+def _runs(points: Sequence[Point]) -> Iterator[list[Point]]:
     """Pieces without a gap."""
-    run = []
+    run: list[Point] = []
     for point in points:
         if point.value is None or (run and not 0.0 < point.time - run[-1].time < 5.0):
             if run:
@@ -79,7 +79,7 @@ def _runs(points):
         yield run
 
 
-def _axis(low, high, right, tall, turns):
+def _axis(low: float, high: float, right: float, tall: float, turns: bool) -> str:
     least = (high - low) * _APART / tall
     step = next((each for each in _TURNS if each >= least), 360) if turns else nice(least)
     drawn = ""
@@ -91,7 +91,7 @@ def _axis(low, high, right, tall, turns):
     return drawn
 
 
-def _minutes(span, right, height):
+def _minutes(span: float, right: float, height: float) -> str:
     drawn = ""
     for k in range(round(span / 60.0) + 1):
         x = right - k * 60.0 / span * (right - _LEFT)

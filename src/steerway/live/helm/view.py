@@ -5,8 +5,14 @@ Knots, degrees and metres; None for what is unknown. Every ± and the ellipse ho
 
 import math
 from collections import deque
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+Place = tuple[float, float]
+"""North and east in the chart's plane, m."""
+Places = Sequence[Place]
+Track = Sequence[Place | None]
+"""None where it breaks."""
 
 
 class View(NamedTuple):
@@ -54,6 +60,11 @@ class View(NamedTuple):
     port: float | None = None
     starboard: float | None = None
 
+    @property
+    def place(self) -> Place | None:
+        """In the chart's plane."""
+        return None if self.north is None or self.east is None else (self.north, self.east)
+
 
 _APART = 1.0  # m between two points of the track, at the least
 _POINTS = 4000  # of the track; then every second one is dropped
@@ -63,21 +74,21 @@ _SPAN = 300.0  # s of speed and course
 class History:
     """The track (north, east; m), None where it breaks; speed and course of the last minutes, one a second."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.track: list[tuple[float, float] | None] = []
         self.moments: deque[tuple[float, View]] = deque()
 
     def add(self, view: View) -> None:
         """The next view; without a position the track breaks."""
-        if view.north is None or view.status == "starting":
+        if view.place is None or view.status == "starting":
             if self.track and self.track[-1] is not None:
                 self.track.append(None)
         else:
-            self._add_place((view.north, view.east))
+            self._add_place(view.place)
         if view.time is not None:
-            self._add_moment(view)
+            self._add_moment(view.time, view)
 
-    def _add_place(self, place):
+    def _add_place(self, place: Place) -> None:
         last = self.track[-1] if self.track else None
         if last is None or math.dist(last, place) >= _APART:
             self.track.append(place)
@@ -85,21 +96,21 @@ class History:
             ends = self.track[-2:]
             self.track = [each for k, each in enumerate(self.track[:-2]) if each is None or k % 2 == 0] + ends
 
-    def _add_moment(self, view):
-        if self.moments and not 0.0 <= view.time - self.moments[-1][0] < _SPAN:
+    def _add_moment(self, time: float, view: View) -> None:
+        if self.moments and not 0.0 <= time - self.moments[-1][0] < _SPAN:
             self.moments.clear()
-        if not self.moments or math.floor(view.time) > math.floor(self.moments[-1][0]):
-            self.moments.append((view.time, view))
-        while self.moments[0][0] < view.time - _SPAN:
+        if not self.moments or math.floor(time) > math.floor(self.moments[-1][0]):
+            self.moments.append((time, view))
+        while self.moments[0][0] < time - _SPAN:
             self.moments.popleft()
 
 
 class Board:
     """The newest view and the history, for every open page."""
 
-    def __init__(self, settings: dict, send: Callable[[dict], None]):
-        self.route = [tuple(place) for place in settings["route"]]
-        self.fence = [tuple(place) for place in settings["fence"]]
+    def __init__(self, settings: dict[str, Any], send: Callable[[dict[str, Any]], None]):
+        self.route: list[Place] = [tuple(place) for place in settings["route"]]
+        self.fence: list[Place] = [tuple(place) for place in settings["fence"]]
         self.has_autopilot = bool(settings["has_autopilot"])
         self.history = History()
         self.view = View()
@@ -107,7 +118,7 @@ class Board:
         self.seq = 0
         self._send = send
 
-    def update(self, message: dict) -> None:
+    def update(self, message: dict[str, Any]) -> None:
         """The next message of the service."""
         self.view = View(**message["view"])
         self.notice, self.seq = message["notice"], message["seq"]

@@ -8,6 +8,7 @@ import re
 import time
 from collections.abc import Callable
 from enum import IntEnum
+from typing import Any
 
 from steerway.core.errors import InputError
 from steerway.core.extras import missing
@@ -43,7 +44,7 @@ def mode_name(custom_mode: int) -> str:
         return f"mode {custom_mode}"
 
 
-def dialect(address: str):
+def dialect(address: str) -> Any:
     """The module of messages, all of ArduPilot's and the common ones. Raises InputError where pymavlink is not."""
     try:
         import pymavlink.dialects.v20.ardupilotmega as messages
@@ -70,7 +71,7 @@ def key_of(path: str) -> bytes:
     return hashlib.sha256(text.encode()).digest()
 
 
-def sign(codec, key: bytes, link: int = 0) -> None:
+def sign(codec: Any, key: bytes, link: int = 0) -> None:
     """Sign what a codec sends, and accept only what is signed with the same key."""
     codec.signing.secret_key = key
     codec.signing.sign_outgoing = True
@@ -110,10 +111,10 @@ class MavlinkLink:
         return self._codec.srcSystem
 
     @system.setter
-    def system(self, number: int):
+    def system(self, number: int) -> None:
         self._codec.srcSystem = number
 
-    def send(self, messages) -> None:
+    def send(self, messages: Any) -> None:
         """Send messages of the dialect, or lose them."""
         for message in messages:
             packet = message.pack(self._codec)
@@ -127,14 +128,14 @@ class MavlinkLink:
         """Keep the link open until cancelled."""
         await kept_open(self.uri.text, self._open)
 
-    async def _open(self):
+    async def _open(self) -> None:
         self._answer = None
         try:
             await self._transport.open()
         finally:
             self._answer = None
 
-    def _receive(self, data, answer):
+    def _receive(self, data: bytes, answer: Write) -> None:
         """A piece; of datagrams the sender of the last accepted one is answered."""
         by_datagrams = self.uri.via in ("udpin", "udpout")
         if by_datagrams:  # one holds whole packets: what another sender left unfinished is no part of it
@@ -142,7 +143,7 @@ class MavlinkLink:
         if self._feed(data) and self.uri.via == "udpin":
             self._answer = answer
 
-    def _feed(self, data):
+    def _feed(self, data: bytes) -> bool:
         """Whether any of the messages in a piece is accepted."""
         accepted = False
         for message in self._codec.parse_buffer(data) or ():
@@ -152,7 +153,7 @@ class MavlinkLink:
                 accepted |= self.receive(message)
         return accepted
 
-    def _begin(self):
+    def _begin(self) -> None:
         self._codec.buf, self._codec.buf_index = bytearray(), 0
         self._codec.expected_length = self.messages.HEADER_LEN_V1 + 2
         self._codec.have_prefix_error = False
