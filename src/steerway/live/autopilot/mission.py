@@ -75,7 +75,9 @@ class MissionTable(RouteKeys):
     lookahead: Annotated[Positive | None, "m"] = Field(
         default=None, description="short for guidance.lookahead; 20 where both are missing"
     )  # m
-    guidance: GuidanceTable = Field(default=GuidanceTable(), description="the guidance law and its gains, as in scenarios")
+    guidance: GuidanceTable = Field(
+        default=GuidanceTable(), description="the guidance law and its gains, as in scenarios"
+    )
     acceptance: Annotated[Positive, "m"] = 10.0  # m
     speed_mps: Positive = 1.0
     at_end: Literal["stop", "hold"] = "stop"
