@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from steerway.control.boats import Boat
 from steerway.core.arrays import Floats
 from steerway.core.earth import displacement
+from steerway.live.autopilot.limits import TurnLimit
+from steerway.live.rows import InputRow
 
 LEAST_QUIET, QUIET_INTERVALS = 1.0, 5
 """s, and intervals of fixes, for which positions may stand still under way."""
@@ -275,6 +277,47 @@ class TrackMonitor:
         speed = np.abs(products[:, 2, 3]) / known
         left = products[:, 3, 3].real - known * speed**2
         return left + (speed - usual) ** 2 / (1.0 / known + (_SPEED_SHARE * usual) ** 2)
+
+
+class TurnMonitor:
+    """Whether a boat that takes yaw rates turns as ordered: by its gyro, or by its track without one.
+
+    `limit` is the largest that it is ordered; declared: °/s, of the mission, None where it says none.
+    """
+
+    def __init__(self, boat: Boat, declared: float | None):
+        self.limit = TurnLimit(None if declared is None else math.radians(declared))
+        self._response, self._track = ResponseMonitor(boat), TrackMonitor(boat)
+        self._fixed = math.nan
+
+    def restart(self) -> None:
+        """The boat is under way from now on."""
+        self._response.restart()
+        self._track.restart()
+
+    def order(self, yaw_rate: float, thrust: float, dt: float) -> None:
+        """See `TrackMonitor`."""
+        self._response.order(yaw_rate, dt)
+        self._track.order(yaw_rate, thrust, dt)
+        self.limit.order(yaw_rate, thrust, dt)
+
+    def fix(self, row: InputRow, error: float) -> None:
+        """A fix; error: as of `TrackMonitor`."""
+        self.limit.turned(row.yaw_rate, row.time - self._fixed)
+        self._fixed = row.time
+        self._response.fix(row.time, row.yaw_rate)
+        if math.isnan(row.yaw_rate):  # a gyro tells it sooner
+            self._track.fix(row.time, row.latitude, row.longitude, error)
+
+    @property
+    def trouble(self) -> str:
+        """Why to stop, "" while the boat turns as ordered."""
+        return self._response.trouble or self._track.trouble
+
+    @property
+    def doubt(self) -> str:
+        """The same, earlier."""
+        return self._response.doubt or self._track.doubt
 
 
 def _or_zero(value: float) -> float:

@@ -7,7 +7,6 @@ it returns an order; fixes and links are reported to it.
 import logging
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from steerway.build import DEFAULT_KINDS
 from steerway.control.turns import Turn
@@ -20,8 +19,8 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import POSITION, ROUTE
-from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor, TrackMonitor
-from steerway.live.autopilot.limits import LimitGuard, TurnLimit
+from steerway.live.autopilot.integrity import ReceiverMonitor, TurnMonitor
+from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.mission_items import MissionItem
@@ -42,14 +41,6 @@ _FAR = 2000.0
 _TURN = "turns by %+.0f° into leg %d, %s"
 _LOST, _AGAIN = " is lost", "; it is back, and the autopilot can be started again"
 _NO_NUMBER = "the estimate is no number"
-
-
-class _YawMonitors(NamedTuple):
-    """What is watched where yaw rates are ordered: the turn that propellers make is another in a current."""
-
-    response: ResponseMonitor
-    track: TrackMonitor
-    limit: TurnLimit
 
 
 class Supervisor:
@@ -94,20 +85,17 @@ class Supervisor:
         self._vehicle = ""
         self._is_finished = True  # a start begins the route from its first leg
         self._is_new = False  # started, and no step since
-        self._measured_at = self._thrust = math.nan
+        self._thrust = math.nan
         self._turn: Turn | None = None  # that was said last
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
         self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead_m, route.no_go)
         self._receiver = ReceiverMonitor()
-        self._yaw: _YawMonitors | None = None
-        if takes == YAW_RATE:
-            boat = boat_of(route, takes)
-            declared = route.settings.boat.max_yaw_rate_dps
-            limit = TurnLimit(None if declared is None else math.radians(declared))
-            self._yaw = _YawMonitors(ResponseMonitor(boat), TrackMonitor(boat), limit)
-        self._monitors = [self._receiver, *(self._yaw[:2] if self._yaw else ())]
+        self._turns: TurnMonitor | None = None
+        if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
+            self._turns = TurnMonitor(boat_of(route, takes), route.settings.boat.max_yaw_rate_dps)
+        self._monitors = [each for each in (self._receiver, self._turns) if each is not None]
 
     def start(self) -> None:
         """Steer from the next step on: the route from its beginning, or on from where it was stopped.
@@ -155,8 +143,8 @@ class Supervisor:
 
     def turns(self, limit: float) -> None:
         """The vehicle's own limit of its yaw rate, rad/s."""
-        if self._yaw is not None:
-            self._yaw.limit.vehicle(limit)
+        if self._turns is not None:
+            self._turns.limit.vehicle(limit)
 
     def refused(self, reason: str) -> None:
         """The vehicle was not taken over: stopped, or ready again later where `engage` had started it."""
@@ -182,15 +170,9 @@ class Supervisor:
     def _monitor(self, row: Row, measured: InputRow) -> None:
         """Receiver and boat, by the fix."""
         self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
-        if self._yaw is None:
-            return
-        self._yaw.limit.turned(measured.yaw_rate, measured.time - self._measured_at)
-        self._measured_at = measured.time
-        self._yaw.response.fix(measured.time, measured.yaw_rate)
-        if math.isnan(measured.yaw_rate):  # a gyro tells it sooner
+        if self._turns is not None:
             of_a_second = self._receiver.scatter * math.sqrt(min(1.0, self._watch.interval))
-            error = math.hypot(self.estimator.filter.slow_std, of_a_second)
-            self._yaw.track.fix(measured.time, measured.latitude, measured.longitude, error)
+            self._turns.fix(measured, math.hypot(self.estimator.filter.slow_std, of_a_second))
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
@@ -205,12 +187,9 @@ class Supervisor:
     def step(self, row: Row, dt: float) -> Order:
         """The order of a tick, dt s after the one before."""
         self._trouble = self._watch.step(row, dt)
-        if self._yaw is not None:
-            ordered = self.estimator.ordered
-            self._yaw.response.order(ordered, dt)
-            self._yaw.track.order(ordered, self._thrust, dt)
-            self._yaw.limit.order(ordered, self._thrust, dt)
-            limit_turns(self.pilot, self._yaw.limit.rate)
+        if self._turns is not None:
+            self._turns.order(self.estimator.ordered, self._thrust, dt)
+            limit_turns(self.pilot, self._turns.limit.rate)
         if self._is_new and self._is_finished:
             self.guide.restart()
         self.guide.row = row
@@ -277,9 +256,8 @@ class Supervisor:
             self._begin_leg()
             self._guard.rejoin()
         self.guide.rejoins = False
-        if is_held and self._yaw is not None:
-            self._yaw.response.restart()  # positions of a boat that hardly moves show no turn
-            self._yaw.track.restart()
+        if is_held and self._turns is not None:
+            self._turns.restart()  # positions of a boat that hardly moves show no turn
         if self.guide.finished:
             self._is_finished = True
             trouble = trouble or "the route is finished"
