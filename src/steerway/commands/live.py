@@ -133,10 +133,10 @@ def warm() -> None:
         steerway warm
     """
     from steerway.core.kernel_cache import kernel_cache
-    from steerway.live import warming
+    from steerway.live import build_service
 
     begun = time.monotonic()
-    warming.warm()
+    build_service.warm()
     directory = kernel_cache()
     where = f"kept in {directory}" if directory else "not kept: no directory can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")

@@ -1,5 +1,6 @@
 """From settings to a running service."""
 
+import asyncio
 import gc
 import math
 from collections.abc import Sequence
@@ -7,10 +8,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from steerway.build import DEFAULT_KINDS
 from steerway.core.errors import InputError
+from steerway.core.records import Fixes
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
+from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import addresses
 from steerway.live.addresses import Context
 from steerway.live.autopilot.measured import measured_speed
@@ -20,14 +26,68 @@ from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import RecordedLearning
-from steerway.live.links.link import Input, Runs
+from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.link import Input, Runs, Sink
 from steerway.live.mavlink.missions import MissionLink
 from steerway.live.navigator import Navigator
+from steerway.live.outputs.lines import JsonLines, SentenceOutput
+from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.process import until_stopped
 from steerway.live.rows import InputRow
-from steerway.live.service import RATE, Service
+from steerway.live.service import LOG, RATE, Service
 from steerway.live.settings import LONGEST_LAG, EstimatorSettings, Settings
 from steerway.live.uri import Address, address, token_of
+
+_WARM_SECONDS = 30
+_WARM_RATE = 5.0
+"""Tick rate, Hz: the lowest that runs every code path."""
+_WARM_STEP = 3e-7  # rad to the north each second
+
+
+class _NullSink(Sink):
+    """A sink that drops everything."""
+
+    def send(self, message: bytes) -> None:
+        pass
+
+
+def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings = EstimatorSettings()) -> int:  # noqa: B008
+    """Run a short track through decoder, filter, route, autopilot and outputs; the number of fixes that were used.
+
+    The autopilot, speed controller and estimators are those that will run.
+    """
+    decoder, navigator = ReceiverDecoder(), Navigator(LearningFilter(background=False))
+    place, rows = (math.radians(54.0), math.radians(10.0)), []
+    for k in range(_WARM_SECONDS):
+        moment = 1.7e9 + k, place[0] + _WARM_STEP * k, place[1]
+        rows += decoder.feed((gga(*moment) + rmc(*moment)).encode())
+    route = GeodeticRoute(place[0] + _WARM_STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
+    measured = measured_speed(estimators.speed)
+    supervisor = Supervisor(route, engage=True, kinds=kinds, measured=measured, heading=estimators.heading)
+    outputs = [SentenceOutput(_NullSink(None)), Deltas(_NullSink(None)), JsonLines(_NullSink(None))]
+    was_disabled, LOG.disabled = LOG.disabled, True
+    try:
+        asyncio.run(
+            Service(navigator, outputs, _WARM_RATE, supervisor=supervisor).replay(rows + decoder.complete_on_silence())
+        )
+    finally:
+        LOG.disabled = was_disabled
+    _infer()
+    for k in range(_WARM_SECONDS):  # with a velocity and a heading too
+        later = rows[-1].time + 1.0 + k
+        supervisor.estimator.filter.fix(later, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
+        supervisor.take(InputRow("", later, sog=2.0, cog=0.0, heading=0.0, bottom_speed=2.0, acceleration=0.0))
+    return navigator.counts["used"]
+
+
+def _infer() -> None:
+    """What the first inference compiles; more fixes compile no more."""
+    from steerway.estimation.log.run import infer_log
+
+    chance = np.random.default_rng(0)
+    latitude = math.radians(54.0) + _WARM_STEP * np.arange(12.0) + chance.normal(0.0, 1e-8, 12)
+    infer_log(Fixes(1.7e9 + np.arange(12.0), latitude, np.full(12, math.radians(10.0))))
+
 
 if TYPE_CHECKING:
     from steerway.live.recording import Recorder
@@ -188,9 +248,7 @@ def _rows_of_logs(paths: Sequence[str], wanted: Sequence[str]) -> list[InputRow]
 
 def _made_ready(kinds: tuple[str, str], estimators: EstimatorSettings) -> None:
     """Load what is compiled, and make garbage collections short: a full one takes 70 ms, an early one 1 ms."""
-    from steerway.live import warming
-
-    warming.warm(kinds, estimators)
+    warm(kinds, estimators)
     gc.collect()
     gc.freeze()
     gc.set_threshold(*_COLLECTIONS)

@@ -47,19 +47,13 @@ class RecordedLearning(LearningFilter):
             self.note(what, self._count)
 
 
-class ReplayedLearning(LearningFilter):
+class ReplayedLearning(RecordedLearning):
     """Learns at the rows that a recording names: `moments` by row, of `BEGINS` and `TAKES`."""
 
     def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
         super().__init__(start, aid, background=False)
         self._moments = moments
-        self._count = 0
         self._inferred: Any = None
-
-    def row(self, *arguments: Any, **more: Any) -> Any:
-        """As of `LearningFilter.row`."""
-        self._count += 1
-        return super().row(*arguments, **more)
 
     def _infer_if_due(self) -> None:
         if (BEGINS, self._count) in self._moments:
@@ -69,7 +63,7 @@ class ReplayedLearning(LearningFilter):
     def _go_over(self) -> None:
         if (TAKES, self._count) in self._moments:
             self._found, self._inferred = self._inferred, None
-            super()._go_over()
+            LearningFilter._go_over(self)
 
 
 def _return_memory() -> None:

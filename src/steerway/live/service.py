@@ -8,7 +8,7 @@ import asyncio
 import logging
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -39,7 +39,6 @@ class LatestTick(NamedTuple):
     row: Row
     leg: Leg | None
     order: Order | None
-    counts: Mapping[str, int]  # of rows, as of `Navigator`
 
 
 class Service:
@@ -61,7 +60,7 @@ class Service:
         recorder: Recorder | None = None,
     ):
         self.navigator, self.outputs, self.supervisor = navigator, tuple(outputs), supervisor
-        self.latest = LatestTick(lost(math.nan), None, None, navigator.counts)
+        self.latest = LatestTick(lost(math.nan), None, None)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
         self.startup = StartupBuffer(navigator.choice.names)
@@ -192,7 +191,7 @@ class Service:
         if self.supervisor is not None:
             order = self._order(self.supervisor, row, now)
             leg = self.supervisor.leg
-        self.latest = LatestTick(row, leg, order, self.navigator.counts)
+        self.latest = LatestTick(row, leg, order)
         for output in self.outputs:
             output.tick(row, leg, order)
 

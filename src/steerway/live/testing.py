@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, boat_of, pilot_of
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.build_service import launch as launch_launch
+    from steerway.live.build_service import warm
     from steerway.live.control_port import ControlPort, control_address
     from steerway.live.controls import Controls
-    from steerway.live.helm import access, chart, page_process, time_plots
+    from steerway.live.helm import access, chart, page_process
     from steerway.live.helm.access import COOKIE, Gate, Places, Sessions
     from steerway.live.helm.make_view import ChartPlane, ViewInput, ellipse, view
     from steerway.live.helm.page_process import HelmPage
@@ -62,6 +63,5 @@ if TYPE_CHECKING:
     from steerway.live.tick_timing import Durations, FixClock, Pulse
     from steerway.live.uri import Address, address, checked
     from steerway.live.uri import token_of as address_token_of
-    from steerway.live.warming import warm
 
 __getattr__, __dir__ = on_demand(__name__)

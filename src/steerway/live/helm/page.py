@@ -8,8 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from steerway.live.helm.chart import Window, around, moving, still
-from steerway.live.helm.time_plots import Point, strip, unwound
+from steerway.live.helm.chart import Point, Window, around, moving, still, strip, unwound
 from steerway.live.helm.view import Board, Place
 from steerway.live.helm.view_text import tone, words
 

@@ -131,7 +131,7 @@ def seen(service: "Service") -> ViewInput:
         navigator.position_covariance,
         navigator.last_fix,
         navigator.choice.present,
-        latest.counts,
+        navigator.counts,
         None if guide is None else guide.followed,
         service.unreachable(),
         None if mark is None else (mark.latitude, mark.longitude),
