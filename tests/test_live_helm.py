@@ -38,7 +38,6 @@ from steerway.live.testing import (
     ellipse,
     lost,
     page_process,
-    time_plots,
     tone,
     view,
     words,
@@ -145,15 +144,15 @@ def test_the_whole_is_inside_and_drawings_are_well_formed():
     for empty in (
         chart.still(window, [], [], None),
         chart.moving(window, View()),
-        time_plots.strip([], 300, 90, 60, 1),
+        chart.strip([], 300, 90, 60, 1),
     ):
         ElementTree.fromstring(empty)
 
 
 def test_courses_do_not_jump_at_north():
-    points = [time_plots.Point(float(k), value, 1.0) for k, value in enumerate((350.0, 355.0, 2.0, None, 10.0, 355.0))]
-    assert [each.value for each in time_plots.unwound(points)] == [350.0, 355.0, 362.0, None, 370.0, 355.0]
-    strip = time_plots.strip(time_plots.unwound(points), 300.0, 96.0, 60.0, 20.0, turns=True)
+    points = [chart.Point(float(k), value, 1.0) for k, value in enumerate((350.0, 355.0, 2.0, None, 10.0, 355.0))]
+    assert [each.value for each in chart.unwound(points)] == [350.0, 355.0, 362.0, None, 370.0, 355.0]
+    strip = chart.strip(chart.unwound(points), 300.0, 96.0, 60.0, 20.0, turns=True)
     assert len(drawn(strip, "curve")) == 2 and ">000°<" in strip
 
 

@@ -23,8 +23,8 @@ from steerway.live.testing import (
     Service,
     State,
     addresses,
+    n2k,
     name_of,
-    writing,
 )
 from tests import hastened
 from tests.canboat_lines import frames as split
@@ -35,11 +35,11 @@ from tests.ports import free_port, until
 LEG = Leg(-3.25, 1.0, 1.1, 120.5, 1.05, 1.2, math.radians(54.0), math.radians(-10.0), "WP1", "WP2")
 ROW = Row(1.7e9, 0.9, 0.2, 2.34, -0.5, -0.02, 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
 SENT = {
-    "03fce8e1ea00ffff": writing.write_course_and_speed(3, -0.5, 2.34),
-    "03003cf6ffffffff": writing.write_rate_of_turn(3, -0.02),
-    "0330bbfeffffffff": writing.write_cross_track(3, LEG),
-    "03122f000000ffffffffffff1027f82a010000000200000000bf2f20001f0afa7800": writing.write_navigation(3, LEG, 1, 2),
-    "ff3cffff7f0429ffffffffffffff7f800cff7fffff": writing.write_track_control(1.05, 0.1),
+    "03fce8e1ea00ffff": n2k.write_course_and_speed(3, -0.5, 2.34),
+    "03003cf6ffffffff": n2k.write_rate_of_turn(3, -0.02),
+    "0330bbfeffffffff": n2k.write_cross_track(3, LEG),
+    "03122f000000ffffffffffff1027f82a010000000200000000bf2f20001f0afa7800": n2k.write_navigation(3, LEG, 1, 2),
+    "ff3cffff7f0429ffffffffffffff7f800cff7fffff": n2k.write_track_control(1.05, 0.1),
 }
 """Payloads that the package nmea2000 reads as course, speed, rate, cross-track error, leg and heading to steer."""
 
@@ -50,9 +50,9 @@ def test_what_is_sent_is_as_another_implementation_reads_it():
 
 def test_what_is_unknown_is_sent_as_not_available():
     nan = math.nan
-    assert writing.write_course_and_speed(1, nan, nan)[2:6] == b"\xff" * 4
-    assert writing.write_rate_of_turn(1, nan)[1:5] == b"\xff\xff\xff\x7f"
-    assert writing.write_cross_track(1, None)[1] >> 6 == 1
+    assert n2k.write_course_and_speed(1, nan, nan)[2:6] == b"\xff" * 4
+    assert n2k.write_rate_of_turn(1, nan)[1:5] == b"\xff\xff\xff\x7f"
+    assert n2k.write_cross_track(1, None)[1] >> 6 == 1
 
 
 def test_an_identifier_and_its_parts():

@@ -223,7 +223,7 @@ def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):
     path = tmp_path / "survey.toml"
     path.write_text(text)
     line = GeodeticRoute.load(path)
-    mission = pilot_of(line).mission.mission
+    mission = pilot_of(line)[1].mission
     north, east = mission.route.north - mission.route.north[1], mission.route.east - mission.route.east[1]
     towards = math.radians(20.0)
     along = north * math.cos(towards) + east * math.sin(towards)

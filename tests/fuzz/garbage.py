@@ -12,7 +12,15 @@ from collections.abc import Callable, Iterator
 from itertools import count, islice
 
 from steerway.formats.testing import frame_of_line
-from steerway.live.testing import Companion, GpsdDecoder, InputRow, ReceiverDecoder, SignalKDecoder, addresses, device
+from steerway.live.testing import (
+    Companion,
+    GpsdDecoder,
+    InputRow,
+    N2kDecoder,
+    ReceiverDecoder,
+    SignalKDecoder,
+    addresses,
+)
 from tests.fuzz import seeds
 from tests.fuzz.aboard import Aboard
 from tests.fuzz.mutation import mutated
@@ -36,7 +44,7 @@ def _decoded(decoder) -> Callable[[bytes], list[InputRow]]:
 
 
 def _gateway():
-    decoder = device.N2kDecoder()
+    decoder = N2kDecoder()
 
     def read(message):
         frame = frame_of_line(message)

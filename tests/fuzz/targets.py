@@ -144,9 +144,9 @@ def _link(name):
 def _n2k(data):
     """Lines of a gateway on TCP."""
     from steerway.formats.testing import frame_of_line
-    from steerway.live.testing import device
+    from steerway.live.testing import N2kDecoder
 
-    decoder, rows = device.N2kDecoder(), []
+    decoder, rows = N2kDecoder(), []
     for k, line in enumerate(data.split(b"\n")):
         frame = frame_of_line(line)
         if frame is not None:

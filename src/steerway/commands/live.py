@@ -14,7 +14,7 @@ class LiveCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Insert the default address after `--helm` where none follows."""
-        from steerway.live.helm.address import DEFAULT
+        from steerway.live.uri import DEFAULT
 
         words = []
         for k, each in enumerate(args):
@@ -133,10 +133,10 @@ def warm() -> None:
         steerway warm
     """
     from steerway.core.kernel_cache import kernel_cache
-    from steerway.live import warming
+    from steerway.live import build_service
 
     begun = time.monotonic()
-    warming.warm()
+    build_service.warm()
     directory = kernel_cache()
     where = f"kept in {directory}" if directory else "not kept: no directory can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")

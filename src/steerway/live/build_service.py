@@ -1,29 +1,96 @@
 """From settings to a running service."""
 
+import asyncio
 import gc
 import math
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from steerway.build import DEFAULT_KINDS
 from steerway.core.errors import InputError
+from steerway.core.records import Fixes
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
+from steerway.estimation.vessel.profile import Profile
+from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import addresses
+from steerway.live.addresses import Context
 from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
-from steerway.live.helm.address import address, token_of
 from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import RecordedLearning
-from steerway.live.link_kinds import Context
-from steerway.live.links.link import Input
+from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.link import Input, Runs, Sink
 from steerway.live.mavlink.missions import MissionLink
 from steerway.live.navigator import Navigator
+from steerway.live.outputs.lines import JsonLines, SentenceOutput
+from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.process import until_stopped
-from steerway.live.service import RATE, Service
-from steerway.live.settings import LONGEST_LAG, Settings
+from steerway.live.rows import InputRow
+from steerway.live.service import LOG, RATE, Service
+from steerway.live.settings import LONGEST_LAG, EstimatorSettings, Settings
+from steerway.live.uri import Address, address, token_of
+
+_WARM_SECONDS = 30
+_WARM_RATE = 5.0
+"""Tick rate, Hz: the lowest that runs every code path."""
+_WARM_STEP = 3e-7  # rad to the north each second
+
+
+class _NullSink(Sink):
+    """A sink that drops everything."""
+
+    def send(self, message: bytes) -> None:
+        pass
+
+
+def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings = EstimatorSettings()) -> int:  # noqa: B008
+    """Run a short track through decoder, filter, route, autopilot and outputs; the number of fixes that were used.
+
+    The autopilot, speed controller and estimators are those that will run.
+    """
+    decoder, navigator = ReceiverDecoder(), Navigator(LearningFilter(background=False))
+    place, rows = (math.radians(54.0), math.radians(10.0)), []
+    for k in range(_WARM_SECONDS):
+        moment = 1.7e9 + k, place[0] + _WARM_STEP * k, place[1]
+        rows += decoder.feed((gga(*moment) + rmc(*moment)).encode())
+    route = GeodeticRoute(place[0] + _WARM_STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
+    measured = measured_speed(estimators.speed)
+    supervisor = Supervisor(route, engage=True, kinds=kinds, measured=measured, heading=estimators.heading)
+    outputs = [SentenceOutput(_NullSink(None)), Deltas(_NullSink(None)), JsonLines(_NullSink(None))]
+    was_disabled, LOG.disabled = LOG.disabled, True
+    try:
+        asyncio.run(
+            Service(navigator, outputs, _WARM_RATE, supervisor=supervisor).replay(rows + decoder.complete_on_silence())
+        )
+    finally:
+        LOG.disabled = was_disabled
+    _infer()
+    for k in range(_WARM_SECONDS):  # with a velocity and a heading too
+        later = rows[-1].time + 1.0 + k
+        supervisor.estimator.filter.fix(later, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
+        supervisor.take(InputRow("", later, sog=2.0, cog=0.0, heading=0.0, bottom_speed=2.0, acceleration=0.0))
+    return navigator.counts["used"]
+
+
+def _infer() -> None:
+    """What the first inference compiles; more fixes compile no more."""
+    from steerway.estimation.log.run import infer_log
+
+    chance = np.random.default_rng(0)
+    latitude = math.radians(54.0) + _WARM_STEP * np.arange(12.0) + chance.normal(0.0, 1e-8, 12)
+    infer_log(Fixes(1.7e9 + np.arange(12.0), latitude, np.full(12, math.radians(10.0))))
+
+
+if TYPE_CHECKING:
+    from steerway.live.recording import Recorder
 
 SLOWEST_STEERING = 5.0
 """Hz, the least rate with an autopilot."""
@@ -46,14 +113,14 @@ def launch(settings: Settings) -> None:
     if not 0.0 <= settings.lag <= LONGEST_LAG:
         raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
-    page = None if settings.helm is None else _page(settings)
+    page = _page(settings)
     control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
     replayed, rate = not math.isnan(speed), settings.rate
-    aids = tuple(name.replace("-", "_") for name in settings.aid)
+    aids = tuple(str(name).replace("-", "_") for name in settings.aid)
     longest = settings.max_dead_reckoning
     tuning = _tuning(settings, aids, replayed)
-    asked = {"rate": rate, "accuracy": settings.accuracy, "lag": settings.lag}
-    navigator = Navigator(tuning, aids, settings.source, longest, **asked)
+    accuracy, lag = settings.accuracy, settings.lag
+    navigator = Navigator(tuning, aids, settings.source, longest, rate=rate, accuracy=accuracy, lag=lag)
     to = [addresses.sink(addresses.signed(each, signing)) for each in settings.outputs]
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = supervisor = None
@@ -78,16 +145,16 @@ def launch(settings: Settings) -> None:
     inputs = [] if replayed else [addresses.opened(each, len(found)) for each in found]
     context = Context(rate is not None, replayed, inputs, supervisor)
     pairs = [addresses.output(each, context) for each in to]
-    links = [link for _, link in pairs if link is not None]
+    links: list[Runs] = [link for _, link in pairs if link is not None]
     outputs = [each for each, _ in pairs]
-    recorder = None if settings.record is None else _recorder(settings, tuning, aids, inputs)
+    recorder = None if settings.record is None else _recorder(settings.record, settings, tuning, aids, inputs)
     if recorder is not None:
         outputs.append(recorder)
     service = Service(navigator, outputs, rate or RATE, settings.latency, supervisor, recorder)
     if control is not None:
         links.append(ControlPort(service.controls, control))
     if settings.missions is not None:
-        links.append(_missions(settings, supervisor))
+        links.append(_missions(settings.missions, settings.mavlink_signing, supervisor))
     if page is not None:
         links.append(HelmPage(service, page, route))
     if replayed:
@@ -98,20 +165,20 @@ def launch(settings: Settings) -> None:
         until_stopped(service.run(inputs, links))
 
 
-def _missions(settings, supervisor):
+def _missions(text: str, signing: str | None, supervisor: Supervisor | None) -> MissionLink:
     """The link on which ground stations give missions. Raises InputError where nothing is steered."""
     if supervisor is None:
         raise InputError("--missions changes the route that is steered along, expected --mission FILE with it")
-    return MissionLink(addresses.ground_station(settings.missions, settings.mavlink_signing), supervisor)
+    return MissionLink(addresses.ground_station(text, signing), supervisor)
 
 
-def _page(settings):
+def _page(settings: Settings) -> Address | None:
     if settings.helm is None:
         return None
     return address(settings.helm, token_of(settings.helm_token_file), settings.helm_origin)
 
 
-def _tuning(settings, aids, replayed):
+def _tuning(settings: Settings, aids: tuple[str, ...], replayed: bool) -> Profile | InferredProfile | RecordedLearning:
     """The profile that is given, or a filter that learns one, from the file of what it learned last on."""
     if settings.profile is not None:
         return profile_of(settings.profile)
@@ -122,17 +189,22 @@ def _tuning(settings, aids, replayed):
     return RecordedLearning(start, aids, not replayed, keep)
 
 
-def _recorder(settings, tuning, aids, inputs):
+def _recorder(
+    path: str,
+    settings: Settings,
+    tuning: Profile | InferredProfile | RecordedLearning,
+    aids: tuple[str, ...],
+    inputs: Sequence[object],
+) -> "Recorder":
     """The recorder of a run, which gets also the bytes of the links. Raises InputError where it cannot be written."""
     from steerway.live.recording import Recorder
 
-    if any(_is_input(settings.record, each) for each in settings.inputs):
-        raise InputError(f"record {settings.record} is also an input, expected another file")
-    learns = isinstance(tuning, RecordedLearning)
-    start = tuning.learned if learns else tuning
+    if any(_is_input(path, each) for each in settings.inputs):
+        raise InputError(f"record {path} is also an input, expected another file")
+    start = tuning.learned if isinstance(tuning, RecordedLearning) else tuning
     needed = {
         "profile": None if start is None else start.toml(),
-        "learns": learns,
+        "learns": isinstance(tuning, RecordedLearning),
         "aid": aids,
         "sources": settings.source,
         "max_dead_reckoning": settings.max_dead_reckoning,
@@ -141,8 +213,8 @@ def _recorder(settings, tuning, aids, inputs):
         "lag": settings.lag,
         "latency": settings.latency,
     }
-    recorder = Recorder(settings.record, needed)
-    if learns:
+    recorder = Recorder(path, needed)
+    if isinstance(tuning, RecordedLearning):
         tuning.note = recorder.learning
     for each in inputs:
         if isinstance(each, Input):
@@ -150,13 +222,13 @@ def _recorder(settings, tuning, aids, inputs):
     return recorder
 
 
-def _is_input(path, address):
+def _is_input(path: str, address: str) -> bool:
     from steerway.formats.writing import same_file
 
     return address.startswith("file:") and same_file(path, address.removeprefix("file:").partition("?")[0])
 
 
-def _rows_of_logs(paths, wanted):
+def _rows_of_logs(paths: Sequence[str], wanted: Sequence[str]) -> list[InputRow]:
     """The rows of all logs in time order: of the source that `estimate` chooses, or of all where several are wanted.
 
     Raises InputError as `read` does.
@@ -174,11 +246,9 @@ def _rows_of_logs(paths, wanted):
     return list(rows_of(sources))
 
 
-def _made_ready(kinds, estimators):
+def _made_ready(kinds: tuple[str, str], estimators: EstimatorSettings) -> None:
     """Load what is compiled, and make garbage collections short: a full one takes 70 ms, an early one 1 ms."""
-    from steerway.live import warming
-
-    warming.warm(kinds, estimators)
+    warm(kinds, estimators)
     gc.collect()
     gc.freeze()
     gc.set_threshold(*_COLLECTIONS)

@@ -9,13 +9,13 @@ import asyncio
 import contextlib
 import hmac
 import json
+from typing import Any
 
 from steerway.core.errors import InputError
 from steerway.live.controls import Controls
-from steerway.live.helm.address import Address, checked, is_loopback, token_of
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import BACKLOG
-from steerway.live.uri import host_and_port
+from steerway.live.uri import Address, checked, host_and_port, is_loopback, token_of
 
 DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
@@ -58,7 +58,7 @@ class ControlPort:
         """Keep the port open until cancelled."""
         await kept_open(f"control {self.address.host}:{self.address.port}", self._serve)
 
-    async def _serve(self):
+    async def _serve(self) -> None:
         server = await asyncio.start_server(self._client, self.address.host, self.address.port, limit=_LONGEST)
         try:
             async with server:
@@ -67,7 +67,7 @@ class ControlPort:
             for client in (*self._strangers, *self._clients):
                 client.transport.abort()
 
-    async def _client(self, reader, writer):
+    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._strangers) >= _MOST:
             next(iter(self._strangers)).transport.abort()
         self._strangers[writer] = None
@@ -80,20 +80,20 @@ class ControlPort:
             self._clients.discard(writer)
             writer.close()
 
-    async def _is_permitted(self, reader, writer):
+    async def _is_permitted(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
         try:
             async with asyncio.timeout(_FIRST):
                 first = _parsed(await reader.readline() or b"{}")
         except TimeoutError:
             return False
         token = first.get("token") if isinstance(first, dict) else None
-        if not (isinstance(token, str) and hmac.compare_digest(token.encode(), self.address.token.encode())):
+        if not (isinstance(token, str) and hmac.compare_digest(token.encode(), str(self.address.token).encode())):
             _send(writer, {"error": "the token is not this one"})
             await asyncio.sleep(1.0)
             return False
         return len(self._clients) < _MOST
 
-    async def _talk(self, reader, writer):
+    async def _talk(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._strangers.pop(writer, None)
         self._clients.add(writer)
         states = asyncio.create_task(self._send_states(writer))
@@ -105,7 +105,7 @@ class ControlPort:
         finally:
             states.cancel()
 
-    def _answer(self, request):
+    def _answer(self, request: object) -> dict[str, Any]:
         if not isinstance(request, dict):
             return {"error": "a request is no object, expected one with do and id"}
         try:
@@ -114,7 +114,7 @@ class ControlPort:
             return {"id": request.get("id"), "error": str(error)}
         return {"id": request.get("id"), "ok": True}
 
-    async def _send_states(self, writer):
+    async def _send_states(self, writer: asyncio.StreamWriter) -> None:
         loop = asyncio.get_running_loop()
         sent, at = None, 0.0
         while True:
@@ -126,12 +126,12 @@ class ControlPort:
             await asyncio.sleep(_LOOK)
 
 
-def _parsed(line):
+def _parsed(line: bytes) -> Any:
     try:
         return json.loads(line)
     except RecursionError:
         raise ValueError("nested too deeply") from None
 
 
-def _send(writer, message):
+def _send(writer: asyncio.StreamWriter, message: object) -> None:
     writer.write(json.dumps(message).encode() + b"\n")

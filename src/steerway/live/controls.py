@@ -41,7 +41,7 @@ class Controls:
         if self.supervisor is not None:
             self.supervisor.operator_heard()
 
-    def do(self, what: str, value: object, who: str) -> None:
+    def do(self, what: object, value: object, who: str) -> None:
         """Carry out a request. Raises InputError that says why it is refused."""
         self.present()
         if what == PRESENT:
@@ -50,16 +50,16 @@ class Controls:
             raise InputError(f"request is {what!r}, expected one of {', '.join(REQUESTS)}")
         LOG.info("%s requests %s%s", who, what, "" if value is None else f" {value}")
         try:
-            self._carry_out(what, value, who)
+            self._carry_out(str(what), value, who)
         except InputError as error:
             LOG.info("%s: refused: %s", who, error)
             raise
 
-    def state(self) -> dict:
+    def state(self) -> dict[str, Any]:
         """The state for other programs: angles in rad, null for unknown."""
         if self.supervisor is None:
             return {"state": None, "reason": "", "mode": None, "target": None, "engaged": False}
-        mode, course, dodges, offset, faster = self.guide.followed
+        mode, course, dodges, offset, faster = self.supervisor.guide.followed
         return {
             "state": self.supervisor.state.value,
             "reason": self.supervisor.reason,
@@ -71,7 +71,7 @@ class Controls:
             "faster": faster,
         }
 
-    def _carry_out(self, what, value, who):
+    def _carry_out(self, what: str, value: Any, who: str) -> None:
         if what == "mob":
             self._mark()
         elif what == "mob-over":
@@ -81,7 +81,7 @@ class Controls:
         else:
             _STEERING[what](self.supervisor, value, who)
 
-    def _mark(self):
+    def _mark(self) -> None:
         if not self.row.valid:
             raise InputError("the position is not known, expected one to mark")
         self.mark = Mark(self.row.time, self.row.latitude, self.row.longitude)
@@ -90,7 +90,7 @@ class Controls:
         )
 
 
-def _number(value, unit):
+def _number(value: Any, unit: str) -> float | None:
     """The number, or None for none."""
     if value is None:
         return None
@@ -101,9 +101,14 @@ def _number(value, unit):
     return float(value)
 
 
-def _turn(value, is_needed=False):
-    if value is None and is_needed:
+def _needed(value: Any) -> float:
+    turn = _turn(value)
+    if turn is None:
         raise InputError("adjustment is null, expected a number in rad")
+    return turn
+
+
+def _turn(value: Any) -> float | None:
     by = _number(value, "rad")
     if by is not None and abs(by) > _ADJUSTED:
         raise InputError(f"adjustment is {math.degrees(by):.0f}°, expected at most {math.degrees(_ADJUSTED):.0f}°")
@@ -114,7 +119,7 @@ _STEERING: dict[str, Callable[[Supervisor, Any, str], None]] = {
     "start": lambda supervisor, value, who: supervisor.start(),
     "stop": lambda supervisor, value, who: supervisor.stop(f"stopped at {who}"),
     "hold-course": lambda supervisor, value, who: supervisor.guide.hold_course(_number(value, "rad")),
-    "adjust": lambda supervisor, value, who: supervisor.guide.adjust(_turn(value, is_needed=True)),
+    "adjust": lambda supervisor, value, who: supervisor.guide.adjust(_needed(value)),
     "hold-position": lambda supervisor, value, who: supervisor.guide.hold_position(),
     "route": lambda supervisor, value, who: supervisor.guide.follow(),
     "leg": lambda supervisor, value, who: supervisor.guide.follow(value),

@@ -6,6 +6,7 @@ A recording has them, so that a replay learns at the same rows.
 import ctypes
 import sys
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile
@@ -20,58 +21,52 @@ class RecordedLearning(LearningFilter):
     note: Callable[[str, int], None] | None = None
     _count = 0
 
-    def row(self, *arguments, **more):
+    def row(self, *arguments: Any, **more: Any) -> Any:
         """As of `LearningFilter.row`."""
         self._count += 1
         return super().row(*arguments, **more)
 
-    def _infer(self, rows):
+    def _infer(self, rows: Any) -> None:
         super()._infer(rows)
         _return_memory()
 
-    def _infer_if_due(self):
+    def _infer_if_due(self) -> None:
         due = self._due
         super()._infer_if_due()
         if self._due != due:
             self._report(BEGINS)
 
-    def _go_over(self):
+    def _go_over(self) -> None:
         waits = self._found is not None and not self._running.set.fading
         super()._go_over()
         if waits:
             self._report(TAKES)
 
-    def _report(self, what):
+    def _report(self, what: str) -> None:
         if self.note is not None:
             self.note(what, self._count)
 
 
-class ReplayedLearning(LearningFilter):
+class ReplayedLearning(RecordedLearning):
     """Learns at the rows that a recording names: `moments` by row, of `BEGINS` and `TAKES`."""
 
     def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
         super().__init__(start, aid, background=False)
         self._moments = moments
-        self._count = 0
-        self._inferred = None
+        self._inferred: Any = None
 
-    def row(self, *arguments, **more):
-        """As of `LearningFilter.row`."""
-        self._count += 1
-        return super().row(*arguments, **more)
-
-    def _infer_if_due(self):
+    def _infer_if_due(self) -> None:
         if (BEGINS, self._count) in self._moments:
             self._infer(list(self._rows))
             self._inferred, self._found = self._found, None
 
-    def _go_over(self):
+    def _go_over(self) -> None:
         if (TAKES, self._count) in self._moments:
             self._found, self._inferred = self._inferred, None
-            super()._go_over()
+            LearningFilter._go_over(self)
 
 
-def _return_memory():
+def _return_memory() -> None:
     """Give what an inference has freed back to the system: 4.5 MB of the heap stay resident without it."""
     if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):  # of glibc, not of musl
         trim(0)

@@ -6,7 +6,8 @@ does; rows between and ahead of fixes are predicted with a copy, so that asking 
 
 import math
 from collections import Counter, deque
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +37,9 @@ _BEHIND, _BEHIND_ROWS = 1.0, 3
 MEETS = 1e-4
 """s from a fix within which the row of a time is the row of the fix."""
 
+Place = tuple[float, float]
+Aids = tuple[float, ...]
+
 
 class _Used(NamedTuple):
     """A row that the filter has used, and the filter's state before it."""
@@ -45,7 +49,7 @@ class _Used(NamedTuple):
     longitude: float
     position_std: float
     aids: tuple[float, ...]
-    before: object
+    before: Any
 
 
 class Navigator:
@@ -87,7 +91,7 @@ class Navigator:
         self.recall = not_negative("recall", recall)
         self.rate = None if rate is None else positive("rate", rate)
         self.accuracy = accuracy
-        self.counts: Counter = Counter()
+        self.counts: Counter[str] = Counter()
         self.fix_time = math.nan
         self._time = math.nan
         self.last_input: InputRow | None = None  # the last row with a position that was used in order
@@ -164,7 +168,7 @@ class Navigator:
         rows = [] if held is None or held.time < self._time else self._use(held, self._aids(held, held.time))
         return rows + self._smoothed(rest=True)
 
-    def _aids(self, row, now):
+    def _aids(self, row: InputRow, now: float) -> Aids:
         """The aids in the order of AIDS that this row may give."""
         wanted = self.filter.aid
         return tuple(
@@ -172,7 +176,7 @@ class Navigator:
             for name, value in ((name, getattr(row, name)) for name in AIDS)
         )
 
-    def _news(self, time, place, aids):
+    def _news(self, time: float, place: Place, aids: Aids) -> tuple[Place, Aids]:
         """What of position and aids no used row of the same time has given."""
         for used in reversed(self._used):
             if used.time < time:
@@ -182,7 +186,7 @@ class Navigator:
                 aids = tuple(math.nan if a == b else a for a, b in zip(aids, used.aids, strict=True))
         return place, aids
 
-    def _in_time(self, row, aids, surplus):
+    def _in_time(self, row: InputRow, aids: Aids, surplus: float) -> list[Row]:
         """Use a row at its time: next, among those used already, or not at all."""
         ahead = 0.0 if math.isnan(self._time) else row.time - self._time
         lead, surplus = surplus, surplus if self._lead <= max(_LEAD * self.choice.interval, _LEAD_S) else math.nan
@@ -202,7 +206,7 @@ class Navigator:
             self.counts["too late"] += 1
         return []
 
-    def _held_back(self, row, aids, surplus):
+    def _held_back(self, row: InputRow, aids: Aids, surplus: float) -> list[Row]:
         """A time far from the last: the fix is held until the next one confirms it."""
         held, self._stray = self._stray, row if row.has_position else None
         if held is None or not 0.0 <= row.time - held.time <= STEP:
@@ -213,7 +217,7 @@ class Navigator:
             return [each for late in (held, row) for each in self._use(late, self._aids(late, late.time))]
         return self._stepped([held, row], surplus)
 
-    def _is_set_back(self, row):
+    def _is_set_back(self, row: InputRow) -> bool:
         """Whether only fixes of the past have come, for longer than fixes are late."""
         if not self._behind or row.time <= self._behind[-1].time:
             self._behind, self._before_behind = [], (self.filter.snapshot(), self._time)
@@ -224,7 +228,7 @@ class Navigator:
             self.filter.restore(snapshot)
         return is_long
 
-    def _stepped(self, rows, by):
+    def _stepped(self, rows: Sequence[InputRow], by: float) -> list[Row]:
         """The clock stepped by so much before these rows; NaN: so that the first is one interval after the last."""
         self.counts["clock steps"] += 1
         if math.isnan(by):
@@ -240,7 +244,7 @@ class Navigator:
             estimates = self._use(rows[0], self._aids(rows[0], rows[0].time))
         return estimates + [each for late in rows[1:] for each in self._use(late, self._aids(late, late.time))]
 
-    def _use(self, row, aids):
+    def _use(self, row: InputRow, aids: Aids) -> list[Row]:
         if row.has_position and row.source != self._receiver:
             self.filter.change_receiver()
             self._receiver = row.source
@@ -255,14 +259,14 @@ class Navigator:
         self._row = estimate
         return self._smoothed() if self.lag else [estimate]
 
-    def _smoothed(self, rest=False):
+    def _smoothed(self, rest: bool = False) -> list[Row]:
         """The rows that have waited long enough, or all."""
         return [
             _row(self._time - age, values, self._slow, math.nan, NO_COURSE if math.isnan(values[3]) else OK)
             for age, values in self.filter.lagged(rest)
         ]
 
-    def _step(self, time, latitude, longitude, position_std, aids):
+    def _step(self, time: float, latitude: float, longitude: float, position_std: float, aids: Aids) -> Row:
         self._used.append(_Used(time, latitude, longitude, position_std, aids, self.filter.snapshot()))
         dt = self._approach(self.filter, self._time, time)
         values, nis, status = self.filter.row(dt, latitude, longitude, aids, position_std)
@@ -272,7 +276,7 @@ class Navigator:
         self._ahead_time = math.nan
         return _row(time, values, self._slow, nis, status)
 
-    def _insert(self, row, aids):
+    def _insert(self, row: InputRow, aids: Aids) -> None:
         """Go back to before a late row, use it, and use again those after it."""
         later = []
         while self._used and self._used[-1].time > row.time:
@@ -283,7 +287,7 @@ class Navigator:
         for used in reversed(later):
             self._step(used.time, used.latitude, used.longitude, used.position_std, used.aids)
 
-    def _approach(self, estimator, start, stop):
+    def _approach(self, estimator: Any, start: float, stop: float) -> float:
         """Predict from start to the last step of the rate's grid before stop; the s that remain."""
         if math.isnan(start):
             return 0.0
@@ -303,6 +307,6 @@ def filter_of(profile: Profile | InferredProfile | str | None, aid: tuple[str, .
     return FiveStateFilter(profile, aid)
 
 
-def _row(time, values, slow, nis, status):
+def _row(time: float, values: Sequence[float], slow: float, nis: float, status: int) -> Row:
     *motion, relative = values
-    return Row(time, *motion, math.hypot(relative, slow), relative, nis, status)
+    return Row._make((time, *motion, math.hypot(relative, slow), relative, nis, status))

@@ -6,6 +6,8 @@ import logging
 import os
 import signal
 import sys
+from collections.abc import Coroutine
+from typing import Any
 
 from steerway.core.errors import InputError, printable
 
@@ -13,7 +15,7 @@ from steerway.core.errors import InputError, printable
 class OneLine(logging.Formatter):
     """A line a message: what names of devices and vessels contain of control characters is escaped."""
 
-    def format(self, record):
+    def format(self, record: logging.LogRecord) -> str:
         """See logging.Formatter; a traceback keeps its lines."""
         record.message = printable(record.getMessage())
         text = self.formatMessage(record)
@@ -30,10 +32,10 @@ def log_to_stderr(command: str) -> None:
     log.propagate = False
 
 
-def until_stopped(work) -> None:
+def until_stopped(work: Coroutine[Any, Any, None]) -> None:
     """Run to the end, or until SIGINT or SIGTERM, or until standard output is closed."""
 
-    async def run():
+    async def run() -> None:
         task = asyncio.ensure_future(work)
         loop = asyncio.get_running_loop()
         for each in (signal.SIGINT, signal.SIGTERM):

@@ -10,6 +10,7 @@ import logging
 import math
 import time
 from pathlib import Path
+from typing import Any
 
 from steerway import __version__
 from steerway.core.errors import InputError
@@ -39,7 +40,7 @@ class Recorder(Output):
     A disk that is full ends the recording with a line in the log, at its last whole chunk; the run goes on.
     """
 
-    def __init__(self, path: str | Path, settings: dict):
+    def __init__(self, path: str | Path, settings: dict[str, Any]):
         require_mcap(f"record {path}")
         from mcap.writer import Writer
 
@@ -55,7 +56,7 @@ class Recorder(Output):
         self._sink = FileSink(file, lossless=True, name=str(path), whole=True)
         self.path = path
         self._pieces, self._size = bytearray(), 0
-        self._writer = Writer(self, chunk_size=_CHUNK)
+        self._writer = Writer(self, chunk_size=_CHUNK)  # type: ignore[arg-type]
         self._writer.start(profile="", library="steerway")
         self._writer.add_metadata(SETTINGS, {"settings": json.dumps(settings), "code": code()})
         self._channels = {}
@@ -123,27 +124,27 @@ class Recorder(Output):
         self._sink.close()
         self._sink.file.close()
 
-    def _channel(self, topic, name):
+    def _channel(self, topic: str, name: str) -> int:
         schema = self._writer.register_schema(name, "jsonschema", b'{"type": "object"}')
         return self._writer.register_channel(topic, "json", schema)
 
-    def _json(self, topic, values, moment):
+    def _json(self, topic: str, values: dict[str, Any], moment: float) -> None:
         self._add(topic, json.dumps(values).encode(), moment)
 
-    def _add(self, topic, data, moment):
+    def _add(self, topic: str, data: bytes, moment: float) -> None:
         if self._sink.broken:
             return
         published = round(moment * 1e9) if math.isfinite(moment) and moment > 0.0 else 0
         self._writer.add_message(self._channels[topic], time.time_ns(), data, published)
         self._send()
 
-    def _send(self):
+    def _send(self) -> None:
         """Hand over what the writer has finished: whole chunks, so that a file that ends early is sound."""
         if self._pieces and not self._sink.broken:
             self._sink.send(bytes(self._pieces))
         self._pieces.clear()
 
 
-def _or_null(value):
+def _or_null(value: Any) -> Any:
     """A value for JSON: NaN and infinity are null; every other float reads back the same."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -2,8 +2,9 @@
 
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -66,10 +67,10 @@ class Replayed(NamedTuple):
 class _Kept(Output):
     """An output that keeps the rows of the fixes."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.rows: list[Row] = []
 
-    def fix(self, row):
+    def fix(self, row: Row) -> None:
         self.rows.append(row)
 
 
@@ -85,11 +86,11 @@ def replay(path: str | Path) -> Replayed:
         raise InputError(f"{path}: cannot be read ({error.strerror}), expected a recording of live --record") from None
 
 
-def _replayed(file):
+def _replayed(file: BinaryIO) -> Replayed:
     if file.read(len(MAGIC)) != MAGIC:
         raise InputError("is no MCAP, expected a recording of live --record")
     file.seek(0)
-    metadata: dict = {}
+    metadata: dict[str, Any] = {}
     kept, recorded, service, inputs, orders = _Kept(), [], None, 0, 0
     moments = {}
     for message in messages(file):
@@ -115,27 +116,27 @@ def _replayed(file):
     return Replayed(recorded, repeated, inputs, orders, metadata[SETTINGS].get("code", ""))
 
 
-def _is_cut(file):
+def _is_cut(file: BinaryIO) -> bool:
     """Whether the recording ended without its footer, possibly between an input and its estimate."""
     file.seek(-len(MAGIC), 2)
     return file.read() != MAGIC
 
 
-def _service(settings, kept, moments):
+def _service(settings: dict[str, Any], kept: _Kept, moments: dict[tuple[str, int], bool]) -> Service:
     text, latency, learns = settings.pop("profile"), settings.pop("latency"), settings.pop("learns", False)
-    profile = None if text is None else parse_profile(text, "its profile")
+    profile: Any = None if text is None else parse_profile(text, "its profile")
     settings |= {"aid": tuple(settings["aid"]), "sources": tuple(settings["sources"])}
     tuning = ReplayedLearning(profile, settings["aid"], moments) if learns else profile
     return Service(Navigator(tuning, **settings), [kept], settings["rate"] or RATE, latency)
 
 
-def _feed(service, values):
+def _feed(service: Service, values: dict[str, Any]) -> None:
     service.startup.chosen = values.pop("chosen")
     arrived = values.pop("arrived")
     service.use(InputRow(*_values(values, InputRow)), math.nan if arrived is None else arrived)
 
 
-def _values(values, kind):
+def _values(values: dict[str, Any], kind: type[NamedTuple]) -> Iterator[Any]:
     """The fields of a row; NaN for one that the recording's version did not have."""
     for name in kind._fields:
         value = values.get(name)

@@ -8,7 +8,7 @@ import asyncio
 import logging
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from steerway.core.gaps import LONGEST_GAP
 from steerway.core.leg import Leg
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.controls import Controls
-from steerway.live.links.link import Input, Sink
+from steerway.live.links.link import Reads, Runs
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.outputs.output import SLACK, Output
 from steerway.live.recording import Recorder
@@ -39,7 +39,6 @@ class LatestTick(NamedTuple):
     row: Row
     leg: Leg | None
     order: Order | None
-    counts: Mapping[str, int]  # of rows, as of `Navigator`
 
 
 class Service:
@@ -61,7 +60,7 @@ class Service:
         recorder: Recorder | None = None,
     ):
         self.navigator, self.outputs, self.supervisor = navigator, tuple(outputs), supervisor
-        self.latest = LatestTick(lost(math.nan), None, None, navigator.counts)
+        self.latest = LatestTick(lost(math.nan), None, None)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
         self.startup = StartupBuffer(navigator.choice.names)
@@ -97,7 +96,7 @@ class Service:
             self._use(row, now)
 
     @contextmanager
-    def _dropping(self, what):
+    def _dropping(self, what: object) -> Iterator[None]:
         """What raises within is dropped and counted: a boat under way is not left to itself by what a link sends."""
         try:
             yield
@@ -119,7 +118,7 @@ class Service:
             if row is not None:
                 yield row
 
-    def _use(self, row, now):
+    def _use(self, row: InputRow, now: float) -> None:
         if self.recorder is not None:
             self.recorder.input(row, now, self.startup.chosen)
         if self.startup.chosen != self._preferred:
@@ -135,7 +134,7 @@ class Service:
                 self.clock.add(estimate.time, now)
             self._fix(estimate, now)
 
-    async def run(self, inputs: Sequence[Input], links: Sequence[Sink] = ()) -> None:
+    async def run(self, inputs: Sequence[Reads], links: Sequence[Runs] = ()) -> None:
         """Run until cancelled; `links` are those of the outputs."""
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -147,7 +146,7 @@ class Service:
         finally:
             self.close()
 
-    async def replay(self, rows: Iterable[InputRow], speed: float = math.inf, links: Sequence[Sink] = ()) -> None:
+    async def replay(self, rows: Iterable[InputRow], speed: float = math.inf, links: Sequence[Runs] = ()) -> None:
         """Play rows in time order at a multiple of their own pace, then close."""
         tasks = [asyncio.create_task(link.run()) for link in links]
         try:
@@ -167,7 +166,7 @@ class Service:
         if self.pulse.beats:
             LOG.info("%s", self.pulse)
 
-    def _navigated(self, row, present=math.nan):
+    def _navigated(self, row: InputRow, present: float = math.nan) -> list[Row]:
         """The new estimates by an input row; a time that does not follow is reported to the supervisor."""
         untimely = self.navigator.untimely
         if self.supervisor is not None:
@@ -177,7 +176,7 @@ class Service:
             self.supervisor.untimely()
         return estimates
 
-    def _fix(self, row, now=math.nan):
+    def _fix(self, row: Row, now: float = math.nan) -> None:
         """A new estimate; `now` is when its fix arrived, NaN in a replay."""
         if self.supervisor is not None:
             since = now - self._ticked
@@ -185,25 +184,25 @@ class Service:
         for output in self.outputs:
             output.fix(row)
 
-    def _tick(self, moment, now):
+    def _tick(self, moment: float, now: float) -> None:
         """Output a time; `now` is by the clock that times the supervisor."""
         row = self.controls.row = self.navigator.at(moment)
         leg = order = None
         if self.supervisor is not None:
-            order = self._order(row, now)
+            order = self._order(self.supervisor, row, now)
             leg = self.supervisor.leg
-        self.latest = LatestTick(row, leg, order, self.navigator.counts)
+        self.latest = LatestTick(row, leg, order)
         for output in self.outputs:
             output.tick(row, leg, order)
 
-    def _order(self, row, now):
+    def _order(self, supervisor: Supervisor, row: Row, now: float) -> Order:
         dt = now - self._ticked if math.isfinite(self._ticked) else 0.0
         self._ticked = now
-        order = self.supervisor.step(row, dt)
+        order = supervisor.step(row, dt)
         self._say(order, now)
         return order
 
-    def _say(self, order, now):
+    def _say(self, order: Order, now: float) -> None:
         """Log a state at once, and another reason of it, numbers aside, at most every few seconds."""
         before, said = self._said
         words = order.state, _NUMBER.sub("", order.reason)
@@ -213,7 +212,7 @@ class Service:
         log = LOG.warning if order.state is State.STOPPED else LOG.info
         log("autopilot %s%s", order.state, f": {order.reason}" if order.reason else "")
 
-    async def _tick_for_ever(self):
+    async def _tick_for_ever(self) -> None:
         beat, self.pulse = _now(), Pulse()
         while True:
             beat += 1.0 / self.rate
@@ -235,13 +234,13 @@ class Service:
                 self._tick_once(math.floor(present * self.rate + SLACK) / self.rate)
             self.pulse.beat(woken - beat)
 
-    def _tick_once(self, moment):
+    def _tick_once(self, moment: float) -> None:
         """Tick, unless this time was output already; a step back is followed, a smaller one is waited out."""
         if moment > self._sent_until or moment < self._sent_until - _BEHIND:
             self._sent_until = moment
             self._tick(moment, _now())
 
-    async def _play(self, rows, speed):
+    async def _play(self, rows: Iterable[InputRow], speed: float) -> None:
         next_tick, before, origin = math.nan, math.nan, math.nan
         for k, row in enumerate(self._believed(rows)):
             if not row.time - before <= LONGEST_GAP:
@@ -256,12 +255,12 @@ class Service:
             self.use(row)
             if k % _YIELD == 0:
                 await asyncio.sleep(0)
-        for row in self.navigator.finish():
-            self._fix(row)
+        for rest in self.navigator.finish():
+            self._fix(rest)
         if next_tick / self.rate <= before + MEETS:
             self._tick(next_tick / self.rate, next_tick / self.rate)
 
-    async def _until(self, origin, moment, speed):
+    async def _until(self, origin: float, moment: float, speed: float) -> None:
         """Wait for a moment of the log."""
         if math.isfinite(speed):
             left = origin + moment / speed - _now()
@@ -269,6 +268,6 @@ class Service:
                 await asyncio.sleep(left)
 
 
-def _now():
+def _now() -> float:
     """The event loop's clock: tests run it faster."""
     return asyncio.get_running_loop().time()

@@ -5,28 +5,28 @@ it are relative to its folder.
 """
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationError
 
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml, refusal
 from steerway.estimation.vessel.aids import AIDS
-from steerway.live.helm.address import DEFAULT
+from steerway.live.uri import DEFAULT
 from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 
 
-def _several(value):
+def _several(value: Any) -> Any:
     """A single text is a list of one."""
     return (value,) if isinstance(value, str) else value
 
 
-def _page(value):
+def _page(value: Any) -> Any:
     """`true` is the default address, `false` none."""
     return {True: DEFAULT, False: None}[value] if isinstance(value, bool) else value
 
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
-Aid = Literal["auto", *(name.replace("_", "-") for name in AIDS)]
+Aid = Literal["auto", *(name.replace("_", "-") for name in AIDS)]  # type: ignore[valid-type]
 LONGEST_LAG = 60.0
 """s that rows of fixes can wait. Chosen: the rows of a minute are smoothed anew at every fix."""
 FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
@@ -60,7 +60,7 @@ class Settings(Table):
     profile: str | None = None
     learned: str | None = None
     source: Texts = ()
-    aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ("auto",)
+    aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ("auto",)  # type: ignore[valid-type]
     rate: Annotated[Rate | None, "Hz"] = None
     mission: str | None = None
     record: str | None = None
@@ -89,20 +89,20 @@ class Settings(Table):
         except ValidationError as error:
             raise refusal(f"settings {path}", error, cls) from None
 
-    def overridden(self, **given) -> Self:
+    def overridden(self, **given: Any) -> Self:
         """The same with the given values that are not None."""
         return self.model_copy(update={name: value for name, value in given.items() if value is not None})
 
-    def _relative_to(self, folder):
+    def _relative_to(self, folder: Path) -> Self:
         """The same with relative file names made relative to `folder`."""
         files = {name: getattr(self, name) for name in FILES}
         if self.profile is not None and self.profile.endswith(".toml"):
             files["profile"] = self.profile
-        found = {name: str(folder / path) for name, path in files.items() if path is not None}
+        found: dict[str, Any] = {name: str(folder / path) for name, path in files.items() if path is not None}
         found |= {name: tuple(_placed(each, folder) for each in getattr(self, name)) for name in ("inputs", "outputs")}
         return self.model_copy(update=found)
 
 
-def _placed(address, folder):
+def _placed(address: str, folder: Path) -> str:
     scheme, colon, path = address.partition(":")
     return f"file:{folder / path}" if scheme == "file" and colon else address

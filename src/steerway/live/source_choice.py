@@ -114,15 +114,15 @@ class SourceChoice:
         for choice in (self._positions, *self._aids.values()):
             choice.last = {source: last + by for source, last in choice.last.items()}
 
-    def _is_other(self, choice, source):
+    def _is_other(self, choice: _Choice, source: str) -> bool:
         """The rank of a source of an aid: the receiver of the positions comes first, unless it has it at few fixes."""
         is_rare = OWN_SHARE * choice.interval(source) > _JITTER * self.interval > 0.0
         return source != self.present or is_rare
 
-    def _change_to(self, source):
+    def _change_to(self, source: str) -> None:
         self.changes += self.present not in ("", source)
         self._positions.present = source
 
-    def _rank(self, source):
+    def _rank(self, source: str) -> float:
         place = rank(source, self.names)
         return math.inf if place is None else place

@@ -4,8 +4,9 @@ What is chosen is what `estimate` chooses on a log of these seconds: the same di
 same quality. The rows held then go on in the order in which they came.
 """
 
+import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -26,7 +27,7 @@ _REMEMBERED = 40  # rows of a talker by which it is divided
 class Streams:
     """Names rows by the stream of their talker's positions; see `formats.nmea0183.streams`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._newest: dict[str, deque[tuple[int, InputRow]]] = {}
         self._divisions: dict[str, Division] = {}
         self._tracks: dict[str, list[InputRow]] = {}
@@ -87,7 +88,7 @@ class Streams:
             return row._replace(source=present if present in mine else mine[0])
         return row._replace(source=names[self._track(row)] if row.has_position else names[0])
 
-    def _completed(self, row, present):
+    def _completed(self, row: InputRow, present: str) -> InputRow:
         """With the position that another formatter gave already: decoders give a position once, also where a pause
         parts an epoch before the formatter that is used confirms it.
         """
@@ -101,7 +102,7 @@ class Streams:
                 )
         return row
 
-    def _track(self, row):
+    def _track(self, row: InputRow) -> int:
         """Which of two receivers in one talker: the one whose track it continues, once an epoch."""
         newest = self._tracks.setdefault(row.source, [])
         if len(newest) < 2:
@@ -127,14 +128,14 @@ class StartupBuffer:
         self.chosen = self.refusal = ""
         self.streams = Streams()
         self._held: list[tuple[InputRow, float]] = []
-        self._begun = None  # arrival of the first position
+        self._begun = math.nan  # arrival of the first position
 
     def add_rows(self, rows: Iterable[InputRow], arrived: float) -> list[tuple[InputRow, float]]:
         """The rows that may be used, each with its arrival: those held and these once a source is chosen."""
         for row in rows:
-            if self._begun is None and not row.has_position:
+            if math.isnan(self._begun) and not row.has_position:
                 continue
-            self._begun = arrived if self._begun is None else self._begun
+            self._begun = arrived if math.isnan(self._begun) else self._begun
             if self._held and abs(row.time - self._held[-1][0].time) > _HALF_DAY:
                 self._date_all(row.time)
             self._held.append((row, arrived))
@@ -142,7 +143,7 @@ class StartupBuffer:
                 self.chosen = self._best(self._named(self.streams.newest(row.source))) or self.chosen
         return self.take_ready(arrived)
 
-    def _date_all(self, time):
+    def _date_all(self, time: float) -> None:
         """Replace the computer's date in buffered rows by the receiver's."""
         held, self._held = self._held, []
         self.streams = Streams()
@@ -159,7 +160,7 @@ class StartupBuffer:
         held, self._held = self._held, []
         return [(self.streams.named(row, self.chosen), arrived) for row, arrived in held]
 
-    def _choose(self, now):
+    def _choose(self, now: float) -> bool:
         sources = self._named(row for row, _ in self._held)
         wanted = {name: rows for name, rows in sources.items() if rank(name, self.names) is not None}
         if self._is_decided(wanted or sources, now, bool(wanted)):
@@ -172,7 +173,7 @@ class StartupBuffer:
                 self.refusal = f"source {names} sends no position; the sources with positions are {there}"
         return bool(self.chosen)
 
-    def _best(self, sources):
+    def _best(self, sources: dict[str, list[InputRow]]) -> str:
         """What `estimate` chooses among the sources of the best rank; "" where none is wanted."""
         # A few epochs do not tell one formatter from another.
         lesser = self.streams.lesser() - {name.casefold() for name in self.names}
@@ -182,7 +183,7 @@ class StartupBuffer:
         tables = {name: fixes_of(sources[name]) for name, place in ranks.items() if place == first}
         return choose(tables) if tables else ""
 
-    def _named(self, rows):
+    def _named(self, rows: Iterable[InputRow]) -> dict[str, list[InputRow]]:
         """The rows with positions by the name of their source; a row of two formatters is in both."""
         sources: dict[str, list[InputRow]] = {}
         for row in rows:
@@ -191,7 +192,7 @@ class StartupBuffer:
                     sources.setdefault(name, []).append(row)
         return sources
 
-    def _is_decided(self, sources, now, is_wanted):
+    def _is_decided(self, sources: dict[str, list[InputRow]], now: float, is_wanted: bool) -> bool:
         times = {name: {row.time for row in rows} for name, rows in sources.items()}
         span = max(max(each) - min(each) for each in times.values())
         if now - self._begun >= LONGEST or span >= LONGEST:
@@ -210,11 +211,11 @@ def fixes_of(rows: Iterable[InputRow]) -> Fixes:
     return Fixes(time=time, latitude=latitude, longitude=longitude, sog=sog, cog=cog).in_order()
 
 
-def _division(newest):
+def _division(newest: Sequence[tuple[int, InputRow]]) -> Division | None:
     columns = [(row.time, row.latitude, row.longitude, row.formatters, row.sog, arrival) for arrival, row in newest]
     time, latitude, longitude, formatters, sog, arrival = np.array(columns).T
     return division(time, latitude, longitude, formatters.astype(np.int64), sog, arrival)
 
 
-def _apart(row, other):
+def _apart(row: InputRow, other: InputRow) -> float:
     return abs(row.latitude - other.latitude) + abs(row.longitude - other.longitude)

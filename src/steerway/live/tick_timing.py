@@ -14,7 +14,7 @@ LATE = 0.05
 class Durations:
     """A histogram of durations, s."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._counts = [0] * _BINS
         self.longest = 0.0
 
@@ -37,7 +37,7 @@ class Durations:
 class Pulse:
     """Processor time of this thread in a tick, and since the tick before; and how late ticks were."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.beats = 0
         self.own, self.compute, self.lateness = Durations(), Durations(), Durations()
         self.missed = 0
@@ -57,13 +57,13 @@ class Pulse:
         self.missed += lateness > LATE
         self._spent = spent
 
-    def __str__(self):
+    def __str__(self) -> str:
         spreads = {"each": self.own, "with all else": self.compute, "late by": self.lateness}
         parts = ", ".join(f"{name} {_ms(each)}" for name, each in spreads.items())
         return f"{self.beats} ticks, {parts}, {self.missed} later than {1e3 * LATE:g} ms"
 
 
-def _ms(durations):
+def _ms(durations: Durations) -> str:
     within = (durations.within(0.5), durations.within(0.999), durations.longest)
     return "{:.3g} ms (99.9 %: {:.3g}, at most {:.3g})".format(*(1e3 * each for each in within))
 

@@ -47,7 +47,7 @@ class Polygon:
         way = (north_0, east_0, north_1, east_1)
         return any(_cross(*way, *edge) for edge in self._edges)
 
-    def _holds(self, north, east):
+    def _holds(self, north: float, east: float) -> bool:
         """Even and odd: how many edges a ray to the east meets."""
         inside = False
         for north_0, east_0, north_1, east_1 in self._edges:
@@ -56,7 +56,7 @@ class Polygon:
                 inside ^= east < meets
         return inside
 
-    def _refuse_crossings(self):
+    def _refuse_crossings(self) -> None:
         count = len(self._edges)
         for i in range(count):
             for j in range(i + 2, count - (i == 0)):
@@ -86,10 +86,19 @@ class NoGo(Polygon):
         return f"{self.name} is about to be entered, {_SOON}" if self.is_met(latitude, longitude, sog, cog) else ""
 
 
-def _cross(a_north, a_east, b_north, b_east, c_north, c_east, d_north, d_east):
+def _cross(
+    a_north: float,
+    a_east: float,
+    b_north: float,
+    b_east: float,
+    c_north: float,
+    c_east: float,
+    d_north: float,
+    d_east: float,
+) -> bool:
     """Whether the segments ab and cd meet in a point that is inside both."""
 
-    def side(north, east, north_0, east_0, north_1, east_1):
+    def side(north: float, east: float, north_0: float, east_0: float, north_1: float, east_1: float) -> float:
         return (north_1 - north_0) * (east - east_0) - (east_1 - east_0) * (north - north_0)
 
     c, d = (side(*end, a_north, a_east, b_north, b_east) for end in ((c_north, c_east), (d_north, d_east)))

@@ -72,7 +72,7 @@ class Guide:
         self.dodges = False  # the course that is held leads off the route for a while
         self._direction = math.nan  # of the leg under way
 
-    def _take(self, route):
+    def _take(self, route: GeodeticRoute) -> None:
         places = [displacement(*place, *self._origin) for place in route.places]
         pairs = zip(route.tables, route.speed.tolist(), strict=True)
         tables = [each.model_copy(update={"speed": speed}) for each, speed in pairs]
@@ -106,7 +106,7 @@ class Guide:
             raise InputError(f"item {index} is no waypoint, expected one of {', '.join(map(str, waypoints))}")
         self.follow(max(1, waypoints.index(index)))
 
-    def _waypoint_items(self):
+    def _waypoint_items(self) -> list[int]:
         """Indices of the items that are waypoints, without home."""
         return [k for k, each in enumerate(self.items) if k and each.command != SPEED]
 
@@ -168,7 +168,7 @@ class Guide:
         leg = self._step(north, east, dt)
         return leg if not self.faster or math.isnan(leg.speed) else leg._replace(speed=self._changed(leg.speed))
 
-    def _step(self, north, east, dt):
+    def _step(self, north: float, east: float, dt: float) -> LegState:
         self.given_course = math.nan
         self.finished = self.mode == ROUTE and not self._leg and self.mission.phase is not Phase.UNDER_WAY
         if self.finished and self.route.settings.at_end == "hold":
@@ -216,7 +216,7 @@ class Guide:
         """
         offset = 0.0 if by is None else self.offset + by
         settings = self.route.settings
-        most = _OFFSET * widest(settings.limits, settings.guided.lookahead)
+        most = _OFFSET * widest(settings.limits, settings.lookahead_m)
         if abs(offset) > most:
             raise InputError(f"the offset is {offset:g} m, expected at most {most:g} m, half of the cross-track limit")
         beside, sailed = self._straight, self.route
@@ -237,7 +237,7 @@ class Guide:
             raise InputError(f"the speed of a leg is {wrong:.2f} m/s, expected above 0 and at most {most:g} m/s")
         self.faster = faster
 
-    def _changed(self, speed):
+    def _changed(self, speed: float) -> float:
         return speed + self.faster if speed > 0.0 else speed
 
     def hold_position(self) -> None:
@@ -292,7 +292,7 @@ class Guide:
             self.mode == POSITION,
         )
 
-    def _on_route(self, north, east, dt):
+    def _on_route(self, north: float, east: float, dt: float) -> LegState:
         if self._leg:
             if self.mission.phase is not Phase.UNDER_WAY:
                 self.mission.restart()
@@ -303,7 +303,7 @@ class Guide:
         self._direction = leg.direction
         return leg
 
-    def _around(self, north, east):
+    def _around(self, north: float, east: float) -> LegState:
         place_north, place_east = displacement(*self.place, *self._origin)
         off_north, off_east = north - place_north, east - place_east
         distance, outward = math.hypot(off_north, off_east), math.atan2(off_east, off_north)
@@ -312,7 +312,7 @@ class Guide:
         bearing = wrap(outward + math.pi)
         return LegState(0, self.given_course, 0.0, 0.0, distance, distance, bearing, self.speed)
 
-    def _known(self, name, what):
+    def _known(self, name: str, what: str) -> float:
         value = getattr(self.row, name)
         if math.isnan(value):
             raise InputError(f"the {what} is not known, expected one that can be held")

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from steerway.control.boats import Boat
 from steerway.core.arrays import Floats
 from steerway.core.earth import displacement
+from steerway.live.autopilot.limits import TurnLimit
+from steerway.live.rows import InputRow
 
 LEAST_QUIET, QUIET_INTERVALS = 1.0, 5
 """s, and intervals of fixes, for which positions may stand still under way."""
@@ -60,8 +62,7 @@ Of 50 faults in the first minute 49 are above after at most 20 s of orders of 5�
 rate that was ordered for half of them.
 """
 _ERROR, _ERROR_TIME = 0.35, 0.3
-"""m, and s of the usual speed: 1σ of the error of one s of a track beside the receiver's; it comes from sideslip and from
-speed lost in turns. Chosen."""
+"""m, and s of the usual speed, 1σ of the error of one s of a track beside the receiver's, as by sideslip. Chosen."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 """1σ of a component of the current, and of the speed through the water, in shares of the usual speed. Chosen."""
 
@@ -69,7 +70,7 @@ _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 class ReceiverMonitor:
     """Positions in the order of their arrival; `quiet` is for how long they have stood still, s."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._last: deque[tuple[float, float, float]] = deque(maxlen=4)  # time, and places as differences
         self._third: deque[float] = deque(maxlen=_KEPT)
         self._paces: deque[float] = deque(maxlen=_PACES)
@@ -121,16 +122,16 @@ class ReceiverMonitor:
         return self._words if self.quiet >= self._doubted - _ROUNDING else ""
 
     @property
-    def _words(self):
+    def _words(self) -> str:
         return f"the receiver's position stands still for {self.quiet:.1f} s"
 
-    def _learn(self, time, north, east):
+    def _learn(self, time: float, north: float, east: float) -> None:
         self._last.append((time, north, east))
         if len(self._last) == 4:
             (_, n0, e0), (_, n1, e1), (_, n2, e2), (_, n3, e3) = self._last
             self._third.append((n3 - 3.0 * (n2 - n1) - n0) ** 2 + (e3 - 3.0 * (e2 - e1) - e0) ** 2)
 
-    def _honest(self, interval):
+    def _honest(self, interval: float) -> float:
         """s for which positions of few digits, or given several times, stand still although the boat moves."""
         crossing = _USUALLY * self._digit / max(self._speed, _SLOWEST) if math.isfinite(self._digit) else 0.0
         if len(self._paces) < _LEAST_KNOWN:
@@ -276,6 +277,47 @@ class TrackMonitor:
         speed = np.abs(products[:, 2, 3]) / known
         left = products[:, 3, 3].real - known * speed**2
         return left + (speed - usual) ** 2 / (1.0 / known + (_SPEED_SHARE * usual) ** 2)
+
+
+class TurnMonitor:
+    """Whether a boat that takes yaw rates turns as ordered: by its gyro, or by its track without one.
+
+    `limit` is the largest that it is ordered; declared: °/s, of the mission, None where it says none.
+    """
+
+    def __init__(self, boat: Boat, declared: float | None):
+        self.limit = TurnLimit(None if declared is None else math.radians(declared))
+        self._response, self._track = ResponseMonitor(boat), TrackMonitor(boat)
+        self._fixed = math.nan
+
+    def restart(self) -> None:
+        """The boat is under way from now on."""
+        self._response.restart()
+        self._track.restart()
+
+    def order(self, yaw_rate: float, thrust: float, dt: float) -> None:
+        """See `TrackMonitor`."""
+        self._response.order(yaw_rate, dt)
+        self._track.order(yaw_rate, thrust, dt)
+        self.limit.order(yaw_rate, thrust, dt)
+
+    def fix(self, row: InputRow, error: float) -> None:
+        """A fix; error: as of `TrackMonitor`."""
+        self.limit.turned(row.yaw_rate, row.time - self._fixed)
+        self._fixed = row.time
+        self._response.fix(row.time, row.yaw_rate)
+        if math.isnan(row.yaw_rate):  # a gyro tells it sooner
+            self._track.fix(row.time, row.latitude, row.longitude, error)
+
+    @property
+    def trouble(self) -> str:
+        """Why to stop, "" while the boat turns as ordered."""
+        return self._response.trouble or self._track.trouble
+
+    @property
+    def doubt(self) -> str:
+        """The same, earlier."""
+        return self._response.doubt or self._track.doubt
 
 
 def _or_zero(value: float) -> float:

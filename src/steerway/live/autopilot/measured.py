@@ -90,10 +90,10 @@ class MeasuredHeading:
             std = math.degrees(self.filter.heading_std)
             LOG.info("heading (%s) %s", self._table.kind, f"known to ± {std:.0f}°" if self._is_known else "unknown")
 
-    def _measured_rate(self, time):
+    def _measured_rate(self, time: float) -> float:
         return self._gyro if time - self._turned_at < _GYRO else math.nan
 
-    def _pass(self, time):
+    def _pass(self, time: float) -> None:
         """Add up what was ordered until a time; where someone else steers, what the gyro measured."""
         passed = max(time - self._ordered_at, 0.0) if math.isfinite(self._ordered_at) else 0.0
         rate = self._measured_rate(time) if math.isnan(self._ordered) else self._ordered
@@ -101,7 +101,7 @@ class MeasuredHeading:
         self._since += passed
         self._ordered_at = time
 
-    def _mean_order(self, time):
+    def _mean_order(self, time: float) -> float:
         """The mean of what was ordered since the last measurements; of the last, for several that come at once."""
         self._pass(time if math.isnan(self._ordered_at) else max(time, self._ordered_at))
         if self._since > 0.0:

@@ -11,11 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml, refusal
 from steerway.guidance.laws import LAWS, GuidanceTable
@@ -69,27 +70,34 @@ class MissionTable(RouteKeys):
     """What a mission file may set beside its waypoints and fence."""
 
     name: str = ""
-    origin: PlaceTable | None = Field(None, description="a place, for waypoints given in m")
-    law: Literal[*LAWS] | None = Field(None, description="short for guidance.law")  # type: ignore[valid-type]
+    origin: PlaceTable | None = Field(default=None, description="a place, for waypoints given in m")
+    law: Literal[*LAWS] | None = Field(default=None, description="short for guidance.law")  # type: ignore[valid-type]
     lookahead: Annotated[Positive | None, "m"] = Field(
-        None, description="short for guidance.lookahead; 20 where both are missing"
+        default=None, description="short for guidance.lookahead; 20 where both are missing"
     )  # m
-    guidance: GuidanceTable = Field(GuidanceTable(), description="the guidance law and its gains, as in scenarios")
+    guidance: GuidanceTable = Field(
+        default=GuidanceTable(), description="the guidance law and its gains, as in scenarios"
+    )
     acceptance: Annotated[Positive, "m"] = 10.0  # m
     speed_mps: Positive = 1.0
     at_end: Literal["stop", "hold"] = "stop"
     hold_radius: Annotated[Positive, "m"] = 5.0  # m within which the boat may drift about a position
     safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
     on_stop: OnStop = OnStop()
-    rally: PlaceTable | None = Field(None, description="where `return` goes; the route's beginning without it")
+    rally: PlaceTable | None = Field(default=None, description="where `return` goes; the route's beginning without it")
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
+
+    @property
+    def lookahead_m(self) -> float:
+        """Lookahead distance, m."""
+        return self.lookahead or self.guidance.lookahead or LOOKAHEAD
 
     @property
     def guided(self) -> GuidanceTable:
         """The table [guidance] with what stands for its keys, and the default lookahead."""
         short = {name: getattr(self, name) for name in _SHORT if getattr(self, name) is not None}
-        return self.guidance.model_copy(update={"lookahead": self.guidance.lookahead or LOOKAHEAD} | short)
+        return self.guidance.model_copy(update=short | {"lookahead": self.lookahead_m})
 
 
 _SHORT = ("law", "lookahead")
@@ -97,9 +105,9 @@ _SHORT = ("law", "lookahead")
 
 
 class MissionFile(MissionTable):
-    waypoint: list[WaypointTable] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
-    fence: list[PlaceTable] = Field([])
-    no_go: list[list[PlaceTable]] = Field([], description="polygons that the boat must not enter")
+    waypoint: list[WaypointTable] = Field(default=[], description="[[waypoint]] tables with lat_deg and lon_deg")
+    fence: list[PlaceTable] = Field(default=[])
+    no_go: list[list[PlaceTable]] = Field(default=[], description="polygons that the boat must not enter")
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +128,7 @@ class GeodeticRoute:
     rally: tuple[float, float] | None = None
     no_go: tuple[NoGo, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for area in self.no_go:
             for k, place in enumerate(self.places):
                 if area.holds(*place) or (k and area.is_crossed_by(self.places[k - 1], place)):
@@ -157,7 +165,7 @@ class GeodeticRoute:
         """What differs on the leg to each waypoint."""
         return self.waypoints or [WaypointTable()] * len(self.latitude)
 
-    def _column(self, name, otherwise):
+    def _column(self, name: str, otherwise: float) -> Floats:
         return np.array([getattr(each, name) or otherwise for each in self.tables])
 
     def with_items(self, items: Sequence[MissionItem]) -> "GeodeticRoute":
@@ -220,7 +228,7 @@ class GeodeticRoute:
         fence: Sequence[PlaceTable] = (),
         settings: MissionTable | None = None,
         no_go: Sequence[Sequence[PlaceTable]] = (),
-    ):
+    ) -> "GeodeticRoute":
         """A route from tables. Raises InputError for a place that is not whole, and for a fence as `Fence`."""
         table = settings or MissionTable()
         origin = None if table.origin is None else table.origin.globe(None, "origin")
@@ -234,14 +242,14 @@ class GeodeticRoute:
         return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None, rally, areas)
 
 
-def _from_gpx(text):
+def _from_gpx(text: str) -> dict[str, Any]:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a document type is declared")
     points = [each for each in ElementTree.fromstring(text).iter() if each.tag.rpartition("}")[2] == "rtept"]
     return {"waypoint": [{f"{axis}_deg": float(each.attrib[axis]) for axis in ("lat", "lon")} for each in points]}
 
 
-def _from_geojson(text):
+def _from_geojson(text: str) -> dict[str, Any]:
     found = json.loads(text)
     shapes = [each.get("geometry", each) for each in found.get("features", [found])]
     lines = [each["coordinates"] for each in shapes if each["type"] == "LineString"]
@@ -253,5 +261,5 @@ def _from_geojson(text):
     return {"waypoint": _places(lines[0]), "fence": _places(rings[0]) if rings else []}
 
 
-def _places(coordinates):
+def _places(coordinates: Sequence[Sequence[float]]) -> list[dict[str, float]]:
     return [{"lat_deg": each[1], "lon_deg": each[0]} for each in coordinates]

@@ -6,7 +6,7 @@ position. Sources: mavlink.io, mission protocol and MAV_CMD; docs.qgroundcontrol
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from steerway.core.errors import InputError
@@ -23,7 +23,7 @@ class MissionItem(NamedTuple):
 
     command: int
     frame: int
-    parameters: tuple[float, float, float, float]
+    parameters: tuple[float, ...]
     latitude: float
     longitude: float
     altitude: float = 0.0
@@ -35,14 +35,15 @@ def mission_of(items: Sequence[MissionItem], home: tuple[float, float] | None = 
     Raises InputError that names an item which cannot be sailed.
     """
     waypoints: list[dict[str, float]] = []
-    speed, keys = math.nan, {}
+    speed, keys = math.nan, dict[str, str]()
     for index, item in enumerate(items):
         if keys.get("at_end") == "hold":
             raise InputError(f"item {index} follows one that loiters without end, expected none")
         if item.command == SPEED:
             speed = item.parameters[1] if item.parameters[1] > 0.0 else speed
             continue
-        if item.command == RETURN and home is None:
+        place = home if item.command == RETURN else (item.latitude, item.longitude)
+        if place is None:
             raise InputError(f"item {index} returns, and there is no home position to return to")
         if item.command not in (WAYPOINT, LOITER, RETURN) or item.frame not in _GLOBAL_FRAMES:
             raise InputError(
@@ -51,7 +52,6 @@ def mission_of(items: Sequence[MissionItem], home: tuple[float, float] | None = 
             )
         if item.command == WAYPOINT and item.parameters[0] > 0.0:
             raise InputError(f"item {index} stays for {item.parameters[0]:g} s, expected 0 s")
-        place = home if item.command == RETURN else (item.latitude, item.longitude)
         waypoint = dict(zip(("lat_deg", "lon_deg"), place, strict=True))
         if item.command == WAYPOINT and item.parameters[1] > 0.0:
             waypoint["acceptance"] = item.parameters[1]
@@ -86,7 +86,7 @@ def read_plan(text: str) -> dict[str, Any]:
     return keys | ({"rally": _place(rally[0])} if rally else {})
 
 
-def _plan_items(items):
+def _plan_items(items: list[dict[str, Any]]) -> Iterator[MissionItem]:
     """Simple items, and those that a survey or corridor is made of."""
     for item in items:
         if item.get("type") == "ComplexItem":
@@ -96,7 +96,7 @@ def _plan_items(items):
         yield MissionItem(item["command"], item["frame"], tuple(parameters), latitude, longitude, altitude)
 
 
-def _place(pair):
+def _place(pair: Sequence[float]) -> dict[str, float]:
     return {"lat_deg": float(pair[0]), "lon_deg": float(pair[1])}
 
 

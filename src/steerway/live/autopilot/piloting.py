@@ -6,6 +6,7 @@ full moment that gives it. Gains follow what the course estimate carries (`contr
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +20,10 @@ from steerway.core.checks import one_of
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.live.autopilot.guide import Guide
+from steerway.live.autopilot.limits import UNTOLD
 from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
 from steerway.live.autopilot.steering_estimate import SteeringEstimate
-from steerway.live.autopilot.turn_limit import UNTOLD
 from steerway.pilot import Observer, Pilot
 from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
@@ -79,11 +80,11 @@ def largest_yaw_rate(boat: BoatTable) -> float:
 
 def limit_turns(pilot: Pilot, rate: float) -> None:
     """Order at most a yaw rate (rad/s) from now on."""
-    if rate == pilot.actuation.max_rate:
-        return
-    pilot.actuation.max_rate = rate
-    pilot.in_current.limit, pilot.in_current.turn_rate = rate, _TURN_SHARE * rate
-    pilot.autopilot.shaper.max_acceleration = rate / _TURN_TIME
+    actuation: Any = pilot.actuation
+    shaper: Any = pilot.autopilot.shaper
+    if rate != actuation.max_rate and pilot.in_current is not None:
+        actuation.max_rate, shaper.max_acceleration = rate, rate / _TURN_TIME
+        pilot.in_current.limit, pilot.in_current.turn_rate = rate, _TURN_SHARE * rate
 
 
 def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
@@ -107,7 +108,7 @@ def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
         yaw_limit=rate,
         bandwidth=MAX_BANDWIDTH,
         propulsion=BoatActuation(table, takes),
-        lookahead=settings.guided.lookahead,
+        lookahead=settings.lookahead_m,
         acceptance=settings.acceptance,
         cruise=cruise,
         top_speed=table.top_speed_mps,
@@ -133,8 +134,8 @@ def pilot_of(
     kinds: tuple[str, str] = DEFAULT_KINDS,
     heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
     observer: Observer | None = None,
-) -> Pilot:
-    """The pilot of a route; its estimator takes rows, and its mission is a `Guide`.
+) -> tuple[SteeringEstimate, Guide, Pilot]:
+    """The pilot of a route with its estimator, which takes rows, and its mission.
 
     profile: of the course estimator, None for the prior; it limits the bandwidth of the loop. takes: one of
     `ACTUATIONS`. kinds: as of `build_pilot`. heading: of the filter that takes the compass's place, "tracker" for none.
@@ -145,11 +146,13 @@ def pilot_of(
     compass = None
     if heading.kind != "tracker":
         compass = MeasuredHeading(heading, boat.nomoto_time, boat.turn_rate, boat.cruise, boat.surge_time)
-    return build_pilot(
+    estimator = SteeringEstimate(route.places[0], response_of(boat), profile.position_std, compass)
+    guide = Guide(route, boat)
+    pilot = build_pilot(
         boat,
-        Guide(route, boat),
+        guide,
         guidance.design(boat.lookahead, boat.cruise),
-        SteeringEstimate(route.places[0], response_of(boat), profile.position_std, compass),
+        estimator,  # type: ignore[arg-type]  # rows pass through the pilot
         kinds=kinds,
         steer_by=guidance.angle,
         steerageway=Steerageway(take=least, give=_GIVE_UP * least, dwell=0.0),
@@ -157,3 +160,4 @@ def pilot_of(
         radius=route.settings.hold_radius,
         observer=observer,
     )
+    return estimator, guide, pilot

@@ -75,7 +75,7 @@ class SteeringEstimate:
             self.heading.report(heading)
         return self.filter.refused_for == 0.0 if self.filter.started else None
 
-    def _use(self, time, *measured):
+    def _use(self, time: float, *measured: float) -> None:
         """A fix for the filter, which begins anew where that is no number afterwards."""
         try:
             self.filter.fix(time, *measured)
@@ -93,7 +93,7 @@ class SteeringEstimate:
             self._stepped = row, self._estimate(row)
         return self._stepped[1]
 
-    def _estimate(self, row):
+    def _estimate(self, row: Row) -> Estimate:
         if not row.valid:
             return NOTHING_KNOWN
         if self.filter.started and row.time - self._fixed <= _LONGEST_GAP:

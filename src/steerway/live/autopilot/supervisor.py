@@ -18,14 +18,13 @@ from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
-from steerway.live.autopilot.guide import POSITION, ROUTE, Guide
-from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor, TrackMonitor
+from steerway.live.autopilot.guide import POSITION, ROUTE
+from steerway.live.autopilot.integrity import ReceiverMonitor, TurnMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.mission_items import MissionItem
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_turns, pilot_of
-from steerway.live.autopilot.turn_limit import TurnLimit
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.pilot import Mode, Pilot, Steered
@@ -71,7 +70,7 @@ class Supervisor:
         from_here: bool = False,
     ):
         profile = profile_of(profile)
-        self.pilot = pilot_of(route, profile, takes, kinds, heading, self)
+        self.estimator, self.guide, self.pilot = pilot_of(route, profile, takes, kinds, heading, self)  # type: ignore[arg-type]
         self.leg: Leg | None = None  # of the last tick, None when the route is finished
         self.state = State.IDLE
         self.reason = "no position yet"
@@ -86,24 +85,17 @@ class Supervisor:
         self._vehicle = ""
         self._is_finished = True  # a start begins the route from its first leg
         self._is_new = False  # started, and no step since
-        self._measured_at = self._thrust = math.nan
+        self._thrust = math.nan
         self._turn: Turn | None = None  # that was said last
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
-        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.guided.lookahead, route.no_go)
-        self._receiver, self._response, self._track, self._turns = ReceiverMonitor(), None, None, None
+        self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead_m, route.no_go)
+        self._receiver = ReceiverMonitor()
+        self._turns: TurnMonitor | None = None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
-            boat = boat_of(route, takes)
-            self._response, self._track = ResponseMonitor(boat), TrackMonitor(boat)
-            declared = route.settings.boat.max_yaw_rate_dps
-            self._turns = TurnLimit(None if declared is None else math.radians(declared))
-        self._monitors = [each for each in (self._receiver, self._response, self._track) if each]
-
-    @property
-    def guide(self) -> Guide:
-        """What is followed."""
-        return self.pilot.mission
+            self._turns = TurnMonitor(boat_of(route, takes), route.settings.boat.max_yaw_rate_dps)
+        self._monitors = [each for each in (self._receiver, self._turns) if each is not None]
 
     def start(self) -> None:
         """Steer from the next step on: the route from its beginning, or on from where it was stopped.
@@ -144,7 +136,7 @@ class Supervisor:
         self._begin_leg()
         self._guard.start()
 
-    def _begin_leg(self):
+    def _begin_leg(self) -> None:
         """A turn that was planned, and what was seen of the way made, are of another leg."""
         if self.pilot.in_current is not None:
             self.pilot.in_current.restart()
@@ -152,7 +144,7 @@ class Supervisor:
     def turns(self, limit: float) -> None:
         """The vehicle's own limit of its yaw rate, rad/s."""
         if self._turns is not None:
-            self._turns.vehicle(limit)
+            self._turns.limit.vehicle(limit)
 
     def refused(self, reason: str) -> None:
         """The vehicle was not taken over: stopped, or ready again later where `engage` had started it."""
@@ -167,30 +159,24 @@ class Supervisor:
 
         `since`: s from the last step to its arrival.
         """
-        is_new = measured is not None and measured.time == row.time
-        fits = self.pilot.estimator.fix(measured) if is_new else None
-        if self.pilot.estimator.is_broken:
+        new = measured if measured is not None and measured.time == row.time else None
+        fits = None if new is None else self.estimator.fix(new)
+        if self.estimator.is_broken:
             self.stop(_NO_NUMBER)
         self._watch.fix(row, fits, since)
-        if is_new:
-            self._monitor(row, measured)
+        if new is not None:
+            self._monitor(row, new)
 
-    def _monitor(self, row, measured):
+    def _monitor(self, row: Row, measured: InputRow) -> None:
         """Receiver and boat, by the fix."""
         self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
-        if self._response is None:
-            return
-        self._turns.turned(measured.yaw_rate, measured.time - self._measured_at)
-        self._measured_at = measured.time
-        self._response.fix(measured.time, measured.yaw_rate)
-        if math.isnan(measured.yaw_rate):  # a gyro tells it sooner
+        if self._turns is not None:
             of_a_second = self._receiver.scatter * math.sqrt(min(1.0, self._watch.interval))
-            error = math.hypot(self.pilot.estimator.filter.slow_std, of_a_second)
-            self._track.fix(measured.time, measured.latitude, measured.longitude, error)
+            self._turns.fix(measured, math.hypot(self.estimator.filter.slow_std, of_a_second))
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
-        self.pilot.estimator.take(row)
+        self.estimator.take(row)
         if self.measured is not None:
             self.measured.take(row)
 
@@ -201,21 +187,18 @@ class Supervisor:
     def step(self, row: Row, dt: float) -> Order:
         """The order of a tick, dt s after the one before."""
         self._trouble = self._watch.step(row, dt)
-        if self._response is not None:
-            ordered = self.pilot.estimator.ordered
-            self._response.order(ordered, dt)
-            self._track.order(ordered, self._thrust, dt)
-            self._turns.order(ordered, self._thrust, dt)
-            limit_turns(self.pilot, self._turns.rate)
+        if self._turns is not None:
+            self._turns.order(self.estimator.ordered, self._thrust, dt)
+            limit_turns(self.pilot, self._turns.limit.rate)
         if self._is_new and self._is_finished:
             self.guide.restart()
         self.guide.row = row
-        done = self.pilot.step(row, dt)
+        done = self.pilot.step(row, dt)  # type: ignore[arg-type]  # its estimator takes rows
         course = done.desired.angle
         self.leg = self.guide.shown(done.leg, course)
         self._thrust = done.command[1] if done.command else math.nan
         if done.command and self.state in UNDER_WAY:
-            return Order(self.state, self.reason, True, *done.command, course, done.speed)
+            return Order._make((self.state, self.reason, True, *done.command, course, done.speed))
         return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
 
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
@@ -256,10 +239,10 @@ class Supervisor:
         if not steered.command or all(map(math.isfinite, (*steered.command, estimate.north, estimate.east))):
             return True
         self.stop(_NO_NUMBER)
-        pilot.estimator.restart()
+        self.estimator.restart()
         return False
 
-    def _go_on(self, row, cross_track, dt):
+    def _go_on(self, row: Row, cross_track: float, dt: float) -> None:
         spot_turn = self.pilot.spot_turn
         is_held = self.guide.phase is Phase.HOLDING or (spot_turn is not None and spot_turn.turns)
         trouble = self._trouble
@@ -273,9 +256,8 @@ class Supervisor:
             self._begin_leg()
             self._guard.rejoin()
         self.guide.rejoins = False
-        if is_held and self._response is not None:
-            self._response.restart()  # positions of a boat that hardly moves show no turn
-            self._track.restart()
+        if is_held and self._turns is not None:
+            self._turns.restart()  # positions of a boat that hardly moves show no turn
         if self.guide.finished:
             self._is_finished = True
             trouble = trouble or "the route is finished"
@@ -296,7 +278,7 @@ class Supervisor:
             self.reason = self._watch.degradation(row) or next(filter(None, doubts), "") or self._instead
             self.state = State.DEGRADED if self.reason else State.RUNNING
 
-    def _far(self, leg):
+    def _far(self, leg: LegState) -> str:
         """Why a route does not begin here: its first leg is further away than a mission usually begins."""
         if self._from_here or self.guide.mode != ROUTE or not self._is_finished:
             return ""
@@ -306,7 +288,7 @@ class Supervisor:
             return ""
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
-    def _say_turn(self, leg):
+    def _say_turn(self, leg: LegState) -> None:
         """Log a turn that begins, with the side and the distance at which it passes the waypoint; as a warning where
         that is not within the acceptance.
         """
@@ -319,7 +301,7 @@ class Supervisor:
             LOG.log(logging.WARNING if is_wide else logging.INFO, _TURN, degrees, leg.target, passes)
         self._turn = turn
 
-    def _holds_instead(self, limit):
+    def _holds_instead(self, limit: str) -> bool:
         """Whether a limit, or the loss of the operator, is answered by holding a position: as the mission says."""
         if self._instead:
             return not limit
@@ -339,12 +321,12 @@ class Supervisor:
         self._instead = f"{reason}: {'the position is held' if instead == 'hold' else 'the boat returns'}"
         return True
 
-    def _wait(self):
+    def _wait(self) -> None:
         self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")
         if self._engage and self.state is State.READY:
             self.start()
 
-    def _slowing(self, course_to_steer):
+    def _slowing(self, course_to_steer: float) -> float:
         """Share of the route's speed, by the turn that the reference has still to make."""
         reference = self.pilot.autopilot.shaper.reference
         turn = 0.0 if reference is None else wrap(course_to_steer - reference.angle)

@@ -107,7 +107,7 @@ class Watch:
             return now
         return f"no trouble for {self.settled:.1f} s, expected {SETTLED:g} s"
 
-    def _obstacle_now(self, row):
+    def _obstacle_now(self, row: Row) -> str:
         if math.isnan(self._accepted) or not row.valid:
             return "no position yet" if math.isnan(self._accepted) else "no position"
         if self._knows_orders:
@@ -121,7 +121,7 @@ class Watch:
             return f"fixes scatter more than the profile expects, the mean NIS is {mean:.1f}, expected about 2"
         return self._lost_link() or self.degradation(row)
 
-    def _lasting_trouble(self, row):
+    def _lasting_trouble(self, row: Row) -> str:
         age = self._age(row)
         if age > self.max_dead_reckoning:
             return f"no fix for {age:.1f} s"
@@ -140,14 +140,14 @@ class Watch:
         return self._lost_link()
 
     @property
-    def _allowed_unfit(self):
+    def _allowed_unfit(self) -> float:
         interval = self.interval
         return min(max(UNFIT, 3.0 * interval), LONGEST_UNFIT) if math.isfinite(interval) else UNFIT
 
-    def _lost_link(self):
+    def _lost_link(self) -> str:
         return next((f"link {name} is lost" for name, alive in self._links.items() if not alive), "")
 
-    def _judge_lateness(self, dt):
+    def _judge_lateness(self, dt: float) -> None:
         """A late step is no trouble by itself; in its time no fix could end what lasts."""
         if dt <= LATE_TICK:
             self._late = max(self._late - FORGIVEN * dt, 0.0)
@@ -162,7 +162,7 @@ class Watch:
             self._late = 0.0
             self._forget_clock()
 
-    def _judge_time(self, time, now):
+    def _judge_time(self, time: float, now: float) -> None:
         ahead = time - self._clock.now(now)
         if ahead > STEP or (self._times and time < self._times[-1]):
             self._event = f"the receiver's time stepped by {ahead:+.1f} s"
@@ -175,23 +175,23 @@ class Watch:
             self.interval = intervals[len(intervals) // 2] if intervals else math.nan
         self._late_since = _since(self._late_since, self._now) if ahead < -LAG else math.nan
 
-    def _forget_clock(self):
+    def _forget_clock(self) -> None:
         self._clock.forget()
         self._times.clear()
         self.interval = math.nan
         self._late_since = math.nan
 
-    def _age(self, row):
+    def _age(self, row: Row) -> float:
         """s since the last accepted fix, by this clock and by that of the receiver; NaN before the first."""
         by_receiver = row.time - self._accepted_time
         age = self._now - self._accepted
         return max(age, by_receiver) if math.isfinite(by_receiver) else age
 
-    def _is_blind(self, row):
+    def _is_blind(self, row: Row) -> bool:
         """Whether fixes are missing, judged by their usual interval."""
         interval = self.interval
         return not self._age(row) <= (max(1.0, 3.0 * interval) if math.isfinite(interval) else 1.0)
 
 
-def _since(before, now):
+def _since(before: float, now: float) -> float:
     return now if math.isnan(before) else before

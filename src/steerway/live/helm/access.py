@@ -3,6 +3,9 @@
 Another computer in the boat's network has to send the token once and gets a signed cookie. In the skipper's own browser
 any web page may send requests to this address: those are recognised by the headers Host (a foreign name that points
 here) and Origin (a foreign page).
+
+There are so many places for connections, from one address and in all. One without a request is closed after `_IDLE`, so
+that idle ones, and headers that never end, keep nobody out; when all are taken, those who have not logged in give way.
 """
 
 import asyncio
@@ -11,16 +14,112 @@ import hmac
 import re
 import time
 from collections import OrderedDict
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
+from typing import Any
 from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request, cookie_parser
 from starlette.responses import HTMLResponse, PlainTextResponse, RedirectResponse
+from starlette.types import Message, Receive, Scope, Send
 
-from steerway.live.helm.address import Address, is_loopback
-from steerway.live.helm.connection_limit import Places
+from steerway.live.uri import Address, is_loopback
+
+MOST = 200
+"""Connections in all."""
+_FROM_ONE = 32  # connections of one address; a browser opens six beside its WebSocket
+_IDLE = 5.0  # s without a request
+
+
+class _Connection:
+    """One connection."""
+
+    def __init__(self, transport: Any, address: Address, now: float) -> None:
+        self.transport, self.address, self.since = transport, address, now
+        self.knows = False  # has logged in, or needs no login
+        self.requests = 0  # in progress; a WebSocket is one
+
+
+class Places:
+    """The open connections by the client's address and port."""
+
+    def __init__(self, most: int = MOST, from_one: int = _FROM_ONE, idle: float = _IDLE):
+        self._most, self._from_one, self._idle = most, from_one, idle
+        self._places: dict[tuple[Any, ...], _Connection] = {}
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def admit(self, transport: Any, now: float) -> bool:
+        """Whether a new connection may stay; others may be closed for it."""
+        client = tuple((transport.get_extra_info("peername") or ("", 0))[:2])
+        self._forget_closed()
+        here = [each for each in self._places.values() if each.address == client[0]]
+        for crowd, most in ((here, self._from_one), (list(self._places.values()), self._most)):
+            if len(crowd) >= most and not self._closed_one(crowd):
+                return False
+        self._places[client] = _Connection(transport, client[0], now)
+        return True
+
+    def begin(self, client: Sequence[Any] | None, knows: bool) -> None:
+        """A request of a client begins; whether it is of one who has logged in."""
+        place = self._places.get(tuple(client or ())[:2])
+        if place is not None:
+            place.requests += 1
+            place.knows |= knows
+
+    def end(self, client: Sequence[Any] | None, now: float) -> None:
+        """A request has ended."""
+        place = self._places.get(tuple(client or ())[:2])
+        if place is not None:
+            place.requests -= 1
+            place.since = now
+
+    def close_idle(self, now: float) -> None:
+        """Close the connections that have had no request for long."""
+        self._forget_closed()
+        for client, place in list(self._places.items()):
+            if place.requests == 0 and now - place.since > self._idle:
+                place.transport.abort()
+                del self._places[client]
+
+    async def watch(self) -> None:
+        """Close idle connections until cancelled."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await asyncio.sleep(0.2 * self._idle)
+            self.close_idle(loop.time())
+
+    def _closed_one(self, crowd: list[_Connection]) -> bool:
+        """Whether one of these could be closed: the oldest of those who have not logged in."""
+        unknown = [each for each in crowd if not each.knows]
+        if not unknown:
+            return False
+        oldest = min(unknown, key=lambda each: each.since)
+        oldest.transport.abort()
+        self._places = {client: each for client, each in self._places.items() if each is not oldest}
+        return True
+
+    def _forget_closed(self) -> None:
+        self._places = {client: each for client, each in self._places.items() if not each.transport.is_closing()}
+
+
+def protocol_with(places: Places, protocol: Any) -> type:
+    """A protocol of the web server whose connections are admitted by `places`."""
+
+    class Placed(protocol):  # type: ignore[misc]
+        """Refuses a connection for which there is no place."""
+
+        def connection_made(self, transport: Any) -> None:
+            """See asyncio.Protocol."""
+            super().connection_made(transport)
+            if not places.admit(transport, asyncio.get_running_loop().time()):
+                transport.abort()
+
+    return Placed
+
 
 COOKIE = "steerway_helm"
 LOGIN = "/login"
@@ -54,20 +153,20 @@ class Sessions:
             return False
         return hmac.compare_digest(cookie.encode(), self._signed(int(expiry)).encode()) and int(expiry) > time.time()
 
-    def _signed(self, expiry):
+    def _signed(self, expiry: int) -> str:
         return f"{expiry}.{hmac.new(self._token, f'helm {expiry}'.encode(), hashlib.sha256).hexdigest()}"
 
 
 class Gate:
     """An ASGI application that passes permitted requests to another one."""
 
-    def __init__(self, app, address: Address, places: Places | None = None):
+    def __init__(self, app: Any, address: Address, places: Places | None = None):
         self.app, self._address = app, address
         self._places = places or Places()
         self._sessions = None if address.token is None else Sessions(address.token)
         self._wrong: OrderedDict[str, float] = OrderedDict()  # when which computer may try again
 
-    async def __call__(self, scope, receive, send):
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See ASGI."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
@@ -85,7 +184,7 @@ class Gate:
         finally:
             self._places.end(client, loop.time())
 
-    async def _passed(self, scope, receive, send, headers, knows):
+    async def _passed(self, scope: Scope, receive: Receive, send: Send, headers: Headers, knows: bool) -> None:
         if is_foreign(scope, headers, self._address):
             await _refuse(scope, receive, send, 403, "Only this page itself may send requests.")
         elif knows:
@@ -100,8 +199,8 @@ class Gate:
         else:
             await _refuse(scope, receive, send, 401, "Log in first.")
 
-    async def _login(self, scope, receive, send):
-        request = Request(scope, receive)
+    async def _login(self, scope: Scope, receive: Receive, send: Send) -> None:
+        request, sessions = Request(scope, receive), self._sessions or Sessions("")
         if request.method == "GET":
             await _login_page()(scope, receive, send)
         elif request.method != "POST":
@@ -110,17 +209,17 @@ class Gate:
             who = request.client.host if request.client else ""
             if self._must_wait(who):
                 await _login_page("Too quick. Wait a second and try again.", 429)(scope, receive, send)
-            elif self._sessions.is_token(await _token_in(request)):
+            elif sessions.is_token(await _token_in(request)):
                 reply = RedirectResponse("/", 303)
                 secure = (self._address.origin or "").startswith("https:")
-                cookie = self._sessions.cookie()
+                cookie = sessions.cookie()
                 reply.set_cookie(COOKIE, cookie, _VALID, secure=secure, httponly=True, samesite="strict")
                 await reply(scope, receive, send)
             else:
                 await asyncio.sleep(_PAUSE)
                 await _login_page("That was not the token.", 401)(scope, receive, send)
 
-    def _must_wait(self, who):
+    def _must_wait(self, who: str) -> bool:
         """Whether this computer tried within the pause; every attempt begins a new one."""
         now = time.monotonic()
         waits = self._wrong.pop(who, -1.0) > now
@@ -130,7 +229,7 @@ class Gate:
         return waits
 
 
-def is_foreign(scope, headers: Headers, address: Address) -> bool:
+def is_foreign(scope: Scope, headers: Headers, address: Address) -> bool:
     """Whether a request comes from another web page, or is addressed to a foreign name.
 
     A request that acts (POST, WebSocket) must have this page as its origin; one that reads must not have another. A
@@ -149,11 +248,11 @@ def is_foreign(scope, headers: Headers, address: Address) -> bool:
     return any(origin not in own for origin in origins) or (acts and len(origins) != 1)
 
 
-def _cookie(headers):
+def _cookie(headers: Headers) -> str:
     return cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
 
 
-async def _token_in(request) -> str:
+async def _token_in(request: Request) -> str:
     body = b""
     async for piece in request.stream():
         body += piece
@@ -162,14 +261,14 @@ async def _token_in(request) -> str:
     return parse_qs(body.decode(errors="replace")).get("token", [""])[0]
 
 
-async def _refuse(scope, receive, send, status, why):
+async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, why: str) -> None:
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": 1008})
     else:
         await PlainTextResponse(why, status)(scope, receive, send)
 
 
-def _guarded(send, host):
+def _guarded(send: Send, host: str) -> Send:
     """Response headers: nothing foreign is loaded, and no other page frames this one."""
     policy = (
         "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
@@ -177,7 +276,7 @@ def _guarded(send, host):
         "frame-ancestors 'none'; form-action 'self'; base-uri 'self'"
     )
 
-    async def guarded(message):
+    async def guarded(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(raw=message.setdefault("headers", []))
             headers["Content-Security-Policy"] = policy
@@ -189,6 +288,6 @@ def _guarded(send, host):
     return guarded
 
 
-def _login_page(notice="", status=200):
+def _login_page(notice: str = "", status: int = 200) -> HTMLResponse:
     page = files("steerway.live.helm").joinpath("login.html").read_text(encoding="utf-8")
     return HTMLResponse(page.replace("NOTICE", escape(notice)), status, {"Cache-Control": "no-store"})

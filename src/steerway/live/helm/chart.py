@@ -5,9 +5,10 @@ are classes of page.css.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
-from steerway.live.helm.view import View
+from steerway.live.helm.view import Place, Places, Track, View
 
 _GRID = 70.0  # pixels between two lines of the grid, at the least
 _VECTOR = 30.0  # s: the course vector ends at the position then
@@ -35,7 +36,7 @@ class Window(NamedTuple):
         return aside <= x <= self.width - aside and above <= y <= self.height - above
 
 
-def around(places, width: float, height: float, least: float = 40.0) -> Window:
+def around(places: Any, width: float, height: float, least: float = 40.0) -> Window:
     """The window that shows all places (north, east), and `least` m at the least."""
     north, east = zip(*places, strict=True) if places else ((0.0,), (0.0,))
     tall, wide = max(max(north) - min(north), least), max(max(east) - min(east), least)
@@ -43,18 +44,18 @@ def around(places, width: float, height: float, least: float = 40.0) -> Window:
     return Window((max(north) + min(north)) / 2.0, (max(east) + min(east)) / 2.0, scale, width, height)
 
 
-def still(window: Window, route, track, target: int | None, fence=()) -> str:
+def still(window: Window, route: Places, track: Track, target: int | None, fence: Places = ()) -> str:
     """Grid, fence, route and track."""
     drawn = _grid(window) + _fence(window, fence) + _route(window, route, target) + _track(window, track)
     return _svg(window, drawn + _scale_bar(window))
 
 
-def moving(window: Window, view: View, route=()) -> str:
+def moving(window: Window, view: View, route: Places = ()) -> str:
     """The boat: its ellipse, course vector and offset from the leg."""
     mark = _mark(window, view)
-    if view.north is None:
+    if view.place is None:
         return _svg(window, mark)
-    x, y = window.at(view.north, view.east)
+    x, y = window.at(*view.place)
     drawn, ellipse = mark + _offset(window, view, route), _ellipse(window, view, x, y)
     if view.cog_deg is None:
         return _svg(window, f'{drawn}<circle class="boat" cx="{x:.1f}" cy="{y:.1f}" r="8"/>{ellipse}')
@@ -66,7 +67,7 @@ def moving(window: Window, view: View, route=()) -> str:
     return _svg(window, f'{drawn}<path class="boat" transform="{turn}" d="M0 -15L8.5 11Q0 6 -8.5 11Z"/>{ellipse}')
 
 
-def _mark(window, view):
+def _mark(window: Window, view: View) -> str:
     """A cross where a man went overboard."""
     if view.mark is None:
         return ""
@@ -74,7 +75,7 @@ def _mark(window, view):
     return f'<path class="mob" d="M{x - 9:.1f} {y - 9:.1f}l18 18m0 -18l-18 18"/>'
 
 
-def _svg(window, drawn):
+def _svg(window: Window, drawn: str) -> str:
     size = f'width="{window.width:.0f}" height="{window.height:.0f}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size} aria-hidden="true">{drawn}</svg>'
 
@@ -85,7 +86,7 @@ def nice(least: float) -> float:
     return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least * (1.0 - 1e-9))
 
 
-def _grid(window):
+def _grid(window: Window) -> str:
     step = nice(_GRID * window.scale)
     wide, tall = window.width * window.scale / 2.0, window.height * window.scale / 2.0
     path = ""
@@ -96,7 +97,7 @@ def _grid(window):
     return f'<path class="grid" d="{path}"/>'
 
 
-def _scale_bar(window):
+def _scale_bar(window: Window) -> str:
     length = nice(_GRID * window.scale)
     text = f"{length:g} m" if length < 1000.0 else f"{length / 1000.0:g} km"
     x, y, run = 16.0, window.height - 16.0, length / window.scale
@@ -106,11 +107,11 @@ def _scale_bar(window):
     return f'{bar}<text class="small" x="{x + 6:.1f}" y="{y - 5:.1f}">{text}</text>{north}{letter}'
 
 
-def _fence(window, fence):
+def _fence(window: Window, fence: Places) -> str:
     return f'<polygon class="fence" points="{_points([window.at(*place) for place in fence])}"/>' if fence else ""
 
 
-def _route(window, route, target):
+def _route(window: Window, route: Places, target: int | None) -> str:
     if not route:
         return ""
     pixels = [window.at(*place) for place in route]
@@ -125,9 +126,9 @@ def _route(window, route, target):
     return drawn
 
 
-def _named(pixels):
+def _named(pixels: Places) -> list[Any]:
     """Where a name goes, and the name; waypoints at one place share theirs."""
-    places: list = []
+    places: list[Any] = []
     for k, pixel in enumerate(pixels):
         near = next((each for each in places if math.dist(each[0], pixel) < 12.0), None)
         if near is None:
@@ -137,8 +138,9 @@ def _named(pixels):
     return places
 
 
-def _track(window, track):
-    lines, line, last = [], [], None
+def _track(window: Window, track: Track) -> str:
+    lines: list[list[Place]] = []
+    line, last = list[Place](), None
     for place in track:
         if place is None:
             lines, line, last = [*lines, line], [], None
@@ -150,22 +152,22 @@ def _track(window, track):
     return "".join(f'<polyline class="track" points="{_points(each)}"/>' for each in [*lines, line] if len(each) > 1)
 
 
-def _points(pixels):
+def _points(pixels: Places) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in pixels)
 
 
-def _offset(window, view, route):
+def _offset(window: Window, view: View, route: Places) -> str:
     """From the boat perpendicular to the leg."""
-    if view.cross_track is None or not view.target or view.target >= len(route):
+    if view.place is None or view.cross_track is None or not view.target or view.target >= len(route):
         return ""
     (north_0, east_0), (north_1, east_1) = route[view.target - 1], route[view.target]
     direction = math.atan2(east_1 - east_0, north_1 - north_0)
-    north = view.north + view.cross_track * math.sin(direction)
-    east = view.east - view.cross_track * math.cos(direction)
-    return f'<polyline class="offset" points="{_points([window.at(view.north, view.east), window.at(north, east)])}"/>'
+    north = view.place[0] + view.cross_track * math.sin(direction)
+    east = view.place[1] - view.cross_track * math.cos(direction)
+    return f'<polyline class="offset" points="{_points([window.at(*view.place), window.at(north, east)])}"/>'
 
 
-def _ellipse(window, view, x, y):
+def _ellipse(window: Window, view: View, x: float, y: float) -> str:
     if view.ellipse is None:
         return ""
     major, minor, direction = view.ellipse
@@ -173,11 +175,106 @@ def _ellipse(window, view, x, y):
     return f'<ellipse class="ellipse" transform="translate({x:.1f} {y:.1f}) rotate({direction:.1f})" {axes}/>'
 
 
-def _fan(view, x, y, run):
+def _fan(view: View, x: float, y: float, run: float) -> str:
     """The sector in which the course lies."""
     half = min(view.cog_within_deg or 0.0, 179.9)
-    first, last = (math.radians(view.cog_deg + side * half) for side in (-1.0, 1.0))
+    first, last = (math.radians((view.cog_deg or 0.0) + side * half) for side in (-1.0, 1.0))
     start = f"{x + run * math.sin(first):.1f} {y - run * math.cos(first):.1f}"
     stop = f"{x + run * math.sin(last):.1f} {y - run * math.cos(last):.1f}"
     arc = f"A{run:.1f} {run:.1f} 0 {int(half > 90.0)} 1 {stop}"
     return f'<path class="fan" d="M{x:.1f} {y:.1f}L{start}{arc}Z"/>'
+
+
+_TURNS = (1, 2, 5, 10, 15, 30, 45, 90, 180)  # degrees between two lines
+_APART = 18.0  # pixels between two lines, at the least
+_LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # pixels around the plot
+
+
+class Point(NamedTuple):
+    """A value, a float or None, and how far the truth may be from it; None where there is none."""
+
+    time: float
+    value: Any
+    within: float | None
+
+
+def unwound(points: Sequence[Point]) -> list[Point]:
+    """Courses in degrees without jumps at north."""
+    unwound_points, last = [], None
+    for point in points:
+        value = point.value
+        if value is not None:
+            value += 0.0 if last is None else 360.0 * round((last - value) / 360.0)
+            last = value
+        unwound_points.append(point._replace(value=value))
+    return unwound_points
+
+
+def strip(points: Sequence[Point], width: float, height: float, span: float, least: float, turns: bool = False) -> str:
+    """One quantity over the last `span` s; the axis covers `least` at the least, and with `turns` it is in degrees."""
+    known = [point for point in points if point.value is not None]
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" aria-hidden="true">'
+    if not known:
+        return head + "</svg>"
+    low, high = _reach(known, least, turns)
+    end = points[-1].time
+    right, tall = width - 6.0, height - _TOP - _BOTTOM
+
+    def at(time: float, value: float) -> str:
+        share = (min(max(value, low), high) - low) / (high - low)
+        return f"{right - (end - time) / span * (right - _LEFT):.1f},{_TOP + (1.0 - share) * tall:.1f}"
+
+    drawn = _axis(low, high, right, tall, turns) + _minutes(span, right, height)
+    for run in _runs(points):
+        upper = [at(each.time, each.value + (each.within or 0.0)) for each in run]
+        lower = [at(each.time, each.value - (each.within or 0.0)) for each in reversed(run)]
+        drawn += f'<polygon class="band" points="{" ".join(upper + lower)}"/>'
+        drawn += f'<polyline class="curve" points="{" ".join(at(each.time, each.value) for each in run)}"/>'
+    return head + drawn + "</svg>"
+
+
+def _reach(known: Sequence[Point], least: float, turns: bool) -> tuple[float, float]:
+    """The ends of the axis: all values, and of their bands what does not dwarf them."""
+    low, high = min(each.value for each in known), max(each.value for each in known)
+    room = max(high - low, least)
+    low = min(low, *(each.value - min(each.within or 0.0, room) for each in known))
+    high = max(high, *(each.value + min(each.within or 0.0, room) for each in known))
+    if high - low < least:
+        low, high = (low + high - least) / 2.0, (low + high + least) / 2.0
+    return (low, high) if turns or low > 0.0 else (0.0, max(high, least))
+
+
+def _runs(points: Sequence[Point]) -> Iterator[list[Point]]:
+    """Pieces without a gap."""
+    run: list[Point] = []
+    for point in points:
+        if point.value is None or (run and not 0.0 < point.time - run[-1].time < 5.0):
+            if run:
+                yield run
+            run = []
+        if point.value is not None:
+            run.append(point)
+    if run:
+        yield run
+
+
+def _axis(low: float, high: float, right: float, tall: float, turns: bool) -> str:
+    least = (high - low) * _APART / tall
+    step = next((each for each in _TURNS if each >= least), 360) if turns else nice(least)
+    drawn = ""
+    for k in range(math.ceil(low / step), math.floor(high / step) + 1):
+        y = _TOP + (high - k * step) / (high - low) * tall
+        text = f"{k * step % 360:03.0f}°" if turns else f"{k * step:g}"
+        drawn += f'<path class="grid" d="M{_LEFT} {y:.1f}H{right:.1f}"/>'
+        drawn += f'<text class="small" x="{_LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{text}</text>'
+    return drawn
+
+
+def _minutes(span: float, right: float, height: float) -> str:
+    drawn = ""
+    for k in range(round(span / 60.0) + 1):
+        x = right - k * 60.0 / span * (right - _LEFT)
+        text, anchor = ("now", "end") if k == 0 else (f"−{k} min", "middle")
+        if k != round(span / 60.0) or span < 120.0:
+            drawn += f'<text class="small" x="{x:.1f}" y="{height - 4:.1f}" text-anchor="{anchor}">{text}</text>'
+    return drawn

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from steerway.core.records import PREDICTED, STATUSES
 from steerway.core.statistics import NORMAL_95
 from steerway.live.autopilot.guide import Followed
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.helm.view import View
+from steerway.live.helm.view import Places, View
 from steerway.live.rows import Order, Row
 
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
@@ -59,8 +59,8 @@ class ChartPlane:
         origin = float(route.latitude[0]), float(route.longitude[0])
         fence = () if route.fence is None else route.fence.places
 
-        def placed(places):
-            return [tuple(map(float, displacement(*place, *origin))) for place in places]
+        def placed(places: Any) -> list[tuple[float, float]]:
+            return [displacement(float(latitude), float(longitude), *origin) for latitude, longitude in places]
 
         return cls(origin, placed(zip(route.latitude, route.longitude, strict=True)), placed(fence))
 
@@ -101,7 +101,7 @@ def view(seen: ViewInput, plane: ChartPlane) -> View:
     )
 
 
-def _status(row, fix):
+def _status(row: Row, fix: Row) -> int:
     """The status of the last fix for the predictions that follow it closely."""
     return fix.status if row.status == PREDICTED and row.time - fix.time < _FRESH else row.status
 
@@ -116,7 +116,7 @@ def ellipse(covariance: tuple[float, float, float]) -> tuple[float, float, float
     return major, minor, math.degrees(math.atan2(axes[1, 1], axes[0, 1])) % 180.0
 
 
-def _on_route(seen, route):
+def _on_route(seen: ViewInput, route: Places) -> dict[str, Any]:
     leg = seen.leg
     if leg is None:
         return {"done": 1.0, "left": 0.0} if route and math.isfinite(seen.row.time) else {}
@@ -137,7 +137,7 @@ def _on_route(seen, route):
     return known | {"target": target, "destination": leg.destination}
 
 
-def _followed(followed):
+def _followed(followed: Followed | None) -> dict[str, Any]:
     if followed is None:
         return {}
     mode, course, dodges, offset, faster = followed
@@ -145,7 +145,7 @@ def _followed(followed):
     return held | {"mode": mode, "dodges": dodges, "offset": offset, "faster_kn": faster / KNOT}
 
 
-def _ordered(order):
+def _ordered(order: Order | None) -> dict[str, Any]:
     if order is None:
         return {}
     desired = _known(
@@ -159,11 +159,11 @@ def _ordered(order):
     return desired | {"state": str(order.state), "reason": order.reason, "is_engaged": bool(order.engaged)}
 
 
-def _compass(angle):
+def _compass(angle: float) -> float:
     turned = math.degrees(angle) % 360.0
     return 0.0 if turned >= 360.0 else turned
 
 
-def _known(**values):
+def _known(**values: float) -> dict[str, Any]:
     """The same without what is NaN."""
     return {name: float(value) for name, value in values.items() if math.isfinite(value)}

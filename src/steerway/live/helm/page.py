@@ -2,13 +2,14 @@
 
 import json
 import math
+from collections.abc import Sequence
 from importlib.resources import files
+from typing import Any
 
 from nicegui import ui
 
-from steerway.live.helm.chart import Window, around, moving, still
-from steerway.live.helm.page_state import Board
-from steerway.live.helm.time_plots import Point, strip, unwound
+from steerway.live.helm.chart import Point, Window, around, moving, still, strip, unwound
+from steerway.live.helm.view import Board, Place
 from steerway.live.helm.view_text import tone, words
 
 _LOOK = 0.1  # s between two checks for a new view
@@ -19,7 +20,7 @@ _ZOOM = 1.5
 _PADDING = 14.0  # pixels inside of a card, as page.css has it
 _NEAR = 0.25  # m a pixel when the boat is followed
 _DODGE, _BESIDE, _FASTER = math.radians(20.0), 5.0, 0.2 * 0.514444  # rad, m, m/s by one key
-_KEYS = (
+_KEYS: Sequence[Sequence[Any]] = (
     ("", ("Hold course", "hold-course"), ("Hold position", "hold-position"), ("Route", "route")),
     ("Course", *((f"{each:+d}°".replace("-", "−"), "adjust", math.radians(each)) for each in (-10, -1, 1, 10))),
     ("Dodge", ("20° port", "dodge", -_DODGE), ("20° stbd", "dodge", _DODGE)),
@@ -33,11 +34,11 @@ _ICON = (
 )
 
 
-def serve_with(app, board: Board) -> None:
+def serve_with(app: Any, board: Board) -> None:
     """Make the page part of an application."""
 
     @ui.page("/")
-    def helm():
+    def helm() -> None:
         Page(board)
 
     ui.run_with(
@@ -52,11 +53,11 @@ def serve_with(app, board: Board) -> None:
     )
 
 
-def _say_late():
+def _say_late() -> None:
     ui.notify("This page was late: nothing was ordered. Press again.", type="warning", position="top")
 
 
-def _text(name):
+def _text(name: str) -> Any:
     return files("steerway.live.helm").joinpath(name).read_text(encoding="utf-8")
 
 
@@ -66,18 +67,18 @@ class Page:
     def __init__(self, board: Board):
         self._board, self._client = board, ui.context.client
         self._texts: dict[str, ui.label] = {}
-        self._seq, self._second = -1, None
+        self._seq = self._second = -1
         self._size, self._strip_width = (0.0, 0.0), 0.0
         self._window: Window | None = None
         self._follows, self._scale = not board.route, _NEAR
-        self._drawn: tuple = ()
+        self._drawn: tuple[Any, ...] = ()
         ui.add_css(_text("page.css"))
         ui.add_body_html(f"<script>{_text('page.js')}</script>")
         self._build()
         ui.timer(_LOOK, self._look)
         ui.on("helmHere", lambda: self._board.order("present", self._client.ip or ""))
 
-    def _build(self):
+    def _build(self) -> None:
         with _box("banner"):
             ui.label("No connection to the boat. The values are old, and no button works.").props("role=alert")
         with _box("marked line") as self._marked:
@@ -105,7 +106,7 @@ class Page:
             if self._board.has_autopilot:
                 self._stopper = _button("STOP", "stop", "stop").on("click", self._stop)
 
-    def _build_head(self):
+    def _build_head(self) -> None:
         with _box("head", "header"):
             ui.label("Steerway").classes("name").props("role=heading aria-level=1")
             self._dot = _box("dot good")
@@ -114,7 +115,7 @@ class Page:
             self._text("time").classes("time")
             _button("Day / dark", "quiet", "shade").on("click", js_handler="() => helmShade()")
 
-    def _build_chart(self):
+    def _build_chart(self) -> None:
         with _box("chart", "section"):
             with _box("place"):
                 self._text("position")
@@ -129,7 +130,7 @@ class Page:
                 self._still = ui.html("", sanitize=False).classes("layer").props('data-name="still"')
                 self._moving = ui.html("", sanitize=False).classes("layer").props('data-name="moving"')
 
-    def _build_autopilot(self):
+    def _build_autopilot(self) -> None:
         with _card("Autopilot", "pilot"):
             with _box("line"):
                 self._state = self._text("state").classes("state").props("aria-live=assertive")
@@ -145,10 +146,10 @@ class Page:
                 self._pair("port", "Port")
                 self._pair("starboard", "Starboard")
 
-    def _build_holding(self):
+    def _build_holding(self) -> None:
         legs = range(1, min(len(self._board.route), _LEGS + 1)) if len(self._board.route) > 2 else ()
         with _card("Hold", "holding"):
-            for title, *keys in (*_KEYS, ("Leg", *((str(leg), "leg", leg) for leg in legs))):
+            for title, *keys in [*_KEYS, ("Leg", *((str(leg), "leg", leg) for leg in legs))]:
                 if keys:
                     with _box("line keys"):
                         if title:
@@ -156,10 +157,10 @@ class Page:
                         for key in keys:
                             self._key(*key)
 
-    def _key(self, text, what, value=None):
+    def _key(self, text: str, what: str, value: Any = None) -> ui.button:
         """A button that is obeyed only from a page that shows the present; a man overboard is always marked."""
 
-        def ask(event):
+        def ask(event: Any) -> None:
             if what == "mob" or self._is_fresh(event.args):
                 self._board.order(what, self._client.ip or "", value)
             else:
@@ -168,10 +169,10 @@ class Page:
         name = what if value is None else f"{what}-{text}"
         return _button(text, "quiet", name).on("click", ask, js_handler="() => emit(helmSeq)")
 
-    def _is_fresh(self, seen):
+    def _is_fresh(self, seen: object) -> bool:
         return isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH
 
-    def _build_route(self):
+    def _build_route(self) -> None:
         with _card("Cross-track error", "route-card"):
             with _box("line"):
                 self._text("cross_track").classes("large")
@@ -187,7 +188,7 @@ class Page:
             with _box("progress"):
                 self._bar = _box("done")
 
-    def _build_strips(self):
+    def _build_strips(self) -> None:
         with _card("Last five minutes", "strips"):
             ui.element("q-resize-observer").on("resize", lambda event: self._strips_resized(event.args["width"]))
             ui.label("SOG, kn").classes("within")
@@ -195,7 +196,7 @@ class Page:
             ui.label("COG").classes("within")
             self._courses = ui.html("", sanitize=False).props('data-name="courses"')
 
-    def _build_estimator(self):
+    def _build_estimator(self) -> None:
         with _card("Estimator", "estimator"):
             with _box("pairs"):
                 self._pair("age", "Last fix")
@@ -203,7 +204,7 @@ class Page:
             self._pair("source", "Source")
             self._pair("counts", "Fixes")
 
-    def _build_start(self):
+    def _build_start(self) -> None:
         with ui.dialog() as asks, ui.card().classes("asks"):
             ui.label("Start the autopilot? The propellers will turn.")
             with _box("line choice"):
@@ -213,16 +214,16 @@ class Page:
         self._asks = asks
         self._starter = _button("START", "start", "start").on("click", asks.open)
 
-    def _text(self, name):
+    def _text(self, name: str) -> Any:
         self._texts[name] = ui.label("").props(f'data-name="{name}"')
         return self._texts[name].classes("value")
 
-    def _pair(self, name, title):
+    def _pair(self, name: str, title: str) -> None:
         with _box("pair"):
             ui.label(title)
             self._text(name)
 
-    def _reading(self, name, title, unit, within):
+    def _reading(self, name: str, title: str, unit: str, within: str) -> None:
         with _box("reading"):
             ui.label(title).classes("title")
             with _box("line"):
@@ -230,40 +231,40 @@ class Page:
                 ui.label(unit).classes("unit")
             self._text(within).classes("within")
 
-    def _start(self, event):
+    def _start(self, event: Any) -> None:
         """Only for a page that shows the present: a delayed click does not start anything."""
         if self._is_fresh(event.args):
             self._board.order("start", self._client.ip or "")
         else:
             _say_late()
 
-    def _stop(self):
+    def _stop(self) -> None:
         self._asks.close()
         self._board.order("stop", self._client.ip or "")
 
-    def _resized(self, event):
+    def _resized(self, event: Any) -> None:
         self._size = float(event.args["width"]), float(event.args["height"])
         self._window = None
         self._draw()
 
-    def _strips_resized(self, width):
+    def _strips_resized(self, width: float) -> None:
         self._strip_width = float(width) - 2.0 * _PADDING
         self._draw_strips()
 
-    def _zoom(self, factor):
+    def _zoom(self, factor: float) -> None:
         if self._window is not None:
             self._scale = min(max(self._window.scale * factor, 0.01), 5000.0)
             self._follow()
 
-    def _follow(self):
+    def _follow(self) -> None:
         self._follows, self._window = True, None
         self._draw()
 
-    def _whole(self):
+    def _whole(self) -> None:
         self._follows, self._window = False, None
         self._draw()
 
-    def _look(self):
+    def _look(self) -> None:
         """Bring the page up to the newest view."""
         if self._board.seq == self._seq or not self._client.has_socket_connection:
             return
@@ -285,11 +286,11 @@ class Page:
             self._draw_strips()
         ui.run_javascript(f"helmBeat({json.dumps(self._seq)})")
 
-    def _draw(self):
+    def _draw(self) -> None:
         if min(self._size) < 50.0:
             return
         board, view = self._board, self._board.view
-        boat = None if view.north is None else (view.north, view.east)
+        boat = view.place
         if self._window is None or (boat and not self._window.holds(*boat, 0.3 if self._follows else 0.03)):
             self._window = self._framed(boat)
         track = board.history.track
@@ -299,40 +300,40 @@ class Page:
             self._still.set_content(still(self._window, board.route, track, view.target, board.fence))
         self._moving.set_content(moving(self._window, view, board.route))
 
-    def _framed(self, boat):
+    def _framed(self, boat: Place | None) -> Window:
         places = [place for place in self._board.history.track if place is not None]
         if not self._follows:
             return around(board_places(self._board, boat), *self._size)
         middle = boat or (places[-1] if places else (0.0, 0.0))
         return Window(*middle, self._scale, *self._size)
 
-    def _draw_strips(self):
+    def _draw_strips(self) -> None:
         if self._strip_width < 50.0:
             return
-        moments = [view for _, view in self._board.history.moments]
-        speeds = [Point(each.time, each.sog_kn, each.sog_within_kn) for each in moments]
-        courses = unwound([Point(each.time, each.cog_deg, each.cog_within_deg) for each in moments])
+        moments = self._board.history.moments
+        speeds = [Point(time, each.sog_kn, each.sog_within_kn) for time, each in moments]
+        courses = unwound([Point(time, each.cog_deg, each.cog_within_deg) for time, each in moments])
         self._speeds.set_content(strip(speeds, self._strip_width, 96.0, _SPAN, 0.5))
         self._courses.set_content(strip(courses, self._strip_width, 96.0, _SPAN, 20.0, turns=True))
 
 
-def board_places(board: Board, boat) -> list[tuple[float, float]]:
+def board_places(board: Board, boat: Place | None) -> list[tuple[float, float]]:
     """All that the whole chart shows; a fence, which may be far off, only where there is nothing else."""
     track = [place for place in board.history.track if place is not None]
     return [*board.route, *track, *([boat] if boat else [])] or list(board.fence)
 
 
-def _box(names, tag="div"):
+def _box(names: str, tag: str = "div") -> ui.element:
     return ui.element(tag).classes(f"box {names}")
 
 
-def _card(title, names):
+def _card(title: str, names: str) -> ui.element:
     card = _box(f"card {names}", "section")
     with card:
         ui.label(title).classes("title").props("role=heading aria-level=2")
     return card
 
 
-def _button(text, names, name):
+def _button(text: str, names: str, name: str) -> ui.button:
     """A button in the page's own colours."""
     return ui.button(text, color=None).props(f'no-caps unelevated data-name="{name}"').classes(names)

@@ -8,15 +8,16 @@ import contextlib
 import json
 import logging
 import sys
-from typing import TYPE_CHECKING
+from asyncio.subprocess import Process
+from typing import TYPE_CHECKING, Any
 
 from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.controls import PRESENT
-from steerway.live.helm.address import Address
 from steerway.live.helm.make_view import ChartPlane, ViewInput, view
 from steerway.live.links.link import RETRY, kept_open
+from steerway.live.uri import Address
 
 if TYPE_CHECKING:
     from steerway.live.service import Service
@@ -53,16 +54,18 @@ class HelmPage:
                 LOG.exception("helm page: restarted")
                 await asyncio.sleep(RETRY)
 
-    async def _serve(self):
+    async def _serve(self) -> None:
         process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "steerway.live.helm.server"),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             start_new_session=True,  # Ctrl-C ends the service, which ends the page
         )
+        to_page, from_page = process.stdin, process.stdout
+        assert to_page is not None and from_page is not None  # pipes
         try:
-            _send(process, self._settings())
-            tasks = [asyncio.create_task(work) for work in (self._send_views(process), self._read(process))]
+            _send(to_page, self._settings())
+            tasks = [asyncio.create_task(work) for work in (self._send_views(to_page), self._read(from_page))]
             try:
                 done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
                 for task in done:
@@ -71,9 +74,10 @@ class HelmPage:
                 for task in tasks:
                     task.cancel()
         finally:
+            to_page.close()
             await _end(process)
 
-    def _settings(self):
+    def _settings(self) -> dict[str, Any]:
         return {
             "host": self.address.host,
             "port": self.address.port,
@@ -84,17 +88,17 @@ class HelmPage:
             "has_autopilot": self.service.supervisor is not None,
         }
 
-    async def _send_views(self, process):
+    async def _send_views(self, page: asyncio.StreamWriter) -> None:
         while True:
-            if process.stdin.transport.get_write_buffer_size() < _BACKLOG:
+            if page.transport.get_write_buffer_size() < _BACKLOG:
                 self._seq += 1
                 shown = view(seen(self.service), self._plane)
-                _send(process, {"seq": self._seq, "notice": self._notice, "view": shown._asdict()})
+                _send(page, {"seq": self._seq, "notice": self._notice, "view": shown._asdict()})
             await asyncio.sleep(1.0 / RATE)
 
-    async def _read(self, process):
+    async def _read(self, page: asyncio.StreamReader) -> None:
         """The page's messages, a line each, until it ends."""
-        async for line in process.stdout:
+        async for line in page:
             message = _message(line)
             if "failed" in message:
                 raise OSError(0 if self._has_begun else message.get("errno", 0), str(message["failed"]))
@@ -104,7 +108,7 @@ class HelmPage:
             elif message.get("do"):
                 self._do(message["do"], message.get("value"), message.get("who", ""))
 
-    def _do(self, what, value, who):
+    def _do(self, what: str, value: Any, who: str) -> None:
         if what == PRESENT:
             self.service.controls.present()
             return
@@ -127,14 +131,14 @@ def seen(service: "Service") -> ViewInput:
         navigator.position_covariance,
         navigator.last_fix,
         navigator.choice.present,
-        latest.counts,
+        navigator.counts,
         None if guide is None else guide.followed,
         service.unreachable(),
         None if mark is None else (mark.latitude, mark.longitude),
     )
 
 
-def _message(line: bytes) -> dict:
+def _message(line: bytes) -> dict[str, Any]:
     """A line of the page's process; empty for what is none of its messages, as a library may print."""
     try:
         message = json.loads(line)
@@ -143,13 +147,12 @@ def _message(line: bytes) -> dict:
     return message if isinstance(message, dict) else {}
 
 
-def _send(process, message):
-    process.stdin.write(json.dumps(message).encode() + b"\n")
+def _send(page: asyncio.StreamWriter, message: dict[str, Any]) -> None:
+    page.write(json.dumps(message).encode() + b"\n")
 
 
-async def _end(process):
+async def _end(process: Process) -> None:
     """The page ends when its input is closed."""
-    process.stdin.close()
     try:
         async with asyncio.timeout(_LEAVING):
             await process.wait()

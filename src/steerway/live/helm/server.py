@@ -10,9 +10,11 @@ import os
 import socket
 import sys
 import traceback
+from collections.abc import Callable
+from typing import Any
 
-from steerway.live.helm.address import Address
-from steerway.live.helm.page_state import Board
+from steerway.live.helm.view import Board
+from steerway.live.uri import Address
 
 _NICE = 10  # where the processor is short, the service has priority
 _LONGEST = 1 << 20  # bytes of a line, and of a message of a browser
@@ -25,7 +27,7 @@ def main() -> None:
     orders = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of a library is no order
 
-    def send(message):
+    def send(message: dict[str, Any]) -> None:
         with contextlib.suppress(BrokenPipeError):
             orders.write(json.dumps(message).encode() + b"\n")
 
@@ -38,18 +40,19 @@ def main() -> None:
     asyncio.run(_serve(address, listener, Board(settings, send), send))
 
 
-def _listener(address):
+def _listener(address: Address) -> socket.socket:
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     return socket.create_server((address.host, address.port), family=family)
 
 
-async def _serve(address, listener, board, send):
+async def _serve(
+    address: Address, listener: socket.socket, board: Board, send: Callable[[dict[str, Any]], None]
+) -> None:
     import uvicorn
     from fastapi import FastAPI
     from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
-    from steerway.live.helm.access import Gate
-    from steerway.live.helm.connection_limit import Places, protocol_with
+    from steerway.live.helm.access import Gate, Places, protocol_with
     from steerway.live.helm.page import serve_with
 
     app = FastAPI(openapi_url=None)
@@ -76,7 +79,7 @@ async def _serve(address, listener, board, send):
     os._exit(0)  # nothing has to be saved, and the next service needs the port
 
 
-async def _read(board):
+async def _read(board: Board) -> None:
     """Read the service's messages until they end."""
     reader = asyncio.StreamReader(_LONGEST)
     loop = asyncio.get_running_loop()

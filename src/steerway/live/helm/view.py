@@ -1,9 +1,18 @@
-"""What the page shows of one moment, as plain numbers.
+"""What the page shows: one moment as plain numbers; the track, and speed and course of the last minutes.
 
 Knots, degrees and metres; None for what is unknown. Every ± and the ellipse hold 95 %.
 """
 
-from typing import NamedTuple
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+Place = tuple[float, float]
+"""North and east in the chart's plane, m."""
+Places = Sequence[Place]
+Track = Sequence[Place | None]
+"""None where it breaks."""
 
 
 class View(NamedTuple):
@@ -50,3 +59,71 @@ class View(NamedTuple):
     thrust: float | None = None
     port: float | None = None
     starboard: float | None = None
+
+    @property
+    def place(self) -> Place | None:
+        """In the chart's plane."""
+        return None if self.north is None or self.east is None else (self.north, self.east)
+
+
+_APART = 1.0  # m between two points of the track, at the least
+_POINTS = 4000  # of the track; then every second one is dropped
+_SPAN = 300.0  # s of speed and course
+
+
+class History:
+    """The track (north, east; m), None where it breaks; speed and course of the last minutes, one a second."""
+
+    def __init__(self) -> None:
+        self.track: list[tuple[float, float] | None] = []
+        self.moments: deque[tuple[float, View]] = deque()
+
+    def add(self, view: View) -> None:
+        """The next view; without a position the track breaks."""
+        if view.place is None or view.status == "starting":
+            if self.track and self.track[-1] is not None:
+                self.track.append(None)
+        else:
+            self._add_place(view.place)
+        if view.time is not None:
+            self._add_moment(view.time, view)
+
+    def _add_place(self, place: Place) -> None:
+        last = self.track[-1] if self.track else None
+        if last is None or math.dist(last, place) >= _APART:
+            self.track.append(place)
+        if len(self.track) > _POINTS:
+            ends = self.track[-2:]
+            self.track = [each for k, each in enumerate(self.track[:-2]) if each is None or k % 2 == 0] + ends
+
+    def _add_moment(self, time: float, view: View) -> None:
+        if self.moments and not 0.0 <= time - self.moments[-1][0] < _SPAN:
+            self.moments.clear()
+        if not self.moments or math.floor(time) > math.floor(self.moments[-1][0]):
+            self.moments.append((time, view))
+        while self.moments[0][0] < time - _SPAN:
+            self.moments.popleft()
+
+
+class Board:
+    """The newest view and the history, for every open page."""
+
+    def __init__(self, settings: dict[str, Any], send: Callable[[dict[str, Any]], None]):
+        self.route: list[Place] = [tuple(place) for place in settings["route"]]
+        self.fence: list[Place] = [tuple(place) for place in settings["fence"]]
+        self.has_autopilot = bool(settings["has_autopilot"])
+        self.history = History()
+        self.view = View()
+        self.notice = ""
+        self.seq = 0
+        self._send = send
+
+    def update(self, message: dict[str, Any]) -> None:
+        """The next message of the service."""
+        self.view = View(**message["view"])
+        self.notice, self.seq = message["notice"], message["seq"]
+        self.history.add(self.view)
+
+    def order(self, what: str, who: str, value: object = None) -> None:
+        """Send a request to the service; see `live.controls.Controls`."""
+        self._send({"do": what, "value": value, "who": who})

@@ -65,22 +65,23 @@ def tone(view: View) -> str:
     return "fair" if found == "good" and not _is_sure(view) else found
 
 
-def _is_sure(view):
-    known = view.ellipse is not None and view.cog_within_deg is not None
-    return known and view.ellipse[0] <= _GOOD_M and view.cog_within_deg <= _GOOD_DEG
+def _is_sure(view: View) -> bool:
+    if view.ellipse is None or view.cog_within_deg is None:
+        return False
+    return view.ellipse[0] <= _GOOD_M and view.cog_within_deg <= _GOOD_DEG
 
 
-def _status(view):
+def _status(view: View) -> str:
     if view.status == "ok" and not _is_sure(view):
         return "uncertain"
     return _STATUS.get(view.status, view.status)
 
 
-def _mode(view):
+def _mode(view: View) -> str:
     held = f"course {_course(view.held_deg)} is held"
     if view.dodges:
         held = f"off the route by course {_course(view.held_deg)}; Route leads back"
-    said = [{"course": held, "position": "the position is held"}.get(view.mode, "")]
+    said = [{"course": held, "position": "the position is held"}.get(view.mode or "", "")]
     if view.offset and view.mode == "route":
         side = "starboard" if view.offset > 0.0 else "port"
         said.append(f"{abs(view.offset):g} m to {side} of the route")
@@ -89,48 +90,48 @@ def _mode(view):
     return ", ".join(filter(None, said))
 
 
-def _overboard(view):
+def _overboard(view: View) -> str:
     if view.mark is None:
         return ""
-    if view.north is None:
+    if view.place is None:
         return "man overboard: marked"
-    north, east = view.mark[0] - view.north, view.mark[1] - view.east
+    north, east = view.mark[0] - view.place[0], view.mark[1] - view.place[1]
     bearing = math.degrees(math.atan2(east, north)) % 360.0
     return f"man overboard: {_metres(math.hypot(north, east))}, bearing {_course(bearing)}"
 
 
-def _number(value, digits, unit=""):
+def _number(value: float | None, digits: int, unit: str = "") -> str:
     return UNKNOWN if value is None else f"{value:.{digits}f}{unit}"
 
 
-def _within(value, digits, unit=""):
+def _within(value: float | None, digits: int, unit: str = "") -> str:
     return "" if value is None else f"± {value:.{digits}f}{unit}"
 
 
-def _course(value):
+def _course(value: float | None) -> str:
     return UNKNOWN if value is None else f"{round(value) % 360:03d}°"
 
 
-def _asked(rate):
+def _asked(rate: float | None) -> str:
     return UNKNOWN if rate is None else f"{abs(rate):.1f} °/s {_turning(rate)}".strip()
 
 
-def _turning(rate):
+def _turning(rate: float | None) -> str:
     """The side it turns to, where it turns by as much as is shown."""
     return "" if rate is None or abs(rate) < 0.05 else "stbd" if rate > 0.0 else "port"
 
 
-def _clock(time):
+def _clock(time: float | None) -> str:
     return UNKNOWN if time is None else f"{datetime.datetime.fromtimestamp(time, datetime.UTC):%H:%M:%S} UTC"
 
 
-def _off(cross_track):
+def _off(cross_track: float | None) -> str:
     if cross_track is None or abs(cross_track) < 0.05:
         return "" if cross_track is None else "on track"
     return "to starboard of track" if cross_track > 0.0 else "to port of track"
 
 
-def _metres(value):
+def _metres(value: float | None) -> str:
     if value is None:
         return UNKNOWN
     if value < 99.95:
@@ -138,11 +139,11 @@ def _metres(value):
     return f"{value:.0f} m" if value < 9999.5 else f"{value / 1000.0:.1f} km"
 
 
-def _percent(value):
+def _percent(value: float | None) -> str:
     return UNKNOWN if value is None else f"{100.0 * value:.0f} %"
 
 
-def _duration(view):
+def _duration(view: View) -> str:
     """Time to the end of the route at the present speed."""
     if view.left is None or view.sog_kn is None or view.sog_kn < 0.1:
         return UNKNOWN
@@ -153,7 +154,7 @@ def _duration(view):
     return f"{hours} h {rest:02d} min" if hours else f"{minutes:.0f} min" if minutes >= 1.0 else "< 1 min"
 
 
-def _position(degrees, letters, width):
+def _position(degrees: float | None, letters: str, width: int) -> str:
     """Degrees and decimal minutes, as on a chart."""
     if degrees is None:
         return UNKNOWN

@@ -72,7 +72,7 @@ class GpsdDecoder(JsonDecoder):
             return []
         if not self._drivers.get(message.get("device", ""), "unlisted"):
             return []  # until gpsd knows what it is, which may then be read as it is
-        sog = message.get("speed", math.nan)
+        sog = float(message.get("speed", math.nan))
         cog = angle(message["track"]) if "track" in message else math.nan
         place = math.radians(message["lat"]), angle(message["lon"])
         name = f"gpsd {message.get('device', '')}".strip()

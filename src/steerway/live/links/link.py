@@ -6,7 +6,7 @@ import logging
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from steerway.core.errors import InputError
 from steerway.live.links.decoding import Decoder
@@ -92,6 +92,18 @@ class Input(ABC, Generic[D]):
     @abstractmethod
     async def _read(self, feed: Feed[D]) -> None:
         """Open the link and feed what comes, until it ends."""
+
+
+class Reads(Protocol):
+    """What is run as an input: an `Input`, or a device that writes too."""
+
+    async def run(self, deliver: Deliver) -> None: ...
+
+
+class Runs(Protocol):
+    """What is run beside the service until cancelled: a `Sink`, a device, a page."""
+
+    async def run(self) -> None: ...
 
 
 class Sink(ABC):

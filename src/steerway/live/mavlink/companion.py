@@ -4,9 +4,10 @@ import asyncio
 import logging
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from steerway.core.checks import positive
+from steerway.core.leg import Leg
 from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
 from steerway.live.mavlink.guided import SILENCE, SYSTEM, Guided
@@ -61,7 +62,7 @@ class Companion(Output):
             finally:
                 self.link.send(self.guided.last_messages(self.supervisor is not None and self.supervisor.hands_back))
 
-    def tick(self, row: Row, leg=None, order: Order | None = None) -> None:
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         self._order, self._ordered = order, time.monotonic()
         if order is not None and order.engaged:
@@ -71,17 +72,18 @@ class Companion(Output):
         """Why no order reaches the vehicle, "" when they do."""
         return "" if self.guided.alive(time.monotonic()) else f"link {self.link.uri.text} is lost"
 
-    def _receive(self, message):
+    def _receive(self, message: Any) -> bool:
         now, before = time.monotonic(), self.guided.vehicle
         is_heartbeat = message.get_type() == "HEARTBEAT"
         if is_heartbeat and message.type == self.link.messages.MAV_TYPE_GCS and self.supervisor is not None:
             self.supervisor.operator_heard()
         if not self.guided.receive(message, now):
             return False
+        system, _ = self.guided.vehicle or (SYSTEM, 0)
         if before not in (None, self.guided.vehicle):
-            LOG.warning("%s: the vehicle is now system %d", self.link.uri.text, self.guided.vehicle[0])
+            LOG.warning("%s: the vehicle is now system %d", self.link.uri.text, system)
             self.decoder = MavlinkDecoder(self._place)
-        self.link.system = self.guided.vehicle[0]
+        self.link.system = system
         if message.get_type() == "PARAM_VALUE" and self.supervisor is not None:
             self.supervisor.turns(self.guided.turn_limit)
         if message.get_type() == "STATUSTEXT" and message.severity <= self.link.messages.MAV_SEVERITY_WARNING:
@@ -93,7 +95,7 @@ class Companion(Output):
                 self._deliver([row], now - self.decoder.age(row, now))
         return True
 
-    async def _send(self):
+    async def _send(self) -> None:
         while True:
             before = time.monotonic()
             self._send_now(before)
@@ -101,9 +103,9 @@ class Companion(Output):
             if time.monotonic() - before > _LATE:
                 await asyncio.sleep(_PERIOD)
 
-    def _send_now(self, now):
+    def _send_now(self, now: float) -> None:
         if self.supervisor is not None:
-            self._report(self.guided.alive(now))
+            self._report(self.supervisor, self.guided.alive(now))
             self.supervisor.vehicle(self.guided.obstacle(now))
         order = self._order
         if order is not None and order.engaged and now - self._ordered > _STALE:
@@ -113,7 +115,7 @@ class Companion(Output):
             end = self.supervisor.refused if self.guided.is_refused else self.supervisor.stop
             end(self.guided.refusal)
 
-    def _report(self, alive):
+    def _report(self, supervisor: "Supervisor", alive: bool) -> None:
         if alive != self._was_alive:
             self._was_alive = alive
-            self.supervisor.link(self.link.uri.text, alive)
+            supervisor.link(self.link.uri.text, alive)

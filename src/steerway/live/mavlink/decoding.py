@@ -11,6 +11,7 @@ fix was then is found by `ReceiverLag`.
 import math
 import time
 from collections import deque
+from typing import Any
 
 from steerway.core.angles import wrap
 from steerway.core.earth import STANDARD_GRAVITY, displacement
@@ -37,7 +38,7 @@ class BootClock:
     And its time now, by the least delayed of its messages.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._least_delayed = FixClock()
         self._newest = -math.inf
         self._offset = math.nan
@@ -94,7 +95,7 @@ class MavlinkDecoder:
         self._moment = self._moment_came = math.nan  # of the newest row
         self._says_throttle = False  # armed, and of a kind whose throttle is known to be that of its motors
 
-    def message(self, message, arrival: float) -> list[InputRow]:
+    def message(self, message: Any, arrival: float) -> list[InputRow]:
         """The rows, none or one, of a message that came in at `arrival` (s, monotonic)."""
         if math.isinf(self._receiver_sent):
             self._receiver_sent = self._fixed = arrival  # the receiver's may yet come
@@ -111,10 +112,10 @@ class MavlinkDecoder:
         age = self.clock.now(arrival) - row.time
         return age if 0.0 < age < _OLDEST else 0.0
 
-    def _system_time(self, message, arrival):
+    def _system_time(self, message: Any, arrival: float) -> None:
         self.clock.set(message.time_unix_usec * 1e-6, message.time_boot_ms * 1e-3)
 
-    def _receiver(self, message, arrival):
+    def _receiver(self, message: Any, arrival: float) -> InputRow | None:
         """The newest fix, once however often it is sent."""
         self._receiver_sent, self._passed_over = arrival, 0
         if message.fix_type < 2 or message.time_usec == self._fix_time or (message.lat == 0 and message.lon == 0):
@@ -129,7 +130,7 @@ class MavlinkDecoder:
         self._fixed = arrival
         return InputRow(f"mavlink GPS_RAW_INT{self._place}", moment, *place, std, sog, cog, **self._beside(moment))
 
-    def _beside(self, moment):
+    def _beside(self, moment: float) -> dict[str, Any]:
         """The aids that belong to a fix of a moment, each the nearest in time, and used once."""
         found = {}
         for name, values in self._aids.items():
@@ -141,12 +142,12 @@ class MavlinkDecoder:
                     found[name] = value
         return found
 
-    def _aid(self, row, name, arrival):
+    def _aid(self, row: InputRow, name: str, arrival: float) -> InputRow | None:
         """A row of one aid, kept for the next fix while fixes come."""
         self._aids.setdefault(name, deque(maxlen=_KEPT)).append((row.time, getattr(row, name)))
         return row if arrival - self._fixed > _NO_FIX else None
 
-    def _vehicle(self, message, arrival):
+    def _vehicle(self, message: Any, arrival: float) -> InputRow | None:
         """Heading by the vehicle's estimate, and its position where the receiver's is not sent."""
         heading = math.nan if message.hdg == _UNKNOWN_16 else _angle(message.hdg * 1e-2)
         row = InputRow(
@@ -168,60 +169,60 @@ class MavlinkDecoder:
         sog, cog = math.hypot(north, east), math.atan2(east, north)
         return row._replace(latitude=latitude, longitude=longitude, sog=sog, cog=cog)
 
-    def _attitude(self, message, arrival):
+    def _attitude(self, message: Any, arrival: float) -> InputRow | None:
         """Yaw rate by the vehicle's gyro."""
         row = InputRow(f"mavlink ATTITUDE{self._place}", self._since_start(message, arrival), yaw_rate=message.yawspeed)
         return self._aid(row, "yaw_rate", arrival)
 
-    def _scaled_inertial(self, message, arrival):
+    def _scaled_inertial(self, message: Any, arrival: float) -> InputRow:
         """Acceleration and yaw rate by SCALED_IMU: mg and mrad/s, with x ahead and z down."""
         time = self._since_start(message, arrival)
         return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
 
-    def _raw_inertial(self, message, arrival):
+    def _raw_inertial(self, message: Any, arrival: float) -> InputRow:
         """RAW_IMU, which ArduPilot fills with the units of SCALED_IMU."""
         time = self._stamped(message.time_usec, arrival)
         return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
 
-    def _fine_inertial(self, message, arrival):
+    def _fine_inertial(self, message: Any, arrival: float) -> InputRow:
         """HIGHRES_IMU: m/s² and rad/s."""
         return self._inertial(self._stamped(message.time_usec, arrival), message.xacc, message.zgyro, arrival)
 
-    def _inertial(self, time, acceleration, yaw_rate, arrival):
+    def _inertial(self, time: float, acceleration: float, yaw_rate: float, arrival: float) -> InputRow:
         """A row of its own with the acceleration; the yaw rate waits for the next fix as that of ATTITUDE."""
         row = InputRow(f"mavlink IMU{self._place}", time, yaw_rate=yaw_rate)
         alone = self._aid(row, "yaw_rate", arrival) is not None
         return row._replace(yaw_rate=yaw_rate if alone else math.nan, acceleration=acceleration)
 
-    def _turns(self, message, arrival):
+    def _turns(self, message: Any, arrival: float) -> InputRow:
         """ESC_TELEMETRY_1_TO_4: the mean of the motors that turn."""
         turns = [each for each in message.rpm[:4] if each]
         mean = sum(turns) / len(turns) / 60.0 if turns else 0.0
         return InputRow(f"mavlink ESC_TELEMETRY{self._place}", self._untimed(arrival), shaft=mean)
 
-    def _heartbeat(self, message, arrival):
+    def _heartbeat(self, message: Any, arrival: float) -> InputRow | None:
         """HEARTBEAT: the motors of a vehicle that is not armed idle."""
         is_armed = bool(message.base_mode & _ARMED)
         self._says_throttle = is_armed and message.autopilot == _ARDUPILOT and message.type in _ROVERS
         return None if is_armed else self._throttle(0.0, arrival)
 
-    def _hud(self, message, arrival):
+    def _hud(self, message: Any, arrival: float) -> InputRow | None:
         """VFR_HUD: the throttle, per cent."""
         return self._throttle(message.throttle * 1e-2, arrival) if self._says_throttle else None
 
-    def _throttle(self, share, arrival):
+    def _throttle(self, share: float, arrival: float) -> InputRow:
         return InputRow(f"mavlink throttle{self._place}", self._untimed(arrival), throttle=share)
 
-    def _untimed(self, arrival):
+    def _untimed(self, arrival: float) -> float:
         """The time of a message that has none: that of the newest row goes on."""
         return self._moment + arrival - self._moment_came
 
-    def _stamped(self, microseconds, arrival):
+    def _stamped(self, microseconds: float, arrival: float) -> float:
         """Unix time of a stamp that is Unix time or the time since the start."""
         seconds = microseconds * 1e-6
         return seconds if microseconds > _UNIX_USEC else self.clock.unix(seconds, arrival)
 
-    def _since_start(self, message, arrival):
+    def _since_start(self, message: Any, arrival: float) -> float:
         return self.clock.unix(message.time_boot_ms * 1e-3, arrival)
 
 
@@ -239,7 +240,7 @@ _MAKERS = {
 }
 
 
-def _angle(degrees):
+def _angle(degrees: float) -> float:
     return wrap(math.radians(degrees))
 
 
@@ -258,7 +259,7 @@ _FRESH_FIX = 0.5  # s that an estimate may be older than a fix
 class ReceiverLag:
     """`own` gets the vehicle's estimates, `at` the fixes; `lag` is the delay in s, 0 before it is known."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.lag = 0.0
         self._own = (-math.inf, 0.0, 0.0, 0.0, 0.0)
         self._along = self._squares = self._way = 0.0

@@ -6,8 +6,9 @@ runs, and given back when it stops. A mode that is set from elsewhere is not ove
 
 import math
 from enum import Enum
+from typing import Any
 
-from steerway.live.mavlink.dialect import RoverMode, mode_name
+from steerway.live.mavlink.link import RoverMode, mode_name
 from steerway.live.mavlink.readiness import Readiness, result_words
 from steerway.live.rows import Order, State
 
@@ -65,7 +66,7 @@ class Guided:
     `refusal` is why the vehicle is not steered although it should be, "" otherwise; `obstacle` why it could not be.
     """
 
-    def __init__(self, messages, silence: float = SILENCE, system: int = 0):
+    def __init__(self, messages: Any, silence: float = SILENCE, system: int = 0):
         self._messages, self._silence, self._only = messages, silence, system
         self.vehicle: tuple[int, int] | None = None
         self._other: tuple[int, int] | None = None  # the last other vehicle that was heard
@@ -83,7 +84,7 @@ class Guided:
         self._asked: RoverMode | None = None
         self._asked_at = self._asked_guided = -math.inf
 
-    def receive(self, message, now: float) -> bool:
+    def receive(self, message: Any, now: float) -> bool:
         """Whether a message is the vehicle's."""
         sender = (message.get_srcSystem(), message.get_srcComponent())
         kind = message.get_type()
@@ -108,7 +109,7 @@ class Guided:
             self.turn_limit = math.radians(message.param_value)
         return True
 
-    def _answered(self, answer):
+    def _answered(self, answer: Any) -> None:
         """An accepted mode is in force; a later HEARTBEAT with another one was set from elsewhere."""
         if answer.command == self._messages.MAV_CMD_DO_SET_MODE and self._asked is not None:
             if answer.result == self._messages.MAV_RESULT_ACCEPTED:
@@ -117,7 +118,7 @@ class Guided:
                 self._answer = result_words(self._messages, answer.result)
             self._asked = None
 
-    def _choose(self, sender, is_rover, now):
+    def _choose(self, sender: tuple[int, int], is_rover: bool, now: float) -> None:
         """The first vehicle that is heard; another one that is confirmed by a second heartbeat in its place, where
         that is no boat and this one is, or has fallen silent. None while one is under control.
         """
@@ -132,12 +133,17 @@ class Guided:
             self._asked_messages = self._fix_received = -math.inf
         self.vehicle, self._other = sender, None
 
-    def _is_vehicle(self, heartbeat):
+    def _is_vehicle(self, heartbeat: Any) -> bool:
         messages = self._messages
         wanted = self._only in (0, heartbeat.get_srcSystem())
         return wanted and heartbeat.autopilot != messages.MAV_AUTOPILOT_INVALID
 
-    def _is_rover(self, heartbeat):
+    @property
+    def _addressed(self) -> tuple[int, int]:
+        """Whom messages are for; (0, 0) is everybody."""
+        return self.vehicle or (0, 0)
+
+    def _is_rover(self, heartbeat: Any) -> bool:
         """Whether the numbers of modes are those of `RoverMode`."""
         messages = self._messages
         kinds = (messages.MAV_TYPE_GROUND_ROVER, messages.MAV_TYPE_SURFACE_BOAT)
@@ -158,7 +164,7 @@ class Guided:
         """True if the take-over failed before it was complete."""
         return bool(self.refusal) and self.phase is Takeover.TAKING
 
-    def due(self, now: float, order: Order | None) -> list:
+    def due(self, now: float, order: Order | None) -> list[Any]:
         """What to send now; to be called every 0.1 s or more often."""
         due = []
         if now - self._own_heartbeat >= 1.0:
@@ -172,7 +178,7 @@ class Guided:
         due += self.targets_due(now, order)
         return due
 
-    def last_messages(self, hands_back: bool) -> list:
+    def last_messages(self, hands_back: bool) -> list[Any]:
         """What to send before the link closes: HOLD, or MANUAL for the skipper."""
         if self.vehicle is None or self.phase in (Takeover.FREE, Takeover.RETURNING):
             return []
@@ -180,7 +186,7 @@ class Guided:
             return [self._mode_message(RoverMode.MANUAL)]
         return [self._target_message(0.0, 0.0, 0.0), self._mode_message(RoverMode.HOLD)]
 
-    def _judge(self, now, order):
+    def _judge(self, now: float, order: Order) -> None:
         """The phase, by the order and the vehicle's mode."""
         steers = order.engaged and order.state is not State.STOPPED
         guided = self.mode == RoverMode.GUIDED
@@ -195,14 +201,14 @@ class Guided:
         elif steers and not self.refusal:
             self._watch(guided, now)
 
-    def _watch(self, guided, now):
+    def _watch(self, guided: bool, now: float) -> None:
         """Whether the vehicle follows while the autopilot steers."""
         if not self.is_rover:
             self.refusal = _NO_ROVER
         elif not self.is_armed:
             self.refusal = "the vehicle is not armed"
         elif self.phase is Takeover.STEERING and not guided:
-            self.refusal = f"the vehicle was put into {mode_name(self.mode)}"
+            self.refusal = f"the vehicle was put into {mode_name(self.mode or 0)}"
             self._enter(Takeover.FREE, now)
         elif self.phase is Takeover.TAKING and now - self._since > _REFUSED:
             self.refusal = f"the vehicle does not go into GUIDED{f': {self._answer}' if self._answer else ''}"
@@ -211,15 +217,15 @@ class Guided:
             self._answer = ""
             self._enter(Takeover.TAKING, now)
 
-    def _is_left(self, guided, now):
+    def _is_left(self, guided: bool, now: float) -> bool:
         """Whether the vehicle has left GUIDED for good, or does not respond."""
         on_its_way = now - self._asked_guided <= _CONFIRMED
         return (not guided and not on_its_way) or now - self._since > _GIVEN_UP
 
-    def _enter(self, phase, now):
+    def _enter(self, phase: Takeover, now: float) -> None:
         self.phase, self._since, self._asked_at = phase, now, -math.inf
 
-    def _requests(self, now):
+    def _requests(self, now: float) -> list[Any]:
         """Requests of another mode, and of messages that do not come."""
         due = []
         mode = self._mode_wanted(now)
@@ -235,10 +241,10 @@ class Guided:
         if math.isnan(self.turn_limit) and self._asks_left and now - self._asked_parameter > _MISSED:
             self._asked_parameter, self._asks_left = now, self._asks_left - 1
             m = self._messages
-            due.append(m.MAVLink_param_request_read_message(*self.vehicle, _TURN_LIMIT.encode(), -1))
+            due.append(m.MAVLink_param_request_read_message(*self._addressed, _TURN_LIMIT.encode(), -1))
         return due
 
-    def _mode_wanted(self, now):
+    def _mode_wanted(self, now: float) -> RoverMode | None:
         """The mode to request; None when it is in force, or once GUIDED was left from elsewhere."""
         guided = self.mode == RoverMode.GUIDED
         if self.phase is Takeover.TAKING and not guided:
@@ -247,7 +253,7 @@ class Guided:
             return RoverMode.HOLD
         return RoverMode.MANUAL if self.phase is Takeover.RETURNING and guided else None
 
-    def targets_due(self, now: float, order: Order) -> list:
+    def targets_due(self, now: float, order: Order) -> list[Any]:
         """The target to send now, none or one, while the vehicle is under control; see `due`."""
         if now - self._target < 0.9 * _TARGET_PERIOD or self.phase not in (Takeover.STEERING, Takeover.STOPPING):
             return []
@@ -257,13 +263,13 @@ class Guided:
             yaw_rate = thrust = 0.0
         return [self._target_message(yaw_rate, max(-1.0, min(1.0, thrust)), now)]
 
-    def _heartbeat_message(self):
+    def _heartbeat_message(self) -> Any:
         m = self._messages
         return m.MAVLink_heartbeat_message(
             m.MAV_TYPE_ONBOARD_CONTROLLER, m.MAV_AUTOPILOT_INVALID, 0, 0, m.MAV_STATE_ACTIVE, 3
         )
 
-    def _target_message(self, yaw_rate, thrust, now):
+    def _target_message(self, yaw_rate: float, thrust: float, now: float) -> Any:
         m = self._messages
         mask = (
             m.ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE
@@ -272,16 +278,16 @@ class Guided:
         )
         upright = [1.0, 0.0, 0.0, 0.0]
         return m.MAVLink_set_attitude_target_message(
-            int(now * 1e3) & 0xFFFFFFFF, *self.vehicle, mask, upright, 0.0, 0.0, yaw_rate, thrust
+            int(now * 1e3) & 0xFFFFFFFF, *self._addressed, mask, upright, 0.0, 0.0, yaw_rate, thrust
         )
 
-    def _mode_message(self, mode):
+    def _mode_message(self, mode: RoverMode) -> Any:
         m = self._messages
         return self._command(m.MAV_CMD_DO_SET_MODE, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, int(mode))
 
-    def _interval_message(self, name, interval):
+    def _interval_message(self, name: str, interval: float) -> Any:
         m = self._messages
         return self._command(m.MAV_CMD_SET_MESSAGE_INTERVAL, getattr(m, f"MAVLINK_MSG_ID_{name}"), interval * 1e6)
 
-    def _command(self, command, first, second):
-        return self._messages.MAVLink_command_long_message(*self.vehicle, command, 0, first, second, *[0.0] * 5)
+    def _command(self, command: int, first: float, second: float) -> Any:
+        return self._messages.MAVLink_command_long_message(*self._addressed, command, 0, first, second, *[0.0] * 5)

@@ -1,11 +1,83 @@
-"""A link that carries MAVLink both ways: UDP, TCP or a serial line. Sending never waits for the peer."""
+"""A link that carries MAVLink both ways: UDP, TCP or a serial line; its dialect, and MAVLink 2 signing.
 
+Sending never waits for the peer.
+"""
+
+import hashlib
+import re
+import time
 from collections.abc import Callable
+from enum import IntEnum
+from typing import Any
 
+from steerway.core.errors import InputError
+from steerway.core.extras import missing
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import Transport, Write
-from steerway.live.mavlink.dialect import dialect, key_of, sign
-from steerway.live.uri import Uri
+from steerway.live.uri import Uri, secret_in
+
+
+class RoverMode(IntEnum):
+    """`custom_mode` of a HEARTBEAT of ArduPilot's Rover, boats included; ardupilot.org, Rover parameter MODE1."""
+
+    MANUAL = 0
+    ACRO = 1
+    STEERING = 3
+    HOLD = 4
+    LOITER = 5
+    FOLLOW = 6
+    SIMPLE = 7
+    DOCK = 8
+    CIRCLE = 9
+    AUTO = 10
+    RTL = 11
+    SMART_RTL = 12
+    GUIDED = 15
+    INITIALISING = 16
+
+
+def mode_name(custom_mode: int) -> str:
+    """A mode's name as ground stations show it."""
+    try:
+        return RoverMode(custom_mode).name
+    except ValueError:
+        return f"mode {custom_mode}"
+
+
+def dialect(address: str) -> Any:
+    """The module of messages, all of ArduPilot's and the common ones. Raises InputError where pymavlink is not."""
+    try:
+        import pymavlink.dialects.v20.ardupilotmega as messages
+    except ImportError:
+        raise missing(f"{address}:", "pymavlink", "mavlink") from None
+    return messages
+
+
+_EPOCH = 1_420_070_400.0  # Unix time of 2015-01-01, from which signatures count
+_TICK = 1e-5  # s
+_SHORTEST = 8
+
+
+def key_of(path: str) -> bytes:
+    """The key in a file: the SHA-256 of a passphrase, as ground stations make it, or 64 hexadecimal digits.
+
+    Raises InputError, which does not repeat it. Source: mavlink.io, guide "Message signing".
+    """
+    text = secret_in(path, "signing key")
+    if re.fullmatch(r"[0-9A-Fa-f]{64}", text):
+        return bytes.fromhex(text)
+    if len(text) < _SHORTEST:
+        raise InputError(f"signing key {path} has {len(text)} characters, expected at least {_SHORTEST}")
+    return hashlib.sha256(text.encode()).digest()
+
+
+def sign(codec: Any, key: bytes, link: int = 0) -> None:
+    """Sign what a codec sends, and accept only what is signed with the same key."""
+    codec.signing.secret_key = key
+    codec.signing.sign_outgoing = True
+    codec.signing.link_id = link
+    codec.signing.timestamp = int((time.time() - _EPOCH) / _TICK)
+
 
 _BACKLOG = 1 << 14  # bytes that may wait for a TCP peer; of a serial line none: an order that waits is out of date
 _KINDS = {"udpin": "udp", "udpout": "udpout", "tcp": "tcp", "": "serial"}
@@ -39,10 +111,10 @@ class MavlinkLink:
         return self._codec.srcSystem
 
     @system.setter
-    def system(self, number: int):
+    def system(self, number: int) -> None:
         self._codec.srcSystem = number
 
-    def send(self, messages) -> None:
+    def send(self, messages: Any) -> None:
         """Send messages of the dialect, or lose them."""
         for message in messages:
             packet = message.pack(self._codec)
@@ -56,14 +128,14 @@ class MavlinkLink:
         """Keep the link open until cancelled."""
         await kept_open(self.uri.text, self._open)
 
-    async def _open(self):
+    async def _open(self) -> None:
         self._answer = None
         try:
             await self._transport.open()
         finally:
             self._answer = None
 
-    def _receive(self, data, answer):
+    def _receive(self, data: bytes, answer: Write) -> None:
         """A piece; of datagrams the sender of the last accepted one is answered."""
         by_datagrams = self.uri.via in ("udpin", "udpout")
         if by_datagrams:  # one holds whole packets: what another sender left unfinished is no part of it
@@ -71,7 +143,7 @@ class MavlinkLink:
         if self._feed(data) and self.uri.via == "udpin":
             self._answer = answer
 
-    def _feed(self, data):
+    def _feed(self, data: bytes) -> bool:
         """Whether any of the messages in a piece is accepted."""
         accepted = False
         for message in self._codec.parse_buffer(data) or ():
@@ -81,7 +153,7 @@ class MavlinkLink:
                 accepted |= self.receive(message)
         return accepted
 
-    def _begin(self):
+    def _begin(self) -> None:
         self._codec.buf, self._codec.buf_index = bytearray(), 0
         self._codec.expected_length = self.messages.HEADER_LEN_V1 + 2
         self._codec.have_prefix_error = False

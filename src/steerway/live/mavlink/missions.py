@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.mission_items import MissionItem
-from steerway.live.mavlink.dialect import RoverMode
-from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.mavlink.link import MavlinkLink, RoverMode
 from steerway.live.uri import Uri
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ class MissionServer:
             due += self._request(now)
         return due
 
-    def _of_another_kind(self, message):
+    def _of_another_kind(self, message: Any) -> list[Any]:
         """Fences and rally points are those of the mission's file; a station that asks is told that there are none."""
         self._peer = message.get_srcSystem(), message.get_srcComponent()
         m, kind = self._messages, message.mission_type
@@ -72,14 +71,14 @@ class MissionServer:
             return [m.MAVLink_mission_count_message(*self._peer, 0, kind)]
         return [m.MAVLink_mission_ack_message(*self._peer, m.MAV_MISSION_UNSUPPORTED, kind)]
 
-    def _on_count(self, message, now):
+    def _on_count(self, message: Any, now: float) -> list[Any]:
         if not 0 < message.count <= _MOST:
             m = self._messages
             return [self._ack(m.MAV_MISSION_NO_SPACE if message.count else m.MAV_MISSION_DENIED)]
         self._expected, self._items, self._tries = message.count, [], 0
         return self._request(now)
 
-    def _on_item(self, message, now):
+    def _on_item(self, message: Any, now: float) -> list[Any]:
         if not self._expected or message.seq != len(self._items):
             return self._request(now) if self._expected else []
         scale = _DEGREES if message.get_type() == "MISSION_ITEM_INT" else 1.0
@@ -92,7 +91,7 @@ class MissionServer:
         self._expected = 0
         return self._take()
 
-    def _take(self):
+    def _take(self) -> list[Any]:
         m = self._messages
         try:
             self._routed.take_mission(self._items)
@@ -102,11 +101,11 @@ class MissionServer:
         LOG.info("mission of %d items taken from system %d", len(self._items), self._peer[0])
         return [self._ack(m.MAV_MISSION_ACCEPTED)]
 
-    def _on_list(self, message, now):
+    def _on_list(self, message: Any, now: float) -> list[Any]:
         count = len(self._routed.guide.items)
         return [self._messages.MAVLink_mission_count_message(*self._peer, count)]
 
-    def _on_request(self, message, now):
+    def _on_request(self, message: Any, now: float) -> list[Any]:
         items, m = self._routed.guide.items, self._messages
         if message.seq >= len(items):
             return [self._ack(m.MAV_MISSION_INVALID_SEQUENCE)]
@@ -116,22 +115,22 @@ class MissionServer:
         values = message.seq, item.frame, item.command, current, 1, *item.parameters, *place
         return [m.MAVLink_mission_item_int_message(*self._peer, *values)]
 
-    def _on_current(self, message, now):
+    def _on_current(self, message: Any, now: float) -> list[Any]:
         try:
             self._routed.guide.go_to_item(message.seq)
         except InputError as error:
             LOG.warning("%s", error)
         return [self._messages.MAVLink_mission_current_message(self._routed.guide.item_under_way)]
 
-    def _on_clear(self, message, now):
+    def _on_clear(self, message: Any, now: float) -> list[Any]:
         """A boat that is steered keeps its mission."""
         return [self._ack(self._messages.MAV_MISSION_DENIED)]
 
-    def _request(self, now):
+    def _request(self, now: float) -> list[Any]:
         self._asked, self._tries = now, self._tries + 1
         return [self._messages.MAVLink_mission_request_int_message(*self._peer, len(self._items))]
 
-    def _ack(self, result):
+    def _ack(self, result: int) -> Any:
         return self._messages.MAVLink_mission_ack_message(*self._peer, result)
 
 
@@ -162,6 +161,6 @@ class MissionLink:
                 self.link.send(self.server.due(time.monotonic()))
                 await asyncio.sleep(_PERIOD)
 
-    def _receive(self, message):
+    def _receive(self, message: Any) -> bool:
         self.link.send(self.server.receive(message, time.monotonic()))
         return True

@@ -5,6 +5,7 @@ Messages and flags: MAVLink ardupilotmega message set; ArduPilot's Rover goes in
 """
 
 import math
+from typing import Any
 
 _WAIT = 5.0  # s from the first message for a report that has not come
 _STALE = 5.0  # s after which a report no longer holds
@@ -29,7 +30,7 @@ _BATTERY = {
 }
 
 
-def result_words(messages, result: int) -> str:
+def result_words(messages: Any, result: int) -> str:
     """The meaning of the result in a COMMAND_ACK."""
     return next((words for name, words in _WORDS.items() if getattr(messages, name, -1) == result), f"result {result}")
 
@@ -37,7 +38,7 @@ def result_words(messages, result: int) -> str:
 class Readiness:
     """The newest reports of one vehicle; `messages` is the dialect's module, times are s of a monotonic clock."""
 
-    def __init__(self, messages):
+    def __init__(self, messages: Any) -> None:
         self._messages = messages
         self._first = math.nan
         self._reports: dict[str, tuple[object, float]] = {}
@@ -45,7 +46,7 @@ class Readiness:
         self._prearm = ""
         self._refused, self._refused_at = "", -math.inf
 
-    def receive(self, message, now: float) -> None:
+    def receive(self, message: Any, now: float) -> None:
         """A message of the vehicle."""
         kind = message.get_type()
         self._first = now if math.isnan(self._first) else self._first
@@ -68,14 +69,14 @@ class Readiness:
             return f"{self._refused}; tried again in {_REFUSED - (now - self._refused_at):.0f} s"
         return found
 
-    def _report(self, kind, now):
+    def _report(self, kind: str, now: float) -> Any:
         """A report that holds, "" while it may still come, None where it is not sent."""
         message, came = self._reports.get(kind, (None, -math.inf))
         if now - came <= _STALE:
             return message
         return "" if now - self._first < _WAIT else None
 
-    def _ekf(self, now):
+    def _ekf(self, now: float) -> str:
         report, m = self._report("EKF_STATUS_REPORT", now), self._messages
         if report == "":
             return "the vehicle's EKF has not reported"
@@ -91,7 +92,7 @@ class Readiness:
         why = next((why for why, lacks in lacking.items() if lacks), "")
         return f"the vehicle's EKF is not ready: {why}" if why else ""
 
-    def _receiver(self, now):
+    def _receiver(self, now: float) -> str:
         report = self._report("GPS_RAW_INT", now)
         if report == "":
             return "the vehicle's receiver has not reported"
@@ -99,7 +100,7 @@ class Readiness:
             return "the vehicle's receiver has no 3D fix"
         return ""
 
-    def _battery(self, now):
+    def _battery(self, now: float) -> str:
         for number, (state, came) in self._batteries.items():
             words = next((w for name, w in _BATTERY.items() if getattr(self._messages, name, -1) == state), "")
             if words and now - came <= 2.0 * _STALE:
@@ -109,14 +110,14 @@ class Readiness:
             return "the vehicle reports a fault of its battery"
         return ""
 
-    def _failsafe(self, now):
+    def _failsafe(self, now: float) -> str:
         report, m = self._report("HEARTBEAT", now), self._messages
         failing = {m.MAV_STATE_CRITICAL, m.MAV_STATE_EMERGENCY, m.MAV_STATE_FLIGHT_TERMINATION}
         if report and report.system_status in failing:
             return "the vehicle is in a fail-safe"
         return "the vehicle is starting" if report and report.system_status == m.MAV_STATE_BOOT else ""
 
-    def _arming(self, now):
+    def _arming(self, now: float) -> str:
         report, m = self._report("HEARTBEAT", now), self._messages
         if not report or report.base_mode & m.MAV_MODE_FLAG_SAFETY_ARMED:
             return ""

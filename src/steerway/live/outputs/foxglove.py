@@ -14,7 +14,7 @@ from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS
 from steerway.live.links.link import kept_open
-from steerway.live.outputs.json_lines import json_line
+from steerway.live.outputs.lines import json_line
 from steerway.live.outputs.output import Output, Rhythm
 from steerway.live.rows import Order, Row
 from steerway.live.uri import Uri

@@ -1,6 +1,7 @@
 """A scenario's vessel, environment and receiver, one step at a time: no pilot, no clock, no I/O."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from steerway.control.speed_pi import SpeedPI
 from steerway.core.earth import displaced
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
+from steerway.sensors.suite import Suite
 from steerway.simulation import assembly
 from steerway.simulation.run import origin
 from steerway.simulation.scenario import EstimatorTable, Scenario
@@ -41,6 +43,8 @@ class SimulatedBoat:
         sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
         self._sea = aboard.environment.build().start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)
+        if not isinstance(suite, Suite):
+            raise InputError(f"{scenario.name}: a manoeuvre is sailed by the truth, expected a scenario with a route")
         self._gnss = suite.gnss.start(receiver_seed)
         self._compass = suite.compass and suite.compass.start(compass_seed)
         self._state = self.vessel.start(*(each for each in assembly.start(aboard) if each is not None))
@@ -57,7 +61,7 @@ class SimulatedBoat:
         """True latitude and longitude, rad."""
         return displaced(*self.origin, self.motion.north, self.motion.east)
 
-    def step(self, command) -> ReceiverFix | None:
+    def step(self, command: Sequence[float]) -> ReceiverFix | None:
         """One step under a command; the fix that the receiver delivers at its end, None without one.
 
         Raises InputError when the state is no longer finite.
@@ -73,7 +77,7 @@ class SimulatedBoat:
         self.motion = self.vessel.motion(self._state, self._sea.conditions)
         return self._look()
 
-    def _look(self):
+    def _look(self) -> ReceiverFix | None:
         truth, waves = self.motion, self._sea.waves
         if self._compass is not None:
             read = self._compass.step(self.time, truth.heading)
@@ -127,6 +131,6 @@ class InnerLoops:
         return tuple(self._propulsion.step(0.0, 0.0)[:-2])
 
 
-def _ahead(motion):
+def _ahead(motion: GroundMotion) -> float:
     """Speed over ground along the hull, m/s."""
     return motion.north_velocity * math.cos(motion.heading) + motion.east_velocity * math.sin(motion.heading)

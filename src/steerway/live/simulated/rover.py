@@ -6,12 +6,12 @@ once its own estimate (EKF) has a position.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
 from steerway.core.kinematics import GroundMotion
-from steerway.live.mavlink.dialect import RoverMode
+from steerway.live.mavlink.link import RoverMode
 from steerway.live.simulated.boat import ReceiverFix
 
 TIMEOUT = 3.0
@@ -48,7 +48,7 @@ class Rover:
 
     def __init__(
         self,
-        messages,
+        messages: Any,
         cruise: float,
         unix: float,
         timeout: float = TIMEOUT,
@@ -89,13 +89,13 @@ class Rover:
         """The receiver delivers a fix."""
         self._seen = seen
 
-    def receive(self, message, now: float) -> list:
+    def receive(self, message: Any, now: float) -> list[Any]:
         """The answers to a message."""
         handler = _HANDLERS.get(message.get_type())
         mine = getattr(message, "target_system", 0) in (0, self.system)
         return [] if handler is None or not mine else handler(self, message, now)
 
-    def due(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> list:
+    def due(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> list[Any]:
         """The messages to send now; `place` is the true latitude and longitude, rad."""
         due = []
         for name, interval in self._intervals.items():
@@ -104,7 +104,7 @@ class Rover:
                 due.append(_MAKERS[name](self, now, motion, place))
         return due
 
-    def _set_mode(self, number, now):
+    def _set_mode(self, number: int, now: float) -> int:
         """The result of a request."""
         if number not in _MODES or (number == RoverMode.GUIDED and now < self.ekf_time):
             return self._messages.MAV_RESULT_FAILED
@@ -112,10 +112,10 @@ class Rover:
             self.mode, self._target = RoverMode(number), None
         return self._messages.MAV_RESULT_ACCEPTED
 
-    def _on_set_mode(self, message, now):
+    def _on_set_mode(self, message: Any, now: float) -> list[Any]:
         return [self._answer(self._messages.MAVLINK_MSG_ID_SET_MODE, self._set_mode(message.custom_mode, now))]
 
-    def _on_command(self, message, now):
+    def _on_command(self, message: Any, now: float) -> list[Any]:
         m = self._messages
         result = m.MAV_RESULT_UNSUPPORTED
         if message.command == m.MAV_CMD_DO_SET_MODE:
@@ -128,17 +128,17 @@ class Rover:
             result = self._set_interval(int(message.param1), message.param2)
         return [self._answer(message.command, result)]
 
-    def _set_interval(self, number, microseconds):
+    def _set_interval(self, number: float, microseconds: float) -> int:
         for name in self._intervals:
             if getattr(self._messages, f"MAVLINK_MSG_ID_{name}") == number and math.isfinite(microseconds):
                 self._intervals[name] = microseconds * 1e-6  # below 0: never; 0 would be the default
                 return self._messages.MAV_RESULT_ACCEPTED
         return self._messages.MAV_RESULT_FAILED
 
-    def _answer(self, command, result):
+    def _answer(self, command: int, result: int) -> Any:
         return self._messages.MAVLink_command_ack_message(command, result)
 
-    def _on_target(self, message, now):
+    def _on_target(self, message: Any, now: float) -> list[Any]:
         """A target of yaw rate and speed; one of attitude is ignored."""
         m = self._messages
         ignored = m.ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE | m.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
@@ -149,7 +149,7 @@ class Rover:
                 self._target = Target(max(-most, min(most, message.body_yaw_rate)), thrust * self.cruise, now)
         return []
 
-    def _on_parameter(self, message, now):
+    def _on_parameter(self, message: Any, now: float) -> list[Any]:
         """Only that of the turns is known; an unknown one is not answered, as by ArduPilot."""
         if message.param_id != _TURN_PARAMETER:
             return []
@@ -157,7 +157,7 @@ class Rover:
         value = math.degrees(self.turn_limit)
         return [m.MAVLink_param_value_message(_TURN_PARAMETER.encode(), value, m.MAV_PARAM_TYPE_REAL32, 1, 0)]
 
-    def _heartbeat(self, now, motion, place):
+    def _heartbeat(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
         m = self._messages
         flags = m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         flags |= m.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0
@@ -167,34 +167,34 @@ class Rover:
             m.MAV_TYPE_SURFACE_BOAT, m.MAV_AUTOPILOT_ARDUPILOTMEGA, flags, int(self.mode), state, 3
         )
 
-    def _ekf(self, now, motion, place):
+    def _ekf(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
         """Attitude only and a constant position at first, then all."""
         flags = _EKF_ALL if now >= self.ekf_time else _EKF_ATTITUDE
         return self._messages.MAVLink_ekf_status_report_message(flags, 0.1, 0.1, 0.1, 0.1, 0.0)
 
-    def _hud(self, now, motion, place):
+    def _hud(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
         """Heading 0 where it is not known."""
         heading = self._heading_of(motion)
         degrees = 0 if math.isnan(heading) else round(math.degrees(heading)) % 360
         sog = math.hypot(motion.north_velocity, motion.east_velocity)
         return self._messages.MAVLink_vfr_hud_message(0.0, sog, degrees, round(100.0 * abs(self.throttle)), 0.0, 0.0)
 
-    def _heading_of(self, motion):
+    def _heading_of(self, motion: GroundMotion) -> float:
         if not self.compass:
             return math.nan
         return motion.heading if math.isnan(self.heading) else self.heading
 
-    def _system_time(self, now, motion, place):
+    def _system_time(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
         return self._messages.MAVLink_system_time_message(round((self.unix + now) * 1e6), round(now * 1e3))
 
-    def _attitude(self, now, motion, place):
+    def _attitude(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
         heading = self._heading_of(motion)
         yaw = 0.0 if math.isnan(heading) else math.remainder(heading, math.tau)
         return self._messages.MAVLink_attitude_message(
             round(now * 1e3), motion.roll, motion.pitch, yaw, 0.0, 0.0, motion.yaw_rate
         )
 
-    def _global_position(self, now, motion, place):
+    def _global_position(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
         heading = self._heading_of(motion)
         yaw = _UNKNOWN_16 if math.isnan(heading) else _hundredths(heading)
         velocity = round(motion.north_velocity * 100.0), round(motion.east_velocity * 100.0), 0
@@ -202,7 +202,7 @@ class Rover:
             round(now * 1e3), *_ten_millionths(*place), 0, 0, *velocity, yaw
         )
 
-    def _gps_raw(self, now, motion, place):
+    def _gps_raw(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
         """The newest fix; its time is that of its delivery, since the start."""
         m, seen = self._messages, self._seen
         if seen is None or now - seen.delivered > _FIX_LOST:
@@ -240,11 +240,11 @@ _MAKERS = {
 }
 
 
-def _ten_millionths(latitude, longitude):
+def _ten_millionths(latitude: float, longitude: float) -> tuple[int, int]:
     return round(math.degrees(latitude) * 1e7), round(math.degrees(longitude) * 1e7)
 
 
-def _hundredths(angle):
+def _hundredths(angle: float) -> int:
     return round(math.degrees(angle % math.tau) * 100.0) % 36000
 
 

@@ -2,12 +2,14 @@
 
 import asyncio
 import contextlib
+import json
 import logging
 import math
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,15 +18,65 @@ from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent, made_directory
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.live import addresses
-from steerway.live.links.link import Sink
-from steerway.live.mavlink.dialect import RoverMode
-from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.links.link import Sink, kept_open
+from steerway.live.links.transport import Transport
+from steerway.live.mavlink.link import MavlinkLink, RoverMode
 from steerway.live.process import log_to_stderr, until_stopped
-from steerway.live.simulated.boat import InnerLoops, SimulatedBoat
-from steerway.live.simulated.propellers import PropellerReceiver
+from steerway.live.simulated.boat import InnerLoops, ReceiverFix, SimulatedBoat
 from steerway.live.simulated.rover import TURN_LIMIT, Rover, Skipper, Target
 from steerway.live.uri import Uri
 from steerway.simulation.scenario import Scenario
+from steerway.vessels.vessel import Actuator
+
+SILENCE = 1.0
+"""s without a command after which a motor driver stops its propellers."""
+
+
+class PropellerReceiver:
+    """Receives the autopilot's commands, datagrams of JSON with `port` and `starboard`, and keeps the newest.
+
+    Raises InputError for a vessel without two propellers.
+    """
+
+    def __init__(self, uri: Uri, actuators: Sequence[Actuator]):
+        if len(actuators) != 2:
+            raise InputError(f"{uri.text}: commands two propellers, expected a vessel of kind otter")
+        self.uri, self._actuators = uri, actuators
+        self._newest = (0.0, 0.0)
+        self._received = -math.inf
+
+    async def run(self) -> None:
+        """Receive until cancelled."""
+        link = Transport(self.uri, "udp", lambda data, _: self.receive(data))
+        await kept_open(self.uri.text, link.open)
+
+    @property
+    def obeyed(self) -> bool:
+        """Whether there was ever a command."""
+        return self._received > -math.inf
+
+    def command(self) -> tuple[float, ...] | None:
+        """Propeller speeds, rad/s; None without a recent command."""
+        if time.monotonic() - self._received > SILENCE:
+            return None
+        return tuple(
+            part * (each.high if part > 0.0 else -each.low)
+            for part, each in zip(self._newest, self._actuators, strict=True)
+        )
+
+    def receive(self, line: bytes) -> None:
+        """A datagram; what is no command is ignored."""
+        try:
+            command = json.loads(line)
+            newest = float(command["port"]), float(command["starboard"])
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return
+        if all(map(math.isfinite, newest)):
+            self._newest, self._received = newest, time.monotonic()
+
+
+if TYPE_CHECKING:
+    import polars as pl
 
 LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are skipped
@@ -84,7 +136,7 @@ class RunningBoat:
         self._loops = InnerLoops(boat.known)
         self._skipper = Skipper(boat.motion)
         self._target: Target | None = None
-        self._kept: list[tuple] | None = [] if keeps else None
+        self._kept: list[tuple[Any, ...]] | None = [] if keeps else None
 
     async def run(self) -> None:
         """Run until cancelled."""
@@ -98,7 +150,7 @@ class RunningBoat:
                     tasks.create_task(each.run())
             tasks.create_task(self._sail())
 
-    def table(self):
+    def table(self) -> "pl.DataFrame":
         """The truth at every fix, a polars DataFrame of COLUMNS."""
         import polars as pl
 
@@ -111,7 +163,7 @@ class RunningBoat:
             self.table().write_parquet(file)
         return path
 
-    async def _sail(self):
+    async def _sail(self) -> None:
         pace = self.boat.step_length / self.speed
         due = time.monotonic()
         while True:
@@ -122,35 +174,37 @@ class RunningBoat:
             self._step()
             due += pace
 
-    def _step(self):
+    def _step(self) -> None:
         now = self.boat.time
         seen = self.boat.step(self._command(now))
         if seen is not None:
             self._send(seen)
-        if self.rover is not None:
+        if self.rover is not None and self.link is not None:
             self.rover.heading = self.boat.heading
-            self.rover.throttle = self._throttle()
+            self.rover.throttle = self._throttle(self.rover)
             self.link.send(self.rover.due(self.boat.time, self.boat.motion, self.boat.position()))
 
-    def _command(self, now):
+    def _command(self, now: float) -> tuple[float, ...]:
         if self.propellers is not None and self.propellers.obeyed:
             self._target = None
             return self.propellers.command() or self._loops.rest()
-        self._target = target = self._skipper.step(self.boat.motion) if self._is_by_hand() else self.rover.target(now)
+        rover = self.rover
+        if rover is None or (rover.armed and rover.mode is RoverMode.MANUAL):
+            target: Target | None = self._skipper.step(self.boat.motion)
+        else:
+            target = rover.target(now)
+        self._target = target
         if target is None:
             return self._loops.rest()
         return self._loops.step(target.yaw_rate, target.speed, self.boat.motion, self.boat.step_length)
 
-    def _throttle(self):
+    def _throttle(self, rover: Rover) -> float:
         """Share of full, as far as the speed needs it; full where propellers are commanded past the vehicle."""
         if self.propellers is not None and self.propellers.obeyed:
             return 1.0
-        return 0.0 if self._target is None else min(1.0, abs(self._target.speed) / self.rover.cruise)
+        return 0.0 if self._target is None else min(1.0, abs(self._target.speed) / rover.cruise)
 
-    def _is_by_hand(self):
-        return self.rover is None or (self.rover.armed and self.rover.mode is RoverMode.MANUAL)
-
-    def _send(self, seen):
+    def _send(self, seen: ReceiverFix) -> None:
         when, place = self.unix + seen.epoch, (seen.latitude, seen.longitude)
         text = rmc(when, *place, seen.sog, seen.cog, talker=_TALKER) + gga(when, *place, talker=_TALKER)
         if math.isfinite(self.boat.heading):
@@ -160,19 +214,21 @@ class RunningBoat:
         if self.rover is not None:
             self.rover.see(seen)
         if self._kept is not None:
-            self._keep(seen)
+            self._kept.append(self._truth())
 
-    def _keep(self, seen):
+    def _truth(self) -> tuple[Any, ...]:
+        """A row of COLUMNS."""
         truth = self.boat.motion
         degrees = np.degrees((*self.boat.position(), truth.heading % math.tau)).tolist()
         mode = None if self.rover is None else float(self.rover.mode)
         cog, yaw_rate = math.degrees(truth.cog % math.tau), math.degrees(truth.yaw_rate)
         target = (None, None) if self._target is None else (self._target.speed, math.degrees(self._target.yaw_rate))
         moment = self.unix + self.boat.time
-        self._kept.append((moment, truth.north, truth.east, *degrees, truth.sog, cog, yaw_rate, *target, mode))
+        return moment, truth.north, truth.east, *degrees, truth.sog, cog, yaw_rate, *target, mode
 
-    def _receive(self, message):
-        self.link.send(self.rover.receive(message, self.boat.time))
+    def _receive(self, message: Any) -> bool:
+        if self.link is not None and self.rover is not None:
+            self.link.send(self.rover.receive(message, self.boat.time))
         return True
 
 

@@ -1,7 +1,8 @@
-"""A device on the bus: an input and an output on one link, SocketCAN by python-can or a gateway's TCP port.
+"""NMEA 2000 on the wire: a device on the bus, an input and an output on one link.
 
-The gateway's lines are those of Yacht Devices' RAW format: `hh:mm:ss.sss R 19F51323 01 2F …` in, `19F51323 01 2F …`
-out.
+The link is SocketCAN by python-can or a gateway's TCP port. The gateway's lines are those of Yacht Devices' RAW format:
+`hh:mm:ss.sss R 19F51323 01 2F …` in, `19F51323 01 2F …` out. Fields of what is sent, 129026, 127251, 129283, 129284 and
+127237: the canboat PGN database.
 """
 
 import asyncio
@@ -10,19 +11,92 @@ import math
 import struct
 import time
 import uuid
+from collections.abc import Callable
+from typing import Any
 
 from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.formats.nmea2000.decoder import Decoder
-from steerway.formats.nmea2000.fields import MESSAGES
+from steerway.formats.nmea2000.fields import MESSAGES, TRUE
 from steerway.formats.nmea2000.frames import BROADCAST, Frame, Joiner, Splitter, frame_of, identifier_of
 from steerway.formats.nmea2000.text import frame_of_line
 from steerway.live.links.link import Deliver, kept_open
 from steerway.live.links.transport import Transport
-from steerway.live.n2k import writing
 from steerway.live.outputs.output import Output, Rhythm
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row
 from steerway.live.uri import Uri
+
+_HEADING_CONTROL = 4  # steering mode of 127237
+
+
+def write_course_and_speed(sid: int, cog: float, sog: float) -> bytes:
+    """129026 of true course."""
+    return struct.pack("<BBHHH", sid, 0xFC | TRUE, _u16(cog % math.tau, 1e-4), _u16(sog, 0.01), 0xFFFF)
+
+
+def write_rate_of_turn(sid: int, rate: float) -> bytes:
+    """127251."""
+    return struct.pack("<BiBH", sid, _i32(rate, 3.125e-8), 0xFF, 0xFFFF)
+
+
+def write_cross_track(sid: int, leg: Leg | None) -> bytes:
+    """129283, + when the boat is to starboard of the leg; navigation terminated without a leg."""
+    ended = leg is None or math.isnan(leg.cross_track)
+    error = math.nan if leg is None else leg.cross_track
+    return struct.pack("<BBiH", sid, (1 if ended else 0) << 6 | 0x30, _i32(error, 0.01), 0xFFFF)
+
+
+def write_navigation(sid: int, leg: Leg, origin: int, destination: int) -> bytes:
+    """129284; true bearings, great circle."""
+    flags = TRUE | int(leg.is_passed) << 2 | int(leg.is_arrived) << 4
+    return struct.pack(
+        "<BIBIHHHIIiih",
+        sid,
+        _u32(leg.distance, 0.01),
+        flags,
+        0xFFFFFFFF,
+        0xFFFF,
+        _u16(leg.direction % math.tau, 1e-4),
+        _u16(leg.bearing % math.tau, 1e-4),
+        origin,
+        destination,
+        _i32(math.degrees(leg.latitude), 1e-7),
+        _i32(math.degrees(leg.longitude), 1e-7),
+        _i16(leg.closing_speed, 0.01),
+    )
+
+
+def write_track_control(course: float, rate: float) -> bytes:
+    """127237: the course to steer, and the rate of turn that is ordered, under heading control."""
+    mode = _HEADING_CONTROL | 7 << 3 | TRUE << 6
+    steer = _u16(course % math.tau, 1e-4)
+    unknown = 0xFFFF
+    turn = _i16(rate, 3.125e-5)
+    return struct.pack(
+        "<BBBhHHHHhhhH", 0xFF, mode, 0xFF, 0x7FFF, steer, unknown, unknown, unknown, 0x7FFF, turn, 0x7FFF, unknown
+    )
+
+
+def _scaled(value: float, unit: float, most: int) -> int:
+    """An integer within its range; `most` is the one that means unknown."""
+    return most if not math.isfinite(value) else min(round(value / unit), most - 3)
+
+
+def _u16(value: float, unit: float) -> int:
+    return max(_scaled(value, unit, 0xFFFF), 0)
+
+
+def _u32(value: float, unit: float) -> int:
+    return max(_scaled(value, unit, 0xFFFFFFFF), 0)
+
+
+def _i16(value: float, unit: float) -> int:
+    return max(_scaled(value, unit, 0x7FFF), -0x8000)
+
+
+def _i32(value: float, unit: float) -> int:
+    return max(_scaled(value, unit, 0x7FFFFFFF), -0x80000000)
+
 
 LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
@@ -48,10 +122,10 @@ class N2kDecoder:
         """The rows, none or one, of a frame that arrived at a Unix time."""
         message = MESSAGES.get(frame.pgn)
         data = self._joiner.add(frame) if message else None
-        if data is None or len(data) < message.length:
+        if message is None or data is None or len(data) < message.length:
             return []
-        values = self._decoder.values(frame.pgn, frame.source, message.raw(data), arrived)
-        values = {name: value for name, value in values.items() if not math.isnan(value)}
+        told = self._decoder.values(frame.pgn, frame.source, message.raw(data), arrived)
+        values: dict[str, Any] = {name: value for name, value in told.items() if not math.isnan(value)}
         if not values.keys() - {"time", "position_std"}:
             return []
         source = f"src {frame.source}"
@@ -76,7 +150,7 @@ class N2kDevice(Output):
         self.claim = AddressClaim(name_of(uuid.getnode()) if name is None else name)
         self.lost = 0
         self._splitter = Splitter()
-        self._write = None
+        self._write: Callable[[int, bytes], None] | None = None
         self._deliver: Deliver | None = None
         self._runs = False
         self._rhythms = {what: Rhythm(period) for what, period in _PERIODS.items()}
@@ -96,17 +170,16 @@ class N2kDevice(Output):
             return
         if self._rhythms["motion"].is_due(row.time):
             self._sid = (self._sid + 1) % 253
-            self._send(129026, writing.write_course_and_speed(self._sid, row.cog, row.sog), priority=2)
-            self._send(127251, writing.write_rate_of_turn(self._sid, row.course_rate), priority=2)
+            self._send(129026, write_course_and_speed(self._sid, row.cog, row.sog), priority=2)
+            self._send(127251, write_rate_of_turn(self._sid, row.course_rate), priority=2)
         if leg is not None and self._rhythms["leg"].is_due(row.time):
-            self._send(129283, writing.write_cross_track(self._sid, leg))
+            self._send(129283, write_cross_track(self._sid, leg))
             if math.isfinite(leg.distance):
-                self._send(
-                    129284, writing.write_navigation(self._sid, leg, _number(leg.origin), _number(leg.destination))
-                )
-        engaged = order is not None and order.engaged and order.state in UNDER_WAY
-        if engaged and self._rhythms["orders"].is_due(row.time):
-            self._send(127237, writing.write_track_control(order.course, order.yaw_rate), priority=2)
+                self._send(129284, write_navigation(self._sid, leg, _number(leg.origin), _number(leg.destination)))
+        if order is None or not order.engaged or order.state not in UNDER_WAY:
+            return
+        if self._rhythms["orders"].is_due(row.time):
+            self._send(127237, write_track_control(order.course, order.yaw_rate), priority=2)
 
     def unreachable(self) -> str:
         """Why no order reaches the bus, "" when they do."""
@@ -114,18 +187,18 @@ class N2kDevice(Output):
             return f"{self.uri.text} is not open"
         return "" if self.claim.holds(time.monotonic()) else "no address is held on the bus"
 
-    def _frame(self, frame: Frame, arrived: float):
+    def _frame(self, frame: Frame, arrived: float) -> None:
         for pgn, data in self.claim.receive(frame, time.monotonic()):
             self._send(pgn, data, priority=6)
         if self._deliver is not None and (rows := self.decoder.frame(frame, arrived)):
             self._deliver(rows)
 
-    def _opened(self, write):
+    def _opened(self, write: Callable[[int, bytes], None]) -> None:
         self._write = write
         for pgn, data in self.claim.begin(time.monotonic()):
             self._send(pgn, data, priority=6)
 
-    def _send(self, pgn, payload, priority=3):
+    def _send(self, pgn: int, payload: bytes, priority: int = 3) -> None:
         identifier = identifier_of(pgn, self.claim.address, priority=priority)
         for data in self._splitter.parts(pgn, payload):
             try:
@@ -135,7 +208,7 @@ class N2kDevice(Output):
             except OSError:
                 self.lost += 1
 
-    async def _bus(self):
+    async def _bus(self) -> None:
         import can
 
         interface = self.uri.options.get("interface", "socketcan")
@@ -144,13 +217,13 @@ class N2kDevice(Output):
         except (can.CanError, OSError, ValueError) as error:
             raise OSError(getattr(error, "strerror", None) or str(error)) from None
 
-        def write(identifier, data):
+        def write(identifier: int, data: bytes) -> None:
             try:
                 bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=True), timeout=0.0)
             except can.CanError as error:
                 raise OSError(str(error)) from None
 
-        received: asyncio.Queue = asyncio.Queue()
+        received: asyncio.Queue[Any] = asyncio.Queue()
         loop = asyncio.get_running_loop()
         notifier = can.Notifier(bus, [received.put_nowait], loop=loop)
         try:
@@ -165,10 +238,10 @@ class N2kDevice(Output):
             notifier.stop()
             bus.shutdown()
 
-    async def _gateway(self):
+    async def _gateway(self) -> None:
         self._begun = b""
 
-        def write(identifier, data):
+        def write(identifier: int, data: bytes) -> None:
             if not gateway.write(f"{identifier:08X} {data.hex(' ').upper()}\r\n".encode()):
                 raise OSError
 
@@ -178,7 +251,7 @@ class N2kDevice(Output):
         finally:
             self._write = None
 
-    def _lines(self, data, answer):
+    def _lines(self, data: bytes, answer: object) -> None:
         *lines, self._begun = (self._begun + data).split(b"\n")
         for line in lines:
             frame = frame_of_line(line) if len(line) < _LONGEST else None
@@ -188,7 +261,7 @@ class N2kDevice(Output):
             raise OSError(f"a line of more than {_LONGEST} characters, expected the RAW format")
 
 
-def _number(waypoint):
+def _number(waypoint: str) -> int:
     digits = waypoint.removeprefix("WP")
     return int(digits) if digits.isascii() and digits.isdigit() else 0xFFFFFFFF
 

@@ -1,0 +1,114 @@
+"""Lines: JSON for programs, sentences of NMEA 0183 for instruments and autopilots, commands of two propellers."""
+
+import json
+import math
+
+from steerway.core.leg import Leg
+from steerway.core.records import MOTION_COLUMNS, STATUSES
+from steerway.formats.nmea0183.writing import apb, rmb, rmc, rot, vtg, xte
+from steerway.live.links.link import Sink
+from steerway.live.outputs.output import Rhythm, SinkOutput
+from steerway.live.rows import FIT, Order, Row, State
+
+
+class JsonLines(SinkOutput):
+    """A line of JSON a fix, or with `every_tick` a line a tick; the columns are those of `estimate`.
+
+    With an autopilot also its `state` and `reason` (null for none), of the tick before a fix.
+    """
+
+    def __init__(self, sink: Sink, every_tick: bool = False):
+        super().__init__(sink)
+        self.every_tick = every_tick
+        self._order: Order | None = None
+
+    def fix(self, row: Row) -> None:
+        """See Output."""
+        if not self.every_tick:
+            self.sink.send(json_line(row, self._order))
+
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """See Output."""
+        self._order = order
+        if self.every_tick and math.isfinite(row.time):
+            self.sink.send(json_line(row, order))
+
+
+def json_line(row: Row, order: Order | None = None) -> bytes:
+    """A row under the outward names of its columns, null for unknown, with its line end."""
+    columns: dict[str, float | str | None] = {}
+    for name, (field, convert) in MOTION_COLUMNS.items():
+        value = float(convert(getattr(row, field)))
+        columns[name] = value if math.isfinite(value) else None
+    columns["status"] = STATUSES[row.status]
+    if order is not None:
+        columns |= {"state": order.state.value, "reason": order.reason or None}
+    return json.dumps(columns).encode() + b"\n"
+
+
+PERIOD = 0.1
+"""s between two commands."""
+
+
+class PropellerCommands(SinkOutput):
+    """Lines of JSON for a motor driver, once a period, and at once when the autopilot's state changes.
+
+    `{"time": …, "state": "running", "port": 0.61, "starboard": 0.48}`: −1 to 1 of full speed, where thrust goes with
+    the square of the speed; null: no command. The driver has to stop by itself when no line comes.
+    """
+
+    def __init__(self, sink: Sink, period: float = PERIOD):
+        super().__init__(sink)
+        self._rhythm = Rhythm(period)
+        self._state: State | None = None
+
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """See Output."""
+        if order is None:
+            return
+        is_due = self._rhythm.is_due(row.time)
+        if is_due or order.state is not self._state:
+            self._state = order.state
+            self.sink.send(propeller_line(row.time, order))
+
+    def unreachable(self) -> str:
+        """Why no command reaches the motors, "" as far as the link shows."""
+        return "" if self.has_peer else "nothing is connected that drives the motors"
+
+
+def propeller_line(time: float, order: Order) -> bytes:
+    """An order as a line, with its line end."""
+    port, starboard = (order.port, order.starboard) if order.engaged else (None, None)
+    line = {"time": round(time, 3), "state": order.state.value, "port": port, "starboard": starboard}
+    return json.dumps(line).encode() + b"\n"
+
+
+class SentenceOutput(SinkOutput):
+    """RMC, VTG and ROT once a period (s), and APB, XTE and RMB on a route, as instruments and autopilots expect."""
+
+    def __init__(self, sink: Sink, period: float = 1.0):
+        super().__init__(sink)
+        self._rhythm = Rhythm(period)
+
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """See Output."""
+        if self._rhythm.is_due(row.time):
+            self.sink.send("".join(self.sentences(row, leg, order)).encode())
+
+    def leg_unreachable(self) -> str:
+        """Why another autopilot does not get the leg, "" as far as the link shows."""
+        return "" if self.has_peer else "nothing is connected that takes sentences"
+
+    def sentences(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> list[str]:
+        """The sentences of a row. Those of the leg are valid only while the course is known and the autopilot fit."""
+        valid = row.valid and not math.isnan(row.sog)
+        steering = []
+        if leg is not None:
+            knows = row.valid and not math.isnan(row.cog) and (order is None or order.state in FIT)
+            steering = [sentence(leg, valid=knows) for sentence in (apb, xte, rmb)]
+        return [
+            rmc(row.time, row.latitude, row.longitude, row.sog, row.cog, valid=row.valid),
+            vtg(row.sog, row.cog, valid=valid),
+            rot(row.course_rate, valid=row.valid),
+            *steering,
+        ]
