@@ -1,10 +1,11 @@
 """Motion of a boat whose orders are known: through the water along its bow, carried by a current.
 
-States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c]: position (m), current (m/s), speed through the water
-along the bow (m/s), heading of the bow (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias
-of the rate and what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant over
-the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of the
-gyro (rad/s) and deviation of the compass (rad). The rate answers an ordered rate u by
+States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c ρ]: position (m), current (m/s), speed through the
+water along the bow (m/s), heading of the bow (rad), its rate (rad/s), gain of the response to orders (1: as declared),
+bias of the rate and what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant
+over the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of
+the gyro (rad/s) and deviation of the compass (rad); share of the current that the speed's loop makes up. The rate
+answers an ordered rate u by
 τ T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ: Nomoto's first-order model with Norrbin's damping
 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3);
 d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of the speed. The moment of the wind,
@@ -12,7 +13,8 @@ and of the leeway that it makes, keeps its direction in the earth, so that what 
 A vehicle's own yaw-rate loop may have an integral i, which makes up what the rate lacks: ḃ = i (u − r), so that what a
 turn has left in it turns the boat beyond the turn's end; the bias is as uncertain as the integral.
 So the uncertainty of the rate grows in an ordered turn as far as the response is uncertain, and not between turns. The
-speed tends to k times an ordered one. A hull that turns keeps its motion until the water turns it, v̇ = −v/s − U_r r:
+speed tends to k times an ordered one, less ρ times the current along the bow: a loop that holds the speed over ground
+has ρ = 1, one that holds the throttle 0. A hull that turns keeps its motion until the water turns it, v̇ = −v/s − U_r r:
 in a turn the boat slips outwards by s U_r r. The position is that of the pivot point, which moves along the bow but for
 that sway, as the receiver gives it: it wanders with what of the receiver's error is slower than the slow error. The
 deviation of the compass changes with the heading. A covariance is kept whole.
@@ -24,7 +26,7 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.estimation.steering import response
 
-STATES = 20
+STATES = 21
 (
     NORTH,
     EAST,
@@ -46,6 +48,7 @@ STATES = 20
     SLIP,
     GYRO,
     DEVIATION,
+    MADE_UP,
 ) = range(STATES)
 _LONGEST_STEP = 0.25
 """s of one step, and share of the response's time constant that it may have in addition. Chosen: at 15°/s a
@@ -113,7 +116,7 @@ def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -
     if math.isfinite(speed):
         share = -math.expm1(-dt / parameters[response.SPEED_TIME])
         if parameters[response.OVER_GROUND] > 0.0:
-            asked = min(fastest_of(x, parameters), max(0.0, x[SPEED_GAIN] * speed - along(x)))
+            asked = min(fastest_of(x, parameters), max(0.0, x[SPEED_GAIN] * speed - x[MADE_UP] * along(x)))
         else:
             asked = x[SPEED_GAIN] * speed
         x[WATER_SPEED] += share * (asked - x[WATER_SPEED])
@@ -150,7 +153,7 @@ def in_force(orders: Floats, k: int, now: float, stop: float) -> tuple[int, floa
 
 @kernel
 def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
-    """One state (20,) from time start to stop under orders as of `predict_bank`."""
+    """One state (21,) from time start to stop under orders as of `predict_bank`."""
     after = x.copy()
     k = 0
     now = start

@@ -22,6 +22,7 @@ from steerway.estimation.steering.motion import (
     HEADING,
     HELM_TIME,
     LEAST_SLIP,
+    MADE_UP,
     NORTH,
     SLIP,
     SPEED_GAIN,
@@ -68,8 +69,8 @@ def predict(
     f: Floats,
     work: Floats,
 ) -> None:
-    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (20,
-    20) of scratch.
+    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (21,
+    21) of scratch.
     """
     known = math.isfinite(order)
     left, angle_left, to_rate, to_angle, steady, slower_rate, slower_angle = responding(x, order, parameters, dt)
@@ -79,7 +80,7 @@ def predict(
     turned = rate * angle_left + steady * to_angle
     mean = x[HEADING] + 0.5 * turned
     c, s = math.cos(mean), math.sin(mean)
-    asked = x[SPEED_GAIN] * speed - along(x)
+    asked = x[SPEED_GAIN] * speed - x[MADE_UP] * along(x)
     fastest = fastest_of(x, parameters)
     beyond = max(0.0, asked - fastest) if math.isfinite(speed) else 0.0
     move(x, order, speed, parameters, dt)
@@ -109,8 +110,10 @@ def predict(
         f[WATER_SPEED, WATER_SPEED] = 1.0 if limited and asked > water > parameters[response.TOP] else kept
         f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
         if over_ground and not limited:
-            f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -(1.0 - kept) * c, -(1.0 - kept) * s
-            f[WATER_SPEED, HEADING] = (1.0 - kept) * (x[CURRENT_N] * s - x[CURRENT_E] * c)
+            share = (1.0 - kept) * x[MADE_UP]
+            f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -share * c, -share * s
+            f[WATER_SPEED, HEADING] = share * (x[CURRENT_N] * s - x[CURRENT_E] * c)
+            f[WATER_SPEED, MADE_UP] = -(1.0 - kept) * along(x)
 
     _transform(f, p, work)
     _add_noise(x, p, order, math.isfinite(speed), beyond, parameters, wander, dt)
@@ -252,7 +255,7 @@ def predict_bank(
     start: float,
     stop: float,
 ) -> None:
-    """All states (m, 20) and covariances (m, 20, 20) from time start to stop, in place.
+    """All states (m, 21) and covariances (m, 21, 21) from time start to stop, in place.
 
     orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
     """
