@@ -24,7 +24,7 @@ import math
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
-from steerway.estimation.steering import response
+from steerway.estimation.steering.response import Response
 
 STATES = 21
 (
@@ -70,16 +70,16 @@ def yaw_bias(x: Floats) -> float:
 
 
 @lean_kernel
-def responding(x, order, parameters, dt):
+def responding(x, order, response, dt):
     """What becomes in dt of a unit of the rate, as (rate, angle), and of a unit of order; the order with all that adds
     to it; and what a unit of the relative time constant changes, as (rate, angle).
     """
     if not math.isfinite(order):
         left = math.exp(-dt / HELM_TIME)
         return left, HELM_TIME * (1.0 - left), 0.0, 0.0, 0.0, 0.0, 0.0
-    time, u = x[TIME] * parameters[response.TIME], x[WATER_SPEED]
-    quadratic = parameters[response.QUADRATIC] * abs(x[YAW_RATE])
-    damping = parameters[response.LINEAR] - parameters[response.MUNK] * u * u + x[DAMPING] + 2.0 * quadratic
+    time, u = x[TIME] * response.time, x[WATER_SPEED]
+    quadratic = response.quadratic * abs(x[YAW_RATE])
+    damping = response.linear - response.munk * u * u + x[DAMPING] + 2.0 * quadratic
     a = min(20.0, max(-1.0, damping * dt / time))
     if abs(a) < 0.02:
         first, second, third = 1.0 - 0.5 * a + a * a / 6.0, 0.5 - a / 6.0 + a * a / 24.0, 0.5 - a / 3.0 + a * a / 8.0
@@ -94,9 +94,9 @@ def responding(x, order, parameters, dt):
 
 
 @lean_kernel
-def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -> None:
+def move(x: Floats, order: float, speed: float, response: Response, dt: float) -> None:
     """The state after a short dt under an ordered yaw rate and speed; NaN for one that is not known."""
-    left, angle_left, to_rate, to_angle, steady, _, _ = responding(x, order, parameters, dt)
+    left, angle_left, to_rate, to_angle, steady, _, _ = responding(x, order, response, dt)
     turned = x[YAW_RATE] * angle_left + steady * to_angle
     mean = x[HEADING] + 0.5 * turned
     c, s = math.cos(mean), math.sin(mean)
@@ -109,14 +109,14 @@ def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -
     x[SWAY] = sway
     x[HEADING] += turned
     if math.isfinite(order):
-        x[BIAS] += parameters[response.INTEGRAL] * (dt * order - turned)
+        x[BIAS] += response.integral * (dt * order - turned)
     x[ERROR_N] *= math.exp(-dt / ERROR_TIME)
     x[ERROR_E] *= math.exp(-dt / ERROR_TIME)
     x[YAW_RATE] = x[YAW_RATE] * left + steady * to_rate
     if math.isfinite(speed):
-        share = -math.expm1(-dt / parameters[response.SPEED_TIME])
-        if parameters[response.OVER_GROUND] > 0.0:
-            asked = min(fastest_of(x, parameters), max(0.0, x[SPEED_GAIN] * speed - x[MADE_UP] * along(x)))
+        share = -math.expm1(-dt / response.speed_time)
+        if response.over_ground > 0.0:
+            asked = min(fastest_of(x, response), max(0.0, x[SPEED_GAIN] * speed - x[MADE_UP] * along(x)))
         else:
             asked = x[SPEED_GAIN] * speed
         x[WATER_SPEED] += share * (asked - x[WATER_SPEED])
@@ -129,17 +129,17 @@ def along(x):
 
 
 @lean_kernel
-def fastest_of(x, parameters):
+def fastest_of(x, response):
     """The speed through the water that an order over ground leads to at the most: the declared top speed, or the
     boat's where that is higher; a vehicle with a speed loop of its own may have power to spare.
     """
-    return max(parameters[response.TOP], x[WATER_SPEED])
+    return max(response.top_speed, x[WATER_SPEED])
 
 
 @lean_kernel
-def steps_of(parameters: Floats, dt: float) -> int:
+def steps_of(response: Response, dt: float) -> int:
     """As many steps as keep each short: in `_LONGEST_STEP`, of a slow vessel in a share of its time constant."""
-    longest = _LONGEST_STEP * max(1.0, 0.2 * parameters[response.TIME])
+    longest = _LONGEST_STEP * max(1.0, 0.2 * response.time)
     return max(1, math.ceil(dt / longest - 1e-9))
 
 
@@ -152,15 +152,15 @@ def in_force(orders: Floats, k: int, now: float, stop: float) -> tuple[int, floa
 
 
 @kernel
-def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
+def moved_by_orders(x: Floats, orders: Floats, response: Response, start: float, stop: float) -> Floats:
     """One state (21,) from time start to stop under orders as of `predict_bank`."""
     after = x.copy()
     k = 0
     now = start
     while now < stop:
         k, until = in_force(orders, k, now, stop)
-        n = steps_of(parameters, until - now)
+        n = steps_of(response, until - now)
         for _ in range(n):
-            move(after, orders[k, 1], orders[k, 2], parameters, (until - now) / n)
+            move(after, orders[k, 1], orders[k, 2], response, (until - now) / n)
         now = until
     return after
