@@ -40,8 +40,9 @@ _CARRIED, _CARRIED_TIME = 4.0, 8.0
 leg, a boat under way has been carried off. On squares in 65 % of its speed turns take it back by up to 12 m."""
 LEAST_WAY = 0.03
 """Share of the boat's speed that it has to make along a leg."""
-_KEPT_SIDE = 0.5 * math.pi
-"""rad of a turn: while more is left the bow turns to the side planned."""
+_KEPT_SIDE = 0.5
+"""rad of a turn: while more is left the bow turns to the side planned. Chosen: where the course back to the path of a
+turn asked for the other side with 90° left, a boat turned to and fro."""
 _SHORTEST = 0.3
 """Least share of the lookahead."""
 _APPROACH, _NEAR = 1.5, 1.0
@@ -202,10 +203,10 @@ class InCurrent:
         return self.top_speed * estimate.speed_gain
 
     def current_along_bow(self, estimate: Estimate) -> tuple[float, ...]:
-        """(current along the bow, m/s) for a vehicle that holds its speed over ground, else ()."""
+        """(what of the current along the bow a vehicle makes up by itself, m/s), () for a boat without such a loop."""
         heading = estimate.heading
         along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
-        return (along,) if self.over_ground else ()
+        return (estimate.made_up * along,) if self.over_ground else ()
 
     def heading(
         self, desired: Reference, water_speed: float, estimate: Estimate, reference: Reference | None = None

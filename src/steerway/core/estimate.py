@@ -50,6 +50,7 @@ class Estimate(NamedTuple):
     current_std: float = 0.0  # of the current in the direction in which it is known least
     position_relative_std: float = math.nan  # of the position, without the receiver's slow error
     slip_time: float = 0.0  # in which the motion through the water follows the bow, s
+    made_up: float = 1.0  # share of the current along the bow that the vehicle's own speed loop makes up
 
     @property
     def knows_current(self) -> bool:

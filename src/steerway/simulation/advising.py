@@ -178,8 +178,7 @@ def _estimated(
     dynamics[3, 3:5] = -damping / response.time, 1.0 / response.time
     dynamics[5, 5] = -1.0 / ERROR_TIME
     slow = sum(std**2 for std, time in gnss.markov if time <= _SHORTLY)
-    parameters = np.array(response.packed())
-    moving = rate_density(True, parameters), bias_density(parameters)
+    moving = rate_density(True, response.packed), bias_density(response.packed)
     wandering = 2.0 * max(slow, 1e-4) / ERROR_TIME
     noise = np.diag([wandering, response.current_noise, 0.0, *moving, wandering])
     rows, variances = [[1.0, 0.0, 0.0, 0.0, 0.0, 1.0]], [max(gnss.white, MODEL_TIME * response.speed) ** 2]

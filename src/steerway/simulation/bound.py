@@ -61,8 +61,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
     gnss = scenario.gnss
     slow = sum(std**2 for std, time in gnss.markov if time <= _SLOWEST)
     walk = sum(2.0 * std**2 / time for std, time in gnss.markov if time > _SLOWEST)
-    truth = _states(run, response.pivot)
-    parameters = np.array(response.packed())
+    truth, parameters = _states(run, response.pivot), response.packed
     orders = np.column_stack((run.time, known.yaw_response.gain * run["yaw"], np.full(len(run), math.nan)))
     p = np.zeros((1, STATES, STATES))
     for k, std in (
@@ -93,7 +92,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
 
 
 def _states(run: Run, pivot: float) -> Floats:
-    """(n, 20) true states: the heading is that of the motion of the point that moves along the bow."""
+    """(n, 21) true states: the heading is that of the motion of the point that moves along the bow."""
     states = np.zeros((len(run), STATES))
     current = run["current_north"], run["current_east"]
     north, east = run["true_north_velocity"] - current[0], run["true_east_velocity"] - current[1]

@@ -47,7 +47,7 @@ GOOD, MANOEUVRED, REFUSED = range(3)
 
 @lean_kernel
 def _correct_scalar(x, p, h, residual, variance, gain):
-    """Kalman's correction by one number z = h x + noise, in place; gain (20,) is scratch."""
+    """Kalman's correction by one number z = h x + noise, in place; gain (21,) is scratch."""
     spread = variance
     for i in range(STATES):
         total = 0.0
@@ -74,7 +74,7 @@ def _pair_nll(a, b, s_aa, s_ab, s_bb):
 
 @lean_kernel
 def _pair_covariance(p, hn, he, variance):
-    """Covariance (north, both, east) of two numbers with the rows hn and he (20,) of their Jacobian, and noise."""
+    """Covariance (north, both, east) of two numbers with the rows hn and he (21,) of their Jacobian, and noise."""
     s_nn, s_ne, s_ee = variance, 0.0, variance
     for i in range(STATES):
         if hn[i] == 0.0 and he[i] == 0.0:
@@ -88,7 +88,7 @@ def _pair_covariance(p, hn, he, variance):
 
 @lean_kernel
 def _seen_pair(p, hn, he, a, b, variance):
-    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (20,) of their Jacobian."""
+    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (21,) of their Jacobian."""
     s_nn, s_ne, s_ee = _pair_covariance(p, hn, he, variance)
     return _pair_nll(a, b, s_nn, s_ne, s_ee)
 
@@ -104,7 +104,7 @@ def _position_rows(x, pivot, hn, he):
 
 @lean_kernel
 def _velocity_rows(x, pivot, hn, he):
-    """Velocity north and east over ground of where the receiver is, m/s; hn and he (20,) become the rows of their
+    """Velocity north and east over ground of where the receiver is, m/s; hn and he (21,) become the rows of their
     Jacobian.
     """
     c, s, u, sway = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED], x[SWAY] - pivot * x[YAW_RATE]
@@ -156,7 +156,7 @@ def take_position(
 ) -> tuple[int, float]:
     """(GOOD, MANOEUVRED or REFUSED; NIS of the most probable hypothesis) of a fix; all hypotheses are corrected.
 
-    states (m, 20), covariances (m, 20, 20), log weights (m,): in place. interval since the fix before, s; speed (m/s)
+    states (m, 21), covariances (m, 21, 21), log weights (m,): in place. interval since the fix before, s; speed (m/s)
     and rate (rad/s) the size of an unordered manoeuvre; pivot as of `Response`. What is most probable is taken: the
     motion as predicted, a manoeuvre that no order explains, or a wrong fix.
     """

@@ -91,9 +91,9 @@ class SteeringFilter:
         self.idle_since = self.driven_since = math.inf
         self._taken = -math.inf  # when orders began
         self._drifts = False  # at rest in the water, since the motor idles
-        self._parameters = np.array(response.packed())
+        self._parameters = response.packed
         unsteady = max(response.speed_noise, _UNSTEADY if response.over_ground else 0.0)
-        self._at_first = np.array(response._replace(speed_noise=unsteady).packed())
+        self._at_first = response._replace(speed_noise=unsteady).packed
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
         self._misfit = 2.0  # NIS in the mean of the last fixes

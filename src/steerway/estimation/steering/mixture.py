@@ -17,6 +17,7 @@ from steerway.estimation.steering.motion import (
     EAST,
     GAIN,
     HEADING,
+    MADE_UP,
     NORTH,
     SLIP,
     SPEED_GAIN,
@@ -35,7 +36,7 @@ example `otter-mission`: in turns of 5 °/s and more the error was 1.1 °/s RMS 
 
 
 class Mixture(NamedTuple):
-    """Hypotheses: states (m, 20) of `motion`, their covariances (m, 20, 20) and logarithms of their weights (m,)."""
+    """Hypotheses: states (m, 21) of `motion`, their covariances (m, 21, 21) and logarithms of their weights (m,)."""
 
     states: Floats
     covariances: Floats
@@ -120,4 +121,5 @@ def estimate_of(x: Floats, p: Floats, heading_std: float, current_std: float, ag
         current_std,
         position_std,
         float(x[SLIP]),
+        float(x[MADE_UP]),
     )

@@ -1,10 +1,11 @@
 """Motion of a boat whose orders are known: through the water along its bow, carried by a current.
 
-States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c]: position (m), current (m/s), speed through the water
-along the bow (m/s), heading of the bow (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias
-of the rate and what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant over
-the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of the
-gyro (rad/s) and deviation of the compass (rad). The rate answers an ordered rate u by
+States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c ρ]: position (m), current (m/s), speed through the
+water along the bow (m/s), heading of the bow (rad), its rate (rad/s), gain of the response to orders (1: as declared),
+bias of the rate and what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant
+over the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of
+the gyro (rad/s) and deviation of the compass (rad); share of the current that the speed's loop makes up. The rate
+answers an ordered rate u by
 τ T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ: Nomoto's first-order model with Norrbin's damping
 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3);
 d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of the speed. The moment of the wind,
@@ -12,7 +13,8 @@ and of the leeway that it makes, keeps its direction in the earth, so that what 
 A vehicle's own yaw-rate loop may have an integral i, which makes up what the rate lacks: ḃ = i (u − r), so that what a
 turn has left in it turns the boat beyond the turn's end; the bias is as uncertain as the integral.
 So the uncertainty of the rate grows in an ordered turn as far as the response is uncertain, and not between turns. The
-speed tends to k times an ordered one. A hull that turns keeps its motion until the water turns it, v̇ = −v/s − U_r r:
+speed tends to k times an ordered one, less ρ times the current along the bow: a loop that holds the speed over ground
+has ρ = 1, one that holds the throttle 0. A hull that turns keeps its motion until the water turns it, v̇ = −v/s − U_r r:
 in a turn the boat slips outwards by s U_r r. The position is that of the pivot point, which moves along the bow but for
 that sway, as the receiver gives it: it wanders with what of the receiver's error is slower than the slow error. The
 deviation of the compass changes with the heading. A covariance is kept whole.
@@ -22,9 +24,9 @@ import math
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
-from steerway.estimation.steering import response
+from steerway.estimation.steering.response import Response
 
-STATES = 20
+STATES = 21
 (
     NORTH,
     EAST,
@@ -46,6 +48,7 @@ STATES = 20
     SLIP,
     GYRO,
     DEVIATION,
+    MADE_UP,
 ) = range(STATES)
 _LONGEST_STEP = 0.25
 """s of one step, and share of the response's time constant that it may have in addition. Chosen: at 15°/s a
@@ -67,16 +70,16 @@ def yaw_bias(x: Floats) -> float:
 
 
 @lean_kernel
-def responding(x, order, parameters, dt):
+def responding(x, order, response, dt):
     """What becomes in dt of a unit of the rate, as (rate, angle), and of a unit of order; the order with all that adds
     to it; and what a unit of the relative time constant changes, as (rate, angle).
     """
     if not math.isfinite(order):
         left = math.exp(-dt / HELM_TIME)
         return left, HELM_TIME * (1.0 - left), 0.0, 0.0, 0.0, 0.0, 0.0
-    time, u = x[TIME] * parameters[response.TIME], x[WATER_SPEED]
-    quadratic = parameters[response.QUADRATIC] * abs(x[YAW_RATE])
-    damping = parameters[response.LINEAR] - parameters[response.MUNK] * u * u + x[DAMPING] + 2.0 * quadratic
+    time, u = x[TIME] * response.time, x[WATER_SPEED]
+    quadratic = response.quadratic * abs(x[YAW_RATE])
+    damping = response.linear - response.munk * u * u + x[DAMPING] + 2.0 * quadratic
     a = min(20.0, max(-1.0, damping * dt / time))
     if abs(a) < 0.02:
         first, second, third = 1.0 - 0.5 * a + a * a / 6.0, 0.5 - a / 6.0 + a * a / 24.0, 0.5 - a / 3.0 + a * a / 8.0
@@ -91,9 +94,9 @@ def responding(x, order, parameters, dt):
 
 
 @lean_kernel
-def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -> None:
+def move(x: Floats, order: float, speed: float, response: Response, dt: float) -> None:
     """The state after a short dt under an ordered yaw rate and speed; NaN for one that is not known."""
-    left, angle_left, to_rate, to_angle, steady, _, _ = responding(x, order, parameters, dt)
+    left, angle_left, to_rate, to_angle, steady, _, _ = responding(x, order, response, dt)
     turned = x[YAW_RATE] * angle_left + steady * to_angle
     mean = x[HEADING] + 0.5 * turned
     c, s = math.cos(mean), math.sin(mean)
@@ -106,14 +109,14 @@ def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -
     x[SWAY] = sway
     x[HEADING] += turned
     if math.isfinite(order):
-        x[BIAS] += parameters[response.INTEGRAL] * (dt * order - turned)
+        x[BIAS] += response.integral * (dt * order - turned)
     x[ERROR_N] *= math.exp(-dt / ERROR_TIME)
     x[ERROR_E] *= math.exp(-dt / ERROR_TIME)
     x[YAW_RATE] = x[YAW_RATE] * left + steady * to_rate
     if math.isfinite(speed):
-        share = -math.expm1(-dt / parameters[response.SPEED_TIME])
-        if parameters[response.OVER_GROUND] > 0.0:
-            asked = min(fastest_of(x, parameters), max(0.0, x[SPEED_GAIN] * speed - along(x)))
+        share = -math.expm1(-dt / response.speed_time)
+        if response.over_ground > 0.0:
+            asked = min(fastest_of(x, response), max(0.0, x[SPEED_GAIN] * speed - x[MADE_UP] * along(x)))
         else:
             asked = x[SPEED_GAIN] * speed
         x[WATER_SPEED] += share * (asked - x[WATER_SPEED])
@@ -126,17 +129,17 @@ def along(x):
 
 
 @lean_kernel
-def fastest_of(x, parameters):
+def fastest_of(x, response):
     """The speed through the water that an order over ground leads to at the most: the declared top speed, or the
     boat's where that is higher; a vehicle with a speed loop of its own may have power to spare.
     """
-    return max(parameters[response.TOP], x[WATER_SPEED])
+    return max(response.top_speed, x[WATER_SPEED])
 
 
 @lean_kernel
-def steps_of(parameters: Floats, dt: float) -> int:
+def steps_of(response: Response, dt: float) -> int:
     """As many steps as keep each short: in `_LONGEST_STEP`, of a slow vessel in a share of its time constant."""
-    longest = _LONGEST_STEP * max(1.0, 0.2 * parameters[response.TIME])
+    longest = _LONGEST_STEP * max(1.0, 0.2 * response.time)
     return max(1, math.ceil(dt / longest - 1e-9))
 
 
@@ -149,15 +152,15 @@ def in_force(orders: Floats, k: int, now: float, stop: float) -> tuple[int, floa
 
 
 @kernel
-def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
-    """One state (20,) from time start to stop under orders as of `predict_bank`."""
+def moved_by_orders(x: Floats, orders: Floats, response: Response, start: float, stop: float) -> Floats:
+    """One state (21,) from time start to stop under orders as of `predict_bank`."""
     after = x.copy()
     k = 0
     now = start
     while now < stop:
         k, until = in_force(orders, k, now, stop)
-        n = steps_of(parameters, until - now)
+        n = steps_of(response, until - now)
         for _ in range(n):
-            move(after, orders[k, 1], orders[k, 2], parameters, (until - now) / n)
+            move(after, orders[k, 1], orders[k, 2], response, (until - now) / n)
         now = until
     return after

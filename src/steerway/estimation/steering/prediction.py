@@ -6,7 +6,6 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
-from steerway.estimation.steering import response
 from steerway.estimation.steering.motion import (
     BIAS,
     CURRENT_E,
@@ -22,6 +21,7 @@ from steerway.estimation.steering.motion import (
     HEADING,
     HELM_TIME,
     LEAST_SLIP,
+    MADE_UP,
     NORTH,
     SLIP,
     SPEED_GAIN,
@@ -39,6 +39,7 @@ from steerway.estimation.steering.motion import (
     responding,
     steps_of,
 )
+from steerway.estimation.steering.response import Response
 
 _IDENTIFIED, _TIMES = 300.0, 100.0
 """s, and time constants of the yaw rate, in which the response may drift by their first deviations; the bias in
@@ -62,27 +63,27 @@ def predict(
     p: Floats,
     order: float,
     speed: float,
-    parameters: Floats,
+    response: Response,
     wander: float,
     dt: float,
     f: Floats,
     work: Floats,
 ) -> None:
-    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (20,
-    20) of scratch.
+    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (21,
+    21) of scratch.
     """
     known = math.isfinite(order)
-    left, angle_left, to_rate, to_angle, steady, slower_rate, slower_angle = responding(x, order, parameters, dt)
+    left, angle_left, to_rate, to_angle, steady, slower_rate, slower_angle = responding(x, order, response, dt)
     rate, water, sway = x[YAW_RATE], x[WATER_SPEED], x[SWAY]
     abeam_n, abeam_e = -math.sin(x[HEADING]), math.cos(x[HEADING])
     weathercock = x[WIND_E] * abeam_n - x[WIND_N] * abeam_e  # change of the wind's part with heading
     turned = rate * angle_left + steady * to_angle
     mean = x[HEADING] + 0.5 * turned
     c, s = math.cos(mean), math.sin(mean)
-    asked = x[SPEED_GAIN] * speed - along(x)
-    fastest = fastest_of(x, parameters)
+    asked = x[SPEED_GAIN] * speed - x[MADE_UP] * along(x)
+    fastest = fastest_of(x, response)
     beyond = max(0.0, asked - fastest) if math.isfinite(speed) else 0.0
-    move(x, order, speed, parameters, dt)
+    move(x, order, speed, response, dt)
 
     for i in range(STATES):
         for j in range(STATES):
@@ -100,21 +101,23 @@ def predict(
         f[HEADING, DAMPING], f[YAW_RATE, DAMPING] = -to_angle * rate, -to_rate * rate
         f[HEADING, TIME], f[YAW_RATE, TIME] = slower_angle, slower_rate
         for k in range(HEADING, SPEED_GAIN):
-            f[BIAS, k] -= parameters[response.INTEGRAL] * (f[HEADING, k] - (k == HEADING))
+            f[BIAS, k] -= response.integral * (f[HEADING, k] - (k == HEADING))
     _slide(x, f, water, sway, turned, c, s, dt)
     if math.isfinite(speed):
-        kept = math.exp(-dt / parameters[response.SPEED_TIME])
-        over_ground = parameters[response.OVER_GROUND] > 0.0
+        kept = math.exp(-dt / response.speed_time)
+        over_ground = response.over_ground > 0.0
         limited = over_ground and not 0.0 < asked < fastest
-        f[WATER_SPEED, WATER_SPEED] = 1.0 if limited and asked > water > parameters[response.TOP] else kept
+        f[WATER_SPEED, WATER_SPEED] = 1.0 if limited and asked > water > response.top_speed else kept
         f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
         if over_ground and not limited:
-            f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -(1.0 - kept) * c, -(1.0 - kept) * s
-            f[WATER_SPEED, HEADING] = (1.0 - kept) * (x[CURRENT_N] * s - x[CURRENT_E] * c)
+            share = (1.0 - kept) * x[MADE_UP]
+            f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -share * c, -share * s
+            f[WATER_SPEED, HEADING] = share * (x[CURRENT_N] * s - x[CURRENT_E] * c)
+            f[WATER_SPEED, MADE_UP] = -(1.0 - kept) * along(x)
 
     _transform(f, p, work)
-    _add_noise(x, p, order, math.isfinite(speed), beyond, parameters, wander, dt)
-    _add_slip_and_instruments(x, p, turned, parameters, dt)
+    _add_noise(x, p, order, math.isfinite(speed), beyond, response, wander, dt)
+    _add_slip_and_instruments(x, p, turned, response, dt)
 
 
 @lean_kernel
@@ -173,51 +176,51 @@ def _is_own(f, i):
 
 
 @lean_kernel
-def rate_density(known: bool, parameters: Floats) -> float:
+def rate_density(known: bool, response: Response) -> float:
     """Spectral density of what moves the yaw rate beside a known order, or without one, rad²/s³."""
-    aside = (parameters[response.WANDER] if known else parameters[response.MANUAL]) * parameters[response.RATE]
-    return 2.0 * aside * aside / (max(parameters[response.TIME], 0.3) if known else HELM_TIME)
+    aside = (response.wander if known else response.manual) * response.rate
+    return 2.0 * aside * aside / (max(response.time, 0.3) if known else HELM_TIME)
 
 
 @lean_kernel
-def _identified(parameters):
+def _identified(response):
     """s in which gain, damping and time constant may drift by their first deviations."""
-    return max(_IDENTIFIED, _TIMES * parameters[response.TIME])
+    return max(_IDENTIFIED, _TIMES * response.time)
 
 
 @lean_kernel
-def bias_density(parameters: Floats) -> float:
+def bias_density(response: Response) -> float:
     """Spectral density of the drift of the rate's bias and of the wind's part of it, rad²/s³."""
-    return (parameters[response.BIAS_STD] * parameters[response.RATE]) ** 2 / (10.0 * _identified(parameters))
+    return (response.bias_std * response.rate) ** 2 / (10.0 * _identified(response))
 
 
 @lean_kernel
-def _add_noise(x, p, order, has_speed, beyond, parameters, wander, dt):
+def _add_noise(x, p, order, has_speed, beyond, response, wander, dt):
     known = math.isfinite(order)
-    rate, time = parameters[response.RATE], parameters[response.TIME]
-    q = rate_density(known, parameters)
+    rate, time = response.rate, response.time
+    q = rate_density(known, response)
     p[YAW_RATE, YAW_RATE] += q * dt
     p[HEADING, YAW_RATE] += 0.5 * q * dt * dt
     p[YAW_RATE, HEADING] = p[HEADING, YAW_RATE]
     # In a turn the boat loses speed and slips sideways, which neither lasts.
-    turning, speed_time = min(1.0, abs(x[YAW_RATE]) / rate), parameters[response.SPEED_TIME]
-    unsteady = parameters[response.SPEED_NOISE] * parameters[response.SPEED] * (1.0 if has_speed else 2.0)
-    slip = parameters[response.SLIP] * x[WATER_SPEED] * turning
-    power = parameters[response.TIME_STD] * beyond  # the top speed is not as declared
+    turning, speed_time = min(1.0, abs(x[YAW_RATE]) / rate), response.speed_time
+    unsteady = response.speed_noise * response.speed * (1.0 if has_speed else 2.0)
+    slip = response.slip * x[WATER_SPEED] * turning
+    power = response.time_std * beyond  # the top speed is not as declared
     p[HEADING, HEADING] += dt * ((0.02 * turning) ** 2 / max(time, 1.0) + q * dt * dt / 3.0)
     p[WATER_SPEED, WATER_SPEED] += dt * 2.0 / speed_time * (unsteady * unsteady + slip * slip + power * power)
     for k in (CURRENT_N, CURRENT_E):
-        p[k, k] += dt * parameters[response.CURRENT_NOISE]
-    identified = _identified(parameters)
-    p[SPEED_GAIN, SPEED_GAIN] += dt * parameters[response.SPEED_GAIN_STD] ** 2 / identified
-    p[GAIN, GAIN] += dt * parameters[response.GAIN_STD] ** 2 / identified
-    p[DAMPING, DAMPING] += dt * parameters[response.DAMPING_STD] ** 2 / identified
-    p[TIME, TIME] += dt * parameters[response.TIME_STD] ** 2 / identified
+        p[k, k] += dt * response.current_noise
+    identified = _identified(response)
+    p[SPEED_GAIN, SPEED_GAIN] += dt * response.speed_gain_std**2 / identified
+    p[GAIN, GAIN] += dt * response.gain_std**2 / identified
+    p[DAMPING, DAMPING] += dt * response.damping_std**2 / identified
+    p[TIME, TIME] += dt * response.time_std**2 / identified
     if known:
-        added = parameters[response.INTEGRAL] * (order - x[YAW_RATE])
+        added = response.integral * (order - x[YAW_RATE])
         p[BIAS, BIAS] += dt * _BEHIND * added * added
     for k in (BIAS, WIND_N, WIND_E):
-        p[k, k] += dt * bias_density(parameters)
+        p[k, k] += dt * bias_density(response)
     # A receiver that wanders in seconds wanders in minutes too: by the same density.
     for k in (NORTH, EAST):
         p[k, k] += wander * 2.0 * dt / ERROR_TIME
@@ -226,13 +229,13 @@ def _add_noise(x, p, order, has_speed, beyond, parameters, wander, dt):
 
 
 @lean_kernel
-def _add_slip_and_instruments(x, p, turned, parameters, dt):
+def _add_slip_and_instruments(x, p, turned, response, dt):
     """Noise of the sway and its time, of the bias of the gyro, and of the deviation in a turn of this angle."""
     slips = x[SLIP]
     if slips > LEAST_SLIP:
         unlike = _UNLIKE * slips * x[WATER_SPEED] * turned / dt
         p[SWAY, SWAY] += unlike * unlike * -math.expm1(-2.0 * dt / slips)
-    p[SLIP, SLIP] += dt * parameters[response.SLIP_STD] ** 2 / _identified(parameters)
+    p[SLIP, SLIP] += dt * response.slip_std**2 / _identified(response)
     p[GYRO, GYRO] += dt * _GYRO_WALK**2
     left = math.exp(-abs(turned) / _DEVIATES)
     x[DEVIATION] *= left
@@ -247,12 +250,12 @@ def predict_bank(
     states: Floats,
     covariances: Floats,
     orders: Floats,
-    parameters: Floats,
+    response: Response,
     wander: float,
     start: float,
     stop: float,
 ) -> None:
-    """All states (m, 20) and covariances (m, 20, 20) from time start to stop, in place.
+    """All states (m, 21) and covariances (m, 21, 21) from time start to stop, in place.
 
     orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
     """
@@ -261,7 +264,7 @@ def predict_bank(
     now = start
     while now < stop:
         k, until = in_force(orders, k, now, stop)
-        n = steps_of(parameters, until - now)
+        n = steps_of(response, until - now)
         for _ in range(n):
             for m in range(len(states)):
                 predict(
@@ -269,7 +272,7 @@ def predict_bank(
                     covariances[m],
                     orders[k, 1],
                     orders[k, 2],
-                    parameters,
+                    response,
                     wander,
                     (until - now) / n,
                     f,

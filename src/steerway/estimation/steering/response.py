@@ -1,4 +1,4 @@
-"""The declared response of a boat to orders, and the places of its numbers in the array that kernels take."""
+"""The declared response of a boat to orders."""
 
 from typing import NamedTuple
 
@@ -45,36 +45,7 @@ class Response(NamedTuple):
     slip_time: float = 0.0
     slip_std: float = 0.0
 
-    def packed(self) -> "list[float]":
-        """The parameters of the kernels."""
-        return [float(each) for each in self]
-
-
-(
-    TIME,
-    RATE,
-    SPEED,
-    TOP,
-    LINEAR,
-    MUNK,
-    QUADRATIC,
-    SPEED_TIME,
-    WANDER,
-    GAIN_STD,
-    DAMPING_STD,
-    BIAS_STD,
-    WIND_STD,
-    CURRENT,
-    CURRENT_NOISE,
-    SPEED_NOISE,
-    SPEED_GAIN_STD,
-    SLIP,
-    MANUAL,
-    OVER_GROUND,
-    PIVOT,
-    TIME_STD,
-    INTEGRAL,
-    SLIP_TIME,
-    SLIP_STD,
-) = range(len(Response._fields))
-"""Places in `Response.packed`."""
+    @property
+    def packed(self) -> "Response":
+        """As kernels take it: all numbers are floats."""
+        return Response(*map(float, self))

@@ -17,6 +17,7 @@ from steerway.estimation.steering.motion import (
     GAIN,
     GYRO,
     HEADING,
+    MADE_UP,
     NORTH,
     SLIP,
     SPEED_GAIN,
@@ -45,6 +46,8 @@ speed. Chosen: where 0, 0.1 or 0.2 m/s of a drift of 1 m/s was wind, a boat of 2
 """
 _GYRO_STD = math.radians(0.3)
 """rad/s of the bias of a gyro. Chosen: vehicles calibrate theirs at the start."""
+_MADE_UP_STD = 0.5
+"""1σ of the share of the current that a vehicle's own speed loop makes up. Chosen: some hold their throttle."""
 _DRIFTS, _STANDS = 1.0, 3.0
 """Costs (−log probability) of a boat that moves with the current alone, and of one that stands still over ground by
 stemming it. Chosen: weights of 0.37 and 0.05."""
@@ -72,7 +75,7 @@ def hypotheses(
     way: float = math.inf,
     is_driven: bool = False,
 ) -> tuple[Floats, Floats, Floats]:
-    """(states (m, 20), covariances (m, 20, 20), log weights (m,)) for a first position (m) and velocity (m/s).
+    """(states (m, 21), covariances (m, 21, 21), log weights (m,)) for a first position (m) and velocity (m/s).
 
     A moving boat: for currents of all directions the motion through the water that is left. A boat at rest in the
     water: any heading. `way`: 1σ of the speed through the water (m/s) of a boat whose motor idles, which is then known
@@ -102,14 +105,14 @@ def hypotheses(
         x[NORTH] += response.pivot * math.cos(course)
         x[EAST] += response.pivot * math.sin(course)
         x[GAIN] = x[TIME] = x[SPEED_GAIN] = 1.0
-        x[SLIP] = response.slip_time
+        x[SLIP], x[MADE_UP] = response.slip_time, float(response.over_ground)
         _spread(x, p, place_std, velocity_std, response, way)
     weights = -np.array([cost for *_, cost in found])
     return states, covariances, weights - np.log(np.sum(np.exp(weights)))
 
 
 def drifting(states: Floats, covariances: Floats, way: float) -> None:
-    """States (m, 20) and covariances (m, 20, 20), in place, of a boat whose motor idles: what is left of its speed
+    """States (m, 21) and covariances (m, 21, 21), in place, of a boat whose motor idles: what is left of its speed
     through the water is 0 but for a 1σ of `way` (m/s), and its velocity over ground the current.
     """
     for k in (WATER_SPEED, SWAY):
@@ -118,14 +121,14 @@ def drifting(states: Floats, covariances: Floats, way: float) -> None:
 
 
 def departing(covariances: Floats, response: Response) -> None:
-    """Covariances (m, 20, 20), in place, of a boat that no longer drifts: how far its drift was wind is uncertain."""
+    """Covariances (m, 21, 21), in place, of a boat that no longer drifts: how far its drift was wind is uncertain."""
     for k in (CURRENT_N, CURRENT_E):
         covariances[:, k, k] += (_CURRENT_STD * response.speed) ** 2
     covariances[:, WATER_SPEED, WATER_SPEED] += (_REST_STD * response.speed) ** 2
 
 
 def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf) -> tuple[Floats, Floats, Floats]:
-    """(states, covariances, log weights) as of `hypotheses`, for a state (20,) and covariance (20, 20) at rest.
+    """(states, covariances, log weights) as of `hypotheses`, for a state (21,) and covariance (20, 21) at rest.
 
     Its velocity over ground becomes the current, in a drift it is that; what is known of its response is kept.
     """
@@ -174,6 +177,7 @@ def _spread(x, p, place_std, velocity_std, response, way):
     p[SLIP, SLIP] = response.slip_std**2
     p[SWAY, SWAY] = (response.slip_std * response.rate * speed) ** 2
     p[GYRO, GYRO], p[DEVIATION, DEVIATION] = _GYRO_STD**2, DEVIATION_STD**2
+    p[MADE_UP, MADE_UP] = (_MADE_UP_STD * response.over_ground) ** 2
     if speed == 0.0:
         beside, rest = _at_rest(response, way)
         p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + beside**2
