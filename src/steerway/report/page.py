@@ -49,7 +49,9 @@ table { border-collapse: collapse; margin: 1rem 0; }
 th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #d8dee4; vertical-align: top; }
 th { font-weight: 600; } tbody th { font-weight: 400; }
 .table { overflow-x: auto; } figure { margin: 1.5rem 0; } figcaption { color: #52606d; max-width: 60rem; }
-figure div { overflow-x: auto; } img { width: 100%; min-width: 38rem; max-width: 60rem; height: auto; } .missed { color: #a4262c; font-weight: 600; } .met { color: #1d7a46; }
+figure div { overflow-x: auto; }
+img { width: 100%; min-width: 38rem; max-width: 60rem; height: auto; }
+.missed { color: #a4262c; font-weight: 600; } .met { color: #1d7a46; }
 """
 
 

@@ -183,7 +183,7 @@ class Track:
             self.time = stamps
 
     def pass_over_far_fixes(self, estimate):
-        """Place a row of an estimate (n, 9) by the fix before or after if its own is on another sea, as some outliers are.
+        """Place rows of an estimate (n, 9) by the fix before or after if their own is an outlier on another sea.
 
         The way from a fix to the estimate is taken as flat: over 50 km that costs 3 m, over an ocean a degree.
         """
