@@ -1,4 +1,4 @@
-"""python -m tests.faults.stops: when the autopilot stops, and how far off the route that is: a table of docs/steering.md.
+"""python -m tests.faults.stops: when the autopilot stops, and how far off the route: a table of docs/steering.md.
 
 A motorboat of 2 m/s over MAVLink (`tests.bench`), and an Otter on the desk (`tests.desk`), on virtual clocks.
 """

@@ -75,7 +75,7 @@ def drawn(seed: int) -> dict:
 
 
 def mean(runs, field) -> float:
-    """Of a field of `MissionResult` over runs."""
+    """Mean of a field of `MissionResult` over runs."""
     return float(np.mean([getattr(each, field) for each in runs]))
 
 

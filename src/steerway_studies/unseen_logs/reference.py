@@ -144,7 +144,7 @@ def _longest_line(time) -> float:
 
 
 def _white_noise(time, change) -> float:
-    """Of a slow signal by its change from row to row (n − 1,); 0 for too few rows."""
+    """White noise (1σ) of a slow signal, from its changes from row to row (n − 1,); 0 for too few rows."""
     step = np.diff(time)
     even = np.abs(step - np.median(step)) < 0.2 * np.median(step)
     third = np.abs(np.diff(change, 2)[even[:-2] & even[1:-1] & even[2:]])

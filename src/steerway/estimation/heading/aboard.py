@@ -27,8 +27,8 @@ _BIAS = (0.1, 0.02)
 """1σ at first and walk (a root second) of the input's bias, parts of the limit. Chosen: `HeadingTuning` begins with
 20 rpm of the Springer's 300, 0.07."""
 _UNORDERED = 0.1
-"""Part of the usual speed by which it changes a root second where none is ordered, 1σ. Chosen: by all of it in 100
-s."""
+"""1σ of the change of speed in 1 s, as a share of the usual speed, while no speed is ordered. Chosen: after 100 s the
+change has a σ of the whole usual speed."""
 _LEAST_SPEED = 0.1
 """Part of the usual speed below which the boat's is not in proportion to the ordered one. Chosen: its thrust, as its
 drag with the square of speed, is a hundredth of the usual there, less than wind's."""

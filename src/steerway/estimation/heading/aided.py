@@ -223,7 +223,7 @@ class AidedHeadingFilter:
         return float(self._best.state[WATER_SPEED])
 
     def yaw_rate(self, difference: float) -> float:
-        """Of the model with n_d (rad/s) and its bias, rad/s."""
+        """Yaw rate of the model with n_d (rad/s) and its bias, rad/s."""
         return math.radians(yaw_rate_deg(self._best.state, self._model, difference + self.bias))
 
     def sped_up(self, factor: float, std: float) -> None:

@@ -7,7 +7,7 @@ from steerway.estimation.heading.model_bank import corners
 from steerway.estimation.heading.models import TCM2
 
 SIGMAS = 3.0
-"""Of the scale beyond the box: by chance 0.13 % on either side (normal)."""
+"""Standard deviations of the scale beyond the box: by chance 0.13 % on either side (normal)."""
 LARGEST_STD = 0.05
 """1σ of the scale above which no alarm is given. Chosen: three of them are 15 % of the gain."""
 

@@ -100,7 +100,7 @@ class ModelBank:
 
     @property
     def heading_std(self) -> float:
-        """Of the mixture: the filters' own variances and their spread, rad."""
+        """1σ of the mixture, rad: from the filters' own variances and their spread."""
         own = [heading_variance_deg2(p, model) for p, model in zip(self._covariances, self._models, strict=True)]
         apart = self._degrees - self.weights @ self._degrees
         return math.radians(math.sqrt(self.weights @ (own + apart * apart)))

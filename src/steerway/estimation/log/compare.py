@@ -212,7 +212,7 @@ def _nearest(time, moments):
 
 
 def _differences(time, values, moments, reported, is_angle=False) -> _Differences:
-    """Of values at `moments` − lag from what is reported; lag by lag, which takes a hundredth of the memory."""
+    """Differences of values at `moments` − lag from the reported ones; one lag at a time, to save memory."""
     counts, squares, usual = np.zeros((3, len(_LAGS)))
 
     def at(lag):

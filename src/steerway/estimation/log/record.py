@@ -221,7 +221,7 @@ _WHITE = 1.5
 """Ratio of variances either way up to which means are as noisy as those of white noise. Chosen: the means of eight
 pairs have one of 1 to 1.2 in the scenes with white noise, of 1.7 and more where receivers filter."""
 _STRAIGHT = 13.28
-"""Of a chi-square of four degrees of freedom the 99 % quantile: four means in a line."""
+"""99 % quantile of a chi-square of four degrees of freedom: four means in a line."""
 _MEDIAN, _MEDIAN_OF_TWO = 3.357, 2.0 * math.log(2.0)
 """… and its median, and that of two degrees of freedom."""
 

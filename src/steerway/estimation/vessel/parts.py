@@ -42,7 +42,7 @@ UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 
 
 class Prior(NamedTuple):
-    """Of a number: median, deviation of its logarithm, and between what it is sought."""
+    """Prior of a number: median, deviation of its logarithm, and between what it is sought."""
 
     median: float
     deviation: float

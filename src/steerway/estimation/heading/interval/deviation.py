@@ -94,7 +94,7 @@ class DeviationBounds:
         self._covariance[0, 0] += math.degrees(std) ** 2
 
     def yaw_rate(self, difference: float) -> float:
-        """Of the model with n_d (rad/s), in the middle of the bounds; rad/s."""
+        """Yaw rate of the model with n_d (rad/s), in the middle of the bounds; rad/s."""
         poles, inputs, outputs = self._yaw.matrices()
         psi, q = np.radians(self._bounds[:RHO].mean(axis=1))
         second = q + self._bounds[RHO, 0] * psi
