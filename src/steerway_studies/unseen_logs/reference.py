@@ -1,9 +1,9 @@
 """What is known of a motion beside the positions: where it is believed, and how noisy it is at least.
 
-Its lags: how late a reference is against the positions, found without any filter's estimate, so that it favours none.
+Lags of a reference behind the positions are found without any filter's estimate, so that they favour no filter.
 
-A displacement is the integral of the velocity over the same time. That lag is taken which brings the two closest, in
-the mean of clipped differences, if it gains at least 1 %.
+A displacement is the integral of the velocity over the same time. The lag brings the two closest (mean of clipped
+differences), if it gains at least 1 %.
 """
 
 import math

@@ -59,7 +59,7 @@ BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(4, 1
 STATES = 11
 WALKS = STATES - BIAS
 APART = math.radians(30.0)
-"""Between the first headings of the filters that seek an unknown one; each has half of it for its 1σ. Chosen."""
+"""Spacing of the first headings of the filters that seek an unknown one; half of it is their 1σ. Chosen."""
 FARTHEST = 2.0 * math.pi
 """First headings are sought this far to either hand: the compass's scale acts on the whole turn made since north, so
 that −45° and 315° are different beginnings."""
@@ -71,7 +71,7 @@ _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
 
 @dataclass(frozen=True)
 class HeadingTuning:
-    """Noise of every state; pairs are (1σ at first, random walk in 1σ a root second). Zero pairs hold a state fixed."""
+    """Noise of every state; pairs are (1σ at first, random walk in 1σ per √s). Zero pairs hold a state fixed."""
 
     vehicle_std: float = 2e-4  # of each vehicle state a second
     vehicle_start_std: float = 1e-5

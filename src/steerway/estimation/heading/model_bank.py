@@ -23,7 +23,7 @@ from steerway.estimation.heading.models import PAPER_YAW, READING_VARIANCE_DEG2,
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
 LEAST_WEIGHT = 1e-12
-"""Relative to the likeliest, so that every filter can become the likeliest again. Chosen."""
+"""Least weight relative to the likeliest, so that every filter can become the likeliest again. Chosen."""
 
 
 def corners(tolerance: float, compass: CompassModel = TCM2) -> list[CompassModel]:

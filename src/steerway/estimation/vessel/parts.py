@@ -72,7 +72,7 @@ class Scales(NamedTuple):
     """s, the shortest period that the fixes resolve."""
     along: tuple
     across: tuple
-    """s, periods that stand out along and across the way made good, the strongest first."""
+    """s, periods that stand out along and across the track, the strongest first."""
 
     def sizes(self, largest) -> tuple:
         """Sizes of a receiver's error to be tried (m), from its noise to that of a receiver alone."""

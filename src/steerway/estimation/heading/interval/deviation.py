@@ -36,7 +36,7 @@ class DeviationBounds:
     """`low` and `high` (rad) hold what the Kalman filter of the heading estimates with any deviation in the box.
 
     yaw: the boat. deviation: D; reading_std: of one reading's noise; start_std: of the first heading, 0; rad.
-    vehicle_std: of each of the boat's states, rad a root second. Readings count modulo a turn. Raises InputError for
+    vehicle_std: process noise of each of the boat's states, rad/√s. Readings count modulo a turn. Raises InputError for
     numbers below 0, and a reading's of 0.
     """
 
