@@ -1,4 +1,4 @@
-"""The fault matrix end to end: how the service bears each fault, and that docs/live.md says so."""
+"""The fault matrix end to end: how the service bears each fault, and that docs/service.md says so."""
 
 import math
 import re

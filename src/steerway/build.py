@@ -18,7 +18,7 @@ from steerway.pilot import LegSource, Observer, Pilot, SpeedLoop
 __all__ = ["ANGLE_STD", "DEFAULT_KINDS", "build_pilot", "response_of"]
 
 DEFAULT_KINDS = "pole-placement", "pi"
-"""Of the autopilot and of the speed controller."""
+"""Kinds of autopilot and speed controller."""
 ANGLE_STD = math.radians(1.0)
 """1σ of an estimated course or heading, as predictive and LQG autopilots take it."""
 _LONGEST_SPEED_TIME = 60.0

@@ -1,4 +1,4 @@
-"""python -m tests.faults.stops: when the autopilot stops, and how far off the route that is: a table of docs/live.md.
+"""python -m tests.faults.stops: when the autopilot stops, and how far off the route: a table of docs/steering.md.
 
 A motorboat of 2 m/s over MAVLink (`tests.bench`), and an Otter on the desk (`tests.desk`), on virtual clocks.
 """
@@ -12,7 +12,7 @@ from steerway.core import displacement
 from steerway.live.testing import Controls, Limits, OnStop, State
 from tests.bench import Case, sail
 from tests.desk import HOME, Desk, corner, dock_all, square
-from tests.faults.table import written
+from tests.faults.table import DOCS, written
 
 BEGIN, END = "<!-- stops: python -m tests.faults.stops -->", "<!-- end of stops -->"
 HEAD = ("| what happens | what is said | after | off the route |", "|---|---|---|---|")
@@ -106,4 +106,4 @@ if __name__ == "__main__":
     for each in lines():
         made.append(each)
         print(each, flush=True)
-    written(made, begin=BEGIN, end=END, head=HEAD)
+    written(made, DOCS.with_name("steering.md"), begin=BEGIN, end=END, head=HEAD)

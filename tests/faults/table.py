@@ -1,4 +1,4 @@
-"""The table of the faults in docs/live.md: between two marks, one line a fault."""
+"""The table of the faults in docs/service.md: between two marks, one line a fault."""
 
 import math
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from tests.faults.measured import Measured
 from tests.faults.sorties import Fault
 
-DOCS = Path(__file__).parents[2] / "docs" / "live.md"
+DOCS = Path(__file__).parents[2] / "docs" / "service.md"
 BEGIN, END = "<!-- faults: python -m tests.faults -->", "<!-- end of faults -->"
 HEAD = (
     "| what happens | status | RMC | COG | no position | position | SOG | COG | recovers in |",

@@ -143,7 +143,7 @@ def _approaches(
 
 
 def _std(columns: dict[str, np.ndarray], row: np.ndarray, after: np.ndarray, away: Floats) -> np.ndarray:
-    """Of a position between two estimates: theirs, and what the speed is uncertain by since the nearer of them."""
+    """1σ of a position between two estimates: theirs, and σ of the speed times the time from the nearer one."""
     position = np.maximum(columns["position_std_m"][row], columns["position_std_m"][after])
     return np.hypot(position, np.nan_to_num(columns["sog_std_mps"][row]) * away)
 

@@ -163,7 +163,7 @@ def copy_state(state: State, out: State) -> None:
 
 @lean_kernel
 def slot_for(filters: Filters, which: int, h: float) -> int:
-    """Where a step of h seconds is kept, or is to be: one of another length, however near, is forgotten."""
+    """The slot that keeps a step of h seconds; a step of another length in it is marked as unknown."""
     slot = int(_SLOTS_PER_SECOND * h) % _SLOTS
     step = filters.steps[which, slot, 0]
     if step.dt != h:

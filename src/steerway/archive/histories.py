@@ -33,8 +33,8 @@ _TURN_RATE, _TURN_LEAST = math.radians(0.1), math.radians(45.0)
 _EXCURSION, _EXCURSION_TIME, _BACK = 500.0, 7200.0, 0.3
 """m there and back, within so many seconds, that are a jump; at most the last part of it separates both ends."""
 _LIMIT = 4.0
-"""Standard deviations of both beyond which a transmitted value differs from the derived, and how many reports one
-behind the other make an event."""
+"""Combined σ beyond which a transmitted value differs from the derived one, and how many such reports in a row make an
+event."""
 _RUN = 5
 _SOG_STD, _SOG_MARGIN = 0.2, 0.5
 _COG_STD, _COG_MARGIN, _COG_LEAST_SPEED = math.radians(3.0), math.radians(5.0), 2.0

@@ -86,5 +86,5 @@ def filters(profiles: Sequence[Sequence[dict[str, Any]]], aid: tuple[str, ...], 
 
 
 def profile_names(manifest: dict[str, Any]) -> str:
-    """Of the profiles of an archive's classes."""
+    """Names of the profiles of an archive's classes."""
     return "/".join(each[0]["name"] for each in manifest["profiles"])

@@ -26,7 +26,7 @@ UNFINISHED = "unfinished.parquet"
 COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
 """s, upper ends of the classes of intervals that are counted."""
 CELLS = len(MOBILES) * (LEVELS - STEADY)
-"""Of consistency: by class, interval (of `association.INTERVALS`), at rest or under way."""
+"""Cells of the table of consistency: by class, interval (of `association.INTERVALS`), at rest or under way."""
 _STATUS, _EVENT, _MODE = (pl.Series(names, dtype=pl.Enum(names)) for names in (STATUSES, EVENTS, MODES))
 _SINGLE = (
     "sog_mps",

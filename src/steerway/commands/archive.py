@@ -55,7 +55,7 @@ def run(
     strict: bool = flag("--strict", "Stop at an input that cannot be read."),
     as_json: bool = flag("--json", "JSON output."),
 ) -> None:
-    """Estimate all vessels of an archive. The same command again goes on where it ended; further inputs are added.
+    """Estimate all vessels of an archive. The same command resumes where it ended; further inputs are added.
 
     Exit code 3: an input or a unit was left out; 4: the disk is full.
 

@@ -155,7 +155,7 @@ WALK = 0.1
 """Part of the input's limit by which its bias may walk in the second time constant: large
 enough to estimate the model error during a turn. Chosen."""
 SURE_DEG = 0.2
-"""1σ of a heading estimate at least, as the observer takes it, a root second. Chosen: twice the last digit of HDT."""
+"""Least noise of a heading estimate that the observer assumes, rad/√s. Chosen: twice the last digit of HDT."""
 
 
 def parts_for(

@@ -7,7 +7,7 @@ from steerway.control.heading_plant import HeadingResponse, SampledHeading
 from steerway.core.checks import one_of, positive
 
 KINDS = ("pole-placement", "mpc", "lqg")
-"""Of autopilots; the first is `control.course.AnglePID`."""
+"""Kinds of autopilots; the first is `control.course.AnglePID`."""
 _LOOK_AHEAD = 6.0
 """Horizon over 1/ω: what an MPC does not see it does not settle. Chosen: e⁻⁶ is 0.25 %."""
 

@@ -54,7 +54,7 @@ _REACTION = 0.2
 """s from an order until a vehicle with loops of its own carries it out. Chosen: of corners on squares the paths lay
 0.3 m further out than planned with 0, 0.2 m with 0.15."""
 _TIGHTER, _SETTLES = 2.0, 4.0
-"""By which the lookahead is shorter in a turn of a vehicle with loops of its own, and s behind it. Chosen."""
+"""Factor by which the lookahead is shorter in a turn of a vehicle with loops of its own, and s behind it. Chosen."""
 _QUICKEST = 2.0
 """Most by which the reference is quicker than declared. Chosen: on squares the boat leaves a corner by 0.4 m more than
 planned with 3, by 0.1 with 2."""
@@ -211,7 +211,7 @@ class InCurrent:
     def heading(
         self, desired: Reference, water_speed: float, estimate: Estimate, reference: Reference | None = None
     ) -> Reference:
-        """The heading that makes a course good; with a reference that follows it, one that turns it as planned."""
+        """The heading that yields a course in the current; during a planned turn, the heading of the plan."""
         fastest = max(estimate.water_speed, 0.7 * water_speed)
         heading = float(heading_for(desired.angle, fastest, estimate.current_north, estimate.current_east)[0])
         if reference is not None and self.turning is not None and self._left != 0.0:

@@ -22,12 +22,12 @@ _CUT, _INSIDE = 1.8, 1.5
 """Least distance from the waypoint, and largest from the legs, over the largest outside of them. Chosen: a path that
 turns at a right angle and stays as far inside as outside has 1.4 and 1, but paths are carried outwards."""
 _STEPS = 10
-"""Of the search for the offset: to 1 % of the turn's size."""
+"""Tolerance of the search for the offset: 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 class TurnLimits(NamedTuple):
-    """Of the reference in a turn: bandwidth (rad/s), rate (rad/s), acceleration (rad/s²); see `turn_path`."""
+    """Limits of the reference in a turn: bandwidth (rad/s), rate (rad/s), acceleration (rad/s²); see `turn_path`."""
 
     bandwidth: float
     rate: float
@@ -47,8 +47,9 @@ class TurnSpeeds(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """A turn that begins `lead` m before a waypoint, `beside` m to starboard of the leg, and ends `end` m behind it, to
-    the same side of the next leg and as far.
+    """A turn from `lead` m before a waypoint, `beside` m to starboard of the leg, to `end` m behind it.
+
+    It ends `beside` m to starboard of the next leg.
 
     path: (n, 2) north and east from its beginning, m. angle: by which the bow turns, rad, + to starboard. time: s.
     excursion: largest distance from the two legs, outside: that outside of them; closest: least distance from the

@@ -122,7 +122,7 @@ def _dispatcher(function: Any, directory: Path | None, options: dict[str, Any]) 
 
 
 def _keep(dispatcher: Any, lock: Path) -> None:
-    """Of several processes one compiles a kernel, and the others load it; on a full disk each compiles its own."""
+    """One of several processes compiles a kernel, and the others load it; on a full disk each compiles its own."""
     compile_or_load, save = dispatcher.compile, dispatcher._cache.save_overload
 
     def compiled(signature: Any) -> Any:

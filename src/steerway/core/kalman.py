@@ -23,7 +23,7 @@ class Fix(NamedTuple):
 
 
 class Innovation(NamedTuple):
-    """The innovation of a fix, m, and its covariance, m²."""
+    """Innovation of a fix, m, and its covariance, m²."""
 
     north: float
     east: float

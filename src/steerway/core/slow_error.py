@@ -15,7 +15,7 @@ SLOW_STD = np.array([np.nan, 1.5, 0.7, 0.7, 0.02, 0.3, 7.0, np.nan, np.nan])
 precise, RTK fixed, RTK float, dead reckoning, by hand, simulated. Chosen as orders of magnitude: makers state 2.5 m
 (50 %) for a receiver alone in the open and 0.01 m + 1 ppm for RTK."""
 USUAL_STD = float(SLOW_STD[ALONE])
-"""Where a receiver reports nothing."""
+"""m, 1σ of the slow error if a receiver reports nothing."""
 
 
 def slow_std(reported: ArrayLike) -> Any:

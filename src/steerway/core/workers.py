@@ -153,7 +153,7 @@ def _on_cluster(
 
 
 def _after(_: Any, function: Callable[[Item], Result], item: Item) -> Result:
-    """Of an item, when the one before it is done: on a cluster that is said by an argument."""
+    """The result of an item once the one before it is done; on a cluster an argument makes it wait."""
     return function(item)
 
 

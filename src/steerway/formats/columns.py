@@ -122,7 +122,7 @@ def unit_in(meaning: str, text: str) -> float | None:
 
 
 def no_fix(name: str) -> frozenset[str]:
-    """What the cells of a column of this name say, in lower case, of a row without a fix."""
+    """The values, in lower case, by which a column of this name marks a row without a fix."""
     return _NO_FIX_OF.get(_plain_field(name), _NO_FIX)
 
 

@@ -70,7 +70,7 @@ def text(record: Record) -> str:
 
 
 def features(mmsi: int | None, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Of a track's rows (dicts with lon_deg, lat_deg and time_s): its line, and the points."""
+    """Line and points of a track, from its rows (dicts with lon_deg, lat_deg and time_s)."""
     return [_line(mmsi, rows), *(_point(row) for row in rows)] if rows else []
 
 

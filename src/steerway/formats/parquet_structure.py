@@ -111,5 +111,5 @@ def _value(data: bytes, at: int, stop: int, kind: int, depth: int) -> tuple[Any,
 
 
 def _signed(coded: int) -> int:
-    """Of zigzag coding."""
+    """The signed integer of a zigzag code."""
     return coded >> 1 if coded % 2 == 0 else -(coded >> 1) - 1

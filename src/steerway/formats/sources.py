@@ -203,8 +203,8 @@ def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, li
     """The chosen source with measurements of other sources of the own boat, as rows without position between its fixes.
 
     One source a column, so that two compasses are never mixed: the chosen one when it reports the column at half of
-    its fixes or more, else the one that reports it most often. SOG and COG come from others only when they have no
-    positions themselves and the chosen source reports neither.
+    its fixes or more, else the one that reports it most often. SOG and COG come from another source only if it has no
+    positions itself and the chosen source reports neither.
     """
     chosen = sources[name]
     notes: list[str] = []

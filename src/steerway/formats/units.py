@@ -1,4 +1,4 @@
-"""Units of columns whose names state none, from the data: positions say how fast and where to the vessel moves."""
+"""Units of columns whose names do not state them: those with which speed and course agree with the positions."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace

@@ -34,7 +34,7 @@ class Corner:
 
     @property
     def length(self) -> float:
-        """Of the curve, m."""
+        """Length of the curve, m."""
         return self.step * (len(self.north) - 1)
 
     def seen(self, north: float, east: float) -> tuple[float, float]:

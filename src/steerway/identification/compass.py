@@ -21,7 +21,7 @@ from steerway.sensors.compass import deviation
 
 LEAST_ROWS = 60
 _SECTORS = 8
-"""Of the circle, each of which has to be sailed through: the card has terms of one circle and of two."""
+"""Sectors of the circle, each of which has to be sailed through: the card has terms of one circle and of two."""
 _TOGETHER = 2.0
 """s for which errors of a velocity are about the same. Chosen: what an estimate of SOG and COG is smoothed over."""
 _LONGEST_STEP = 3.0

@@ -45,7 +45,7 @@ class IdentifiedHeading:
 
     @property
     def time_constant(self) -> float:
-        """Of the second pole, s."""
+        """Time constant of the second pole, s."""
         return -self.sample / math.log(self.poles[1])
 
     def run(self, inputs: ArrayLike) -> np.ndarray:

@@ -34,7 +34,7 @@ _START_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 _START_RATIOS = (1e-6, 1e-3, 1.0)
 _EXPECTED = np.log([1e-4, 1e-3, 0.3])
 _EXPECTED_STD = np.array([4.0, 4.0, 2.0])
-"""Of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m): wide, for what a record does not determine."""
+"""Prior σ of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m): wide, for what a record leaves open."""
 _BIG = 1e12
 
 

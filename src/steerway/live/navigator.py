@@ -114,7 +114,7 @@ class Navigator:
 
     @property
     def position_covariance(self) -> tuple[float, float, float]:
-        """Of the last row's position: variance of north, covariance, variance of east, m²."""
+        """Covariance of the last row's position: variance of north, covariance, variance of east, m²."""
         covariance = self._last_filter.position_covariance + self._slow**2 * np.eye(2)
         return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
 

@@ -42,7 +42,7 @@ _BRIEFLY = {
     _NO_STEERAGEWAY: "no steerageway: course not defined",
 }
 MOST_EVENTS = 300
-"""Of a page; the longest are kept."""
+"""Most events on a page; the longest are kept."""
 _LEAST_STANDSTILL = 10.0
 """s without steerageway that are events of a page; shorter losses are visible in its charts."""
 

@@ -1,6 +1,5 @@
 """The page (or picture) of one estimate."""
 
-import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -76,7 +75,7 @@ def _vessels(motion: Motion) -> Table:
     rows = []
     for mmsi, track in motion.tracks():
         minutes = (track.time[-1] - track.time[0]) / 60.0
-        median = np.nanmedian(track.sog) if np.isfinite(track.sog).any() else math.nan
-        rows.append((mmsi, len(track), f"{minutes:.1f}", f"{median:.2f}", f"{np.isfinite(track.cog).mean():.0%}"))
-    names = ("mmsi", "rows", "minutes", "median SOG (m/s)", "course defined")
+        median = f"{np.nanmedian(track.sog):.2f}" if np.isfinite(track.sog).any() else "–"
+        rows.append((mmsi, len(track), f"{minutes:.1f}", median, f"{np.isfinite(track.cog).mean():.0%}"))
+    names = ("MMSI", "rows", "min", "median SOG (m/s)", "with course")
     return ("Vessels", names, sorted(rows, key=lambda row: -row[1]))

@@ -41,14 +41,17 @@ class ReportContents:
     gate: bool = True
 
 
+_WIDTH = 8.0  # inches
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b2733; }
-h1 { font-weight: 600; } h2 { font-weight: 600; margin-top: 2rem; }
+h1 { font-weight: 600; overflow-wrap: anywhere; } h2 { font-weight: 600; margin-top: 2rem; }
 table { border-collapse: collapse; margin: 1rem 0; }
 th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #d8dee4; vertical-align: top; }
 th { font-weight: 600; } tbody th { font-weight: 400; }
 .table { overflow-x: auto; } figure { margin: 1.5rem 0; } figcaption { color: #52606d; max-width: 60rem; }
-img { max-width: 100%; height: auto; } .missed { color: #a4262c; font-weight: 600; } .met { color: #1d7a46; }
+figure div { overflow-x: auto; }
+img { width: 100%; min-width: 38rem; max-width: 60rem; height: auto; }
+.missed { color: #a4262c; font-weight: 600; } .met { color: #1d7a46; }
 """
 
 
@@ -97,9 +100,12 @@ def _remarks(remarks: Sequence[str]) -> list[str]:
 
 
 def png(figure: "Figure") -> bytes:
-    """The figure as pages show it, a PNG."""
+    """The figure as pages show it, a PNG: not so wide that its letters are small on a phone."""
+    width, height = figure.get_size_inches()
+    shrunk = min(1.0, _WIDTH / width)
+    figure.set_size_inches(shrunk * width, shrunk * height)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=120)
+    figure.savefig(buffer, format="png", dpi=165)
     return buffer.getvalue()
 
 
@@ -107,7 +113,7 @@ def _figure(figure: "Figure | bytes", caption: str) -> str:
     encoded = base64.b64encode(figure if isinstance(figure, bytes) else png(figure)).decode("ascii")
     alt = html.escape(caption, quote=True)
     return (
-        f'<figure><img alt="{alt}" src="data:image/png;base64,{encoded}">'
+        f'<figure><div tabindex="0"><img alt="{alt}" src="data:image/png;base64,{encoded}"></div>'
         f"<figcaption>{html.escape(caption)}</figcaption></figure>"
     )
 

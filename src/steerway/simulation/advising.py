@@ -34,7 +34,7 @@ from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario
 
 _ITERATIONS = 20
-"""In which a bandwidth is found that depends on itself by less than its square root: to 1e-6."""
+"""Rounds that find a bandwidth to 1e-6; it depends on itself by less than its square root."""
 _VELOCITY_STD = 0.1
 """m/s, of a receiver's velocity as the steering filter takes it."""
 _SHORTLY = 20.0

@@ -25,7 +25,7 @@ from steerway.simulation.loop import Run
 APPROACH = 60.0
 """s on a straight course in which a boat with a speed loop comes to its cruise speed."""
 EXECUTES = 4
-"""Of a zigzag: after the fourth the second overshoot to either side is known."""
+"""Executes of a zigzag: after the fourth the second overshoot to either side is known."""
 CIRCLES = 1.5
 """Turns of a turning circle: the last half is steady."""
 _FORM = re.compile(r"(?:(zigzag):([\d.]+)/([\d.]+)|(turning-circle|pull-out):(-?[\d.]+))")

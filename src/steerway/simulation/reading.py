@@ -129,7 +129,7 @@ def _places(scenario: Scenario) -> None:
 
 
 def _legs(scenario: Scenario) -> None:
-    """Where the boat steers by an estimated current and turns early: legs that are shorter than its turns."""
+    """Legs shorter than the turns of a boat that steers by an estimated current and turns early."""
     known = assembly.boat(scenario)
     if scenario.estimator.kind != "steering" or not known.steers:
         return

@@ -157,4 +157,4 @@ class MotorboatTable(VesselTable):
 
 
 BOAT = MotorboatTable().boat()
-"""Of a boat of the default keys."""
+"""The boat of the default keys."""

@@ -1,4 +1,4 @@
-"""The observers of the study, each made anew for every run; and P2's control law on true states: no chance."""
+"""The observers of the study, each made anew for every run; and P2's control law on true states, without noise."""
 
 import math
 import warnings

@@ -75,7 +75,7 @@ def courses(seed: int) -> tuple[PublishedRun, PublishedRun]:
 
 
 def published_numbers(record: PublishedRun) -> dict[str, float]:
-    """Of the published set-up without noise."""
+    """Numbers of the published set-up without noise."""
     late, up = record.time >= COUNTED, record.time < BACK_AT
     overshoot = max((record.cog[up].max() - COMMAND) / COMMAND, -record.cog[~up].min() / COMMAND)
     settled = max(

@@ -158,7 +158,7 @@ class MissionResult:
 
 
 def paper_mission(seed: int) -> dict[str, MissionResult]:
-    """P4's mission: ideal and nominal filter, this by either missed-waypoint test."""
+    """P4's mission with the ideal and the nominal filter; the nominal one with both missed-waypoint tests."""
     world = World()
     return {
         "ideal": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed)),

@@ -13,7 +13,7 @@ class PublicLog:
     """A log in a public repository.
 
     `minutes` of it are used, None for all; `independent` where the reference is another instrument's than the receiver;
-    `lasting` (m/s): what errors of the reference that last over rows are known to be, along and across the course.
+    `lasting` (m/s): known errors of the reference that last over several rows, along and across the course.
     """
 
     name: str

@@ -1,9 +1,9 @@
 """What is known of a motion beside the positions: where it is believed, and how noisy it is at least.
 
-Its lags: how late a reference is against the positions, found without any filter's estimate, so that it favours none.
+Lags of a reference behind the positions are found without any filter's estimate, so that they favour no filter.
 
-A displacement is the integral of the velocity over the same time. That lag is taken which brings the two closest, in
-the mean of clipped differences, if it gains at least 1 %.
+A displacement is the integral of the velocity over the same time. The lag brings the two closest (mean of clipped
+differences), if it gains at least 1 %.
 """
 
 import math
@@ -144,7 +144,7 @@ def _longest_line(time) -> float:
 
 
 def _white_noise(time, change) -> float:
-    """Of a slow signal by its change from row to row (n − 1,); 0 for too few rows."""
+    """White noise (1σ) of a slow signal, from its changes from row to row (n − 1,); 0 for too few rows."""
     step = np.diff(time)
     even = np.abs(step - np.median(step)) < 0.2 * np.median(step)
     third = np.abs(np.diff(change, 2)[even[:-2] & even[1:-1] & even[2:]])

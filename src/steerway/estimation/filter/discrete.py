@@ -16,7 +16,7 @@ _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss and Legendre's rule with three nodes on an interval of length 1."""
 _SHORT = 0.1
-"""Of a step times |pole|: the rule errs by 4e-6 there, and the closed form by 1e-10."""
+"""Length of a step times |pole|: the rule errs by 4e-6 there, and the closed form by 1e-10."""
 
 
 @lean_kernel

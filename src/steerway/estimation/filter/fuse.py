@@ -11,8 +11,8 @@ SOG_VARIANCE, COURSE_VARIANCE, RATE_VARIANCE = 5, 6, 7
 COURSE_STD = 0.6
 """rad; a course that is known worse is not stated. Chosen: a third of that of uniform directions, π/√3."""
 QUICK_SPEED, QUICK_SPEED_TIME, QUICK_RATE, QUICK_RATE_TIME = 0.02, 6.0, 0.5 * math.pi / 180.0, 3.0
-"""Speed (of the speed) and course rate (rad/s) that a vessel changes by at any time, and for how long (s): the medians
-of the priors of wander, for a craft of 1.5 m/s."""
+"""Small changes of speed (m/s) and course rate (rad/s) that a vessel makes at any time, and how long they last (s):
+medians of the priors of wander, for a craft of 1.5 m/s."""
 
 
 @called_kernel

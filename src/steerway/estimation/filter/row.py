@@ -118,7 +118,7 @@ def state_row(bank, model, out):
 
 @called_kernel
 def take_sense(x, p, processes, out):
-    """Where acceleration acts along the course, change in `out` (FUSED) what depends on the sense of the motion.
+    """If acceleration acts along the course, change in `out` (FUSED) what depends on the sense of the motion.
 
     A vessel that may have any speed, forwards or backwards, has that of its mean velocity, and its course is known but
     for the sense.

@@ -33,7 +33,8 @@ from steerway.estimation.log.place import MOMENTS, mixed
 from steerway.estimation.log.run import Track
 
 VOYAGES = 500
-"""Of all structures together. Chosen: the spread is known to 3 %, the mean to 4 % of it; 0.04 s for ten minutes."""
+"""Voyages of all structures together. Chosen: they give the spread to 3 %, the mean to 4 % of it; 0.04 s for ten
+minutes."""
 STEP = 1.0
 """s of a voyage, in which it goes straight at its mean speed and course. Chosen: short yaws last about as long."""
 SHORTEST_RETURN = 60.0

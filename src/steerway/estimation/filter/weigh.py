@@ -45,7 +45,7 @@ as the first one is: the share of so vague a prediction would outweigh the fix i
 OUTLIERS_LAST = 0.5
 """Probability that a fix after an outlier is one too. Chosen: even odds, as the two below."""
 SAME_OFFSET = 0.5
-"""Probability that it is then off by the same."""
+"""Probability that the second outlier has the same error as the first."""
 RUN_FOLLOWED = 4
 """So many outliers in a row that agree are a step of the receiver, once they last as long as its `followed_after`, and
 their position is followed. Chosen: 4 s at 1 Hz."""

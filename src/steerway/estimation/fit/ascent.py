@@ -44,7 +44,7 @@ class Ascent:
         self.scores = self.measured = self.posterior.scores(self.x, self.each)
 
     def information(self):
-        """Of the record and the prior about the numbers."""
+        """Information matrix of the numbers, from the record and the prior."""
         total = np.eye(len(self.x))
         for begin in range(0, self.scores.shape[1], _BLOCK):
             some = self.scores[:, begin : begin + _BLOCK]

@@ -21,7 +21,7 @@ from steerway.estimation.vessel.aids import AIDS, COG, SOG
 AUTO = "auto"
 VELOCITY = ("sog", "cog")
 _NOISES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
-"""m/s, of a Doppler velocity to that of a poor receiver, a factor of two apart. Chosen: a grid, all alike probable."""
+"""m/s, noise from that of a Doppler velocity to that of a poor receiver, in factors of two; all equally probable."""
 _NO_ERROR = {"sog_error_std": 1e-3, "sog_error_time": 2.0, "cog_error_std": 1e-3, "cog_error_time": 2.0}
 """Numbers of a velocity whose errors do not last: a twentieth of the least of `_NOISES`."""
 _BLOCKS, _BLOCK = 4, 400

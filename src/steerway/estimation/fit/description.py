@@ -77,7 +77,7 @@ class Tuned:
 
 
 def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict]:
-    """Of every structure, best first: parts, weight, log_evidence (NaN of one not fitted), values, words.
+    """What every structure is, best first: parts, weight, log_evidence (NaN of one not fitted), values, words.
 
     With an inference also of those that competed and have no weight.
     """

@@ -113,7 +113,7 @@ class Posterior:
 
 
 def likeliest(parts, rows, starts, shortest=0.0, most=1) -> list[tuple[dict, float]]:
-    """Of starting points (dicts) so many of the likeliest, each with its log posterior, the likeliest first."""
+    """The `most` likeliest starting points (dicts), each with its log posterior, the likeliest first."""
     posterior = Posterior(parts, rows, shortest)
     logs = [posterior.log(x, posterior.densities(x)) for x in map(posterior.point, starts)]
     return [(starts[i], logs[i]) for i in np.argsort(-np.array(logs), kind="stable")[:most]]

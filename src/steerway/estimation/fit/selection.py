@@ -44,7 +44,7 @@ FINALISTS = 3
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 UNRESOLVED_SURGE = 1e-3
-"""m/s, of waves whose surge is not seen: it moves no estimate."""
+"""m/s, surge of waves that the log does not show: so small that it changes no estimate."""
 _BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
 """Variance of fixes, in that of their rounding, up to which only these parts are tried: the others take the pattern of
 rounding for motion or obstructions (SOG of 140 generated records is off by 0.19 m/s with all, 0.06 so)."""

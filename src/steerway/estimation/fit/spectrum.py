@@ -1,4 +1,4 @@
-"""Periods of what oscillates in a record, by the spectrum of its velocity along and across the way made good."""
+"""Periods of what oscillates in a record, by the spectrum of its velocity along and across the track."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from steerway.estimation.vessel.parts import UNKNOWN_PERIODS
 _SPAN, _FEWEST = 100.0, 32
 """s, and fixes at least, of a segment: it resolves an oscillation of 5 s to a quarter of a second. Chosen."""
 _SMOOTH = 4.0
-"""s on either side, over which the mean velocity gives the way made good; what is slower is in its speed and course.
+"""s on either side, over which the mean velocity gives the track; what is slower is in its speed and course.
 Chosen: half the period of usual waves."""
 _COMPLETE = 0.7
 """Share of its fixes that a segment needs. Chosen."""
@@ -22,7 +22,7 @@ _MOST, _BESIDE = 3, 6
 
 
 class Periods(NamedTuple):
-    """Periods (s) of the strongest lines along and across the way made good, the strongest first."""
+    """Periods (s) of the strongest lines along and across the track, the strongest first."""
 
     along: tuple
     across: tuple
@@ -54,7 +54,7 @@ def periods_of(time, north, east) -> Periods:
         velocity = np.diff(place) / step
         usual = np.convolve(np.pad(velocity, width, mode="edge"), mean, "valid")
         speed, course = np.abs(usual), np.unwrap(np.angle(usual))
-        if np.median(speed) < STEERAGEWAY:  # no way made good
+        if np.median(speed) < STEERAGEWAY:  # at rest
             continue
         quick = (velocity - usual) * np.exp(-1j * course)
         both = np.column_stack((quick.real + speed, quick.imag + np.median(speed) * course))

@@ -22,13 +22,13 @@ KINDS = ("tracker", "aided", "composite", "interval")
 PLAIN_COMPASS = CompassModel(0.0, 0.0, 1.0, 1.0, 0.0)
 """A compass that reads the heading of its last tick."""
 _VEHICLE_STD = math.radians(0.5)
-"""What the model leaves of a heading, rad a root second. Chosen: gusts and waves turn a boat by 4° in a minute."""
+"""Process noise of the heading, rad/√s. Chosen: gusts and waves turn a boat by 4° in a minute."""
 _BIAS = (0.1, 0.02)
-"""1σ at first and walk (a root second) of the input's bias, parts of the limit. Chosen: `HeadingTuning` begins with
+"""1σ at first and random walk (1/√s) of the input's bias, as shares of the limit. Chosen: `HeadingTuning` begins with
 20 rpm of the Springer's 300, 0.07."""
 _UNORDERED = 0.1
-"""Part of the usual speed by which it changes a root second where none is ordered, 1σ. Chosen: by all of it in 100
-s."""
+"""1σ of the change of speed in 1 s, as a share of the usual speed, while no speed is ordered. Chosen: after 100 s the
+change has a σ of the whole usual speed."""
 _LEAST_SPEED = 0.1
 """Part of the usual speed below which the boat's is not in proportion to the ordered one. Chosen: its thrust, as its
 drag with the square of speed, is a hundredth of the usual there, less than wind's."""
@@ -41,7 +41,7 @@ _MISTURNED, _MISTURNED_TIME = 0.5, 1.0
 """Part of the yaw rate that the model makes of orders, by which the boat's differs, 1σ, and s for which it does so.
 Chosen: drag that grows with the square of the rate halves a sharp turn, and a compass shows it within a second."""
 _HARMONICS = 0.1
-"""Walk of sine and cosine of the compass's deviation, degrees a root second: what it has beside them changes with the
+"""Random walk of sine and cosine of the compass's deviation, °/√s: what it has beside them changes with the
 heading. Chosen among 0.02 to 0.2 on six runs, by the share within 2σ."""
 _SURE = math.radians(20.0)
 """1σ of the heading above which it counts as unknown. Chosen: two of them are 40°."""

@@ -57,7 +57,7 @@ from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked
 
 STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
-"""Between the first headings of the filters that seek an unknown one; each has half of it for its 1σ. Chosen."""
+"""Spacing of the first headings of the filters that seek an unknown one; half of it is their 1σ. Chosen."""
 FARTHEST = 2.0 * math.pi
 """First headings are sought this far to either hand: the compass's scale acts on the whole turn made since north, so
 that −45° and 315° are different beginnings."""
@@ -69,7 +69,7 @@ _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
 
 @dataclass(frozen=True)
 class HeadingTuning:
-    """Noise of every state; pairs are (1σ at first, random walk in 1σ a root second). Zero pairs hold a state fixed."""
+    """Noise of every state; pairs are (1σ at first, random walk in 1σ per √s). Zero pairs hold a state fixed."""
 
     vehicle_std: float = 2e-4  # of each vehicle state a second
     vehicle_start_std: float = 1e-5
@@ -220,7 +220,7 @@ class AidedHeadingFilter:
         return float(self._best.state[WATER_SPEED])
 
     def yaw_rate(self, difference: float) -> float:
-        """Of the model with n_d (rad/s) and its bias, rad/s."""
+        """Yaw rate of the model with n_d (rad/s) and its bias, rad/s."""
         return math.radians(yaw_rate_deg(self._best.state, self._model, difference + self.bias))
 
     def sped_up(self, factor: float, std: float) -> None:

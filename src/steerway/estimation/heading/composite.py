@@ -60,7 +60,8 @@ BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(BASI
 WAVES = 1e-14
 """Variance that the sea adds to each vehicle state a second, P4 §6."""
 START_VARIANCE = 1e-12
-"""Of each vehicle state at first, which the paper leaves out: 0.002° of heading; missions come out as P4's Table 1."""
+"""Variance of each vehicle state at first, which the paper leaves out: 0.002° of heading. Missions come out as in
+P4's Table 1."""
 
 
 def composite_model(
@@ -134,7 +135,7 @@ class CompositeFilter:
         self._covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 
     def yaw_rate(self, difference: float) -> float:
-        """Of the model with n_d (rad/s) in force, rad/s."""
+        """Yaw rate of the model with n_d (rad/s) in force, rad/s."""
         return math.radians(yaw_rate_deg(self._state, self._model, difference))
 
     def step(

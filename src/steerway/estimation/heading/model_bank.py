@@ -29,7 +29,7 @@ from steerway.estimation.heading.models import PAPER_YAW, READING_VARIANCE_DEG2,
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
 LEAST_WEIGHT = 1e-12
-"""Relative to the likeliest, so that every filter can become the likeliest again. Chosen."""
+"""Least weight relative to the likeliest, so that every filter can become the likeliest again. Chosen."""
 
 
 def corners(tolerance: float, compass: CompassModel = TCM2) -> list[CompassModel]:
@@ -113,7 +113,7 @@ class ModelBank:
 
     @property
     def heading_std(self) -> float:
-        """Of the mixture: the filters' own variances and their spread, rad."""
+        """1σ of the mixture, rad: from the filters' own variances and their spread."""
         own = [heading_variance_deg2(p, model) for p, model in zip(self._bank.covariances, self._models, strict=True)]
         apart = self._bank.degrees - self.weights @ self._bank.degrees
         return math.radians(math.sqrt(self.weights @ (own + apart * apart)))
@@ -149,7 +149,7 @@ def _advance(bank: _Bank, models: Floats, difference: float, readings: Floats) -
 
 
 SIGMAS = 3.0
-"""Of the scale beyond the box: by chance 0.13 % on either side (normal)."""
+"""Standard deviations of the scale beyond the box: by chance 0.13 % on either side (normal)."""
 LARGEST_STD = 0.05
 """1σ of the scale above which no alarm is given. Chosen: three of them are 15 % of the gain."""
 

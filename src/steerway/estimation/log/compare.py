@@ -25,7 +25,7 @@ _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _COVERED = 0.9
 """Share of the rows of the best covered lag that a lag needs: beyond the ends of a record there are none. Chosen."""
 _GROSS = 10.0
-"""Times the median difference beyond which one counts no more where a lag is chosen: of a position or a speed that
+"""Multiple of the median difference at which differences are clipped to find a lag: of a position or a speed that
 jumps. Chosen: of 20,000 rows of a recorded log 20 jumped by 25 m/s and more, and moved the lag by 3 s."""
 _NEAR = 2.0
 """s between a row and the estimate it is compared with, at most: two rows at 1 Hz."""
@@ -212,7 +212,7 @@ def _nearest(time, moments):
 
 
 def _differences(time, values, moments, reported, is_angle=False) -> _Differences:
-    """Of values at `moments` − lag from what is reported; lag by lag, which takes a hundredth of the memory."""
+    """Differences of values at `moments` − lag from the reported ones; one lag at a time, to save memory."""
     counts, squares, usual = np.zeros((3, len(_LAGS)))
 
     def at(lag):

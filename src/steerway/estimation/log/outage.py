@@ -57,7 +57,7 @@ def doubt(estimate, sog_before, cog_before, slides):
 
 
 def outages(time) -> list[int]:
-    """Of fixes at these times (n,) the last one before every outage."""
+    """Index of the last fix before every outage, of fixes at these times (n,)."""
     intervals = np.diff(time)
     is_short = (intervals > 0.0) & (intervals < SHORTEST)
     latest = np.maximum.accumulate(np.where(is_short, np.arange(len(intervals)), -1))

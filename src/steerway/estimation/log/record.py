@@ -18,8 +18,8 @@ def usual_interval(time) -> float:
 
 
 PERIODS, FEWEST_PERIODS = range(4, 11), 20
-"""Fixes in a period of a receiver's measurements that is looked for, and periods that it is seen in. Chosen: of shorter
-periods all fixes are measured or beside one that is."""
+"""Periods (fixes) of a receiver's measurements that are looked for, and how many of them have to show it. Chosen: of
+shorter periods all fixes are measured or beside one that is."""
 CORRECTED = 5.0
 """How many times as far a corrected fix departs from its neighbours as the others do. Chosen: in recorded logs it is 14
 and 18 of a receiver that extrapolates, 1.0 to 3.0 of 28 others."""
@@ -221,7 +221,7 @@ _WHITE = 1.5
 """Ratio of variances either way up to which means are as noisy as those of white noise. Chosen: the means of eight
 pairs have one of 1 to 1.2 in the scenes with white noise, of 1.7 and more where receivers filter."""
 _STRAIGHT = 13.28
-"""Of a chi-square of four degrees of freedom the 99 % quantile: four means in a line."""
+"""99 % quantile of a chi-square of four degrees of freedom: four means in a line."""
 _MEDIAN, _MEDIAN_OF_TWO = 3.357, 2.0 * math.log(2.0)
 """… and its median, and that of two degrees of freedom."""
 
@@ -268,11 +268,11 @@ def departures(time, north, east, first, interval):
 
 
 _WALKS = math.sqrt(5.0 / 3.0), math.sqrt(25.0 / 3.0)
-"""Between which second differences are over third of a random walk. Of it they are 5/3, of white noise 1, of a random
-walk of the speed 5: the limits are geometric means."""
+"""Bounds of the ratio of second to third differences of a random walk. The ratio is 5/3 for a random walk, 1 for white
+noise, 5 for a random walk of the speed; the bounds are geometric means."""
 _OFF = 0.02
-"""Share of four fixes that are not in a line, of which a random walk makes 0.01, up to which all tell the same.
-Chosen: at the interval of their fixes scenes and recorded logs have 0.05 and more or are no random walk."""
+"""Largest share of groups of four fixes that are not in a line; a random walk makes 0.01. Chosen: scenes and recorded
+logs without a random walk have 0.05 or more."""
 
 
 def walking(time, north, east) -> float:

@@ -58,6 +58,8 @@ UNKNOWN_SPEED = 3.0
 _BLOCK, _OVERLAP = 20_000, 2_000
 """Predictions filtered or smoothed at a time, which bounds the memory, and those behind them from which the smoother
 begins: minutes, in which every motion is forgotten."""
+_FLAT = 50e3
+"""m from its fix within which an estimate is placed by it."""
 _NONE = np.empty(0)
 
 
@@ -99,6 +101,7 @@ def motion_of_track(track, structures, smooth: bool = False, steerageway: float 
     fixed = np.isfinite(record.north)
     for each in (causal, estimate) if estimate is not causal else (causal,):
         doubt_slides(record.time, fixed, causal, each)
+    track.pass_over_far_fixes(estimate)
     latitude, longitude = track.places(estimate)
     cog = wrap_array(estimate[:, COG] + track.azimuth)
     status = np.select(
@@ -178,6 +181,18 @@ class Track:
         self.record = Rows(self.time, first, second, excess, table, restarts, quantum)
         if rate is None:
             self.time = stamps
+
+    def pass_over_far_fixes(self, estimate):
+        """Place rows of an estimate (n, 9) by the fix before or after if their own is an outlier on another sea.
+
+        The way from a fix to the estimate is taken as flat: over 50 km that costs 3 m, over an ocean a degree.
+        """
+        plane = self._plane
+        if len(plane.first):
+            fixes = np.clip(self._fix + np.array([[0], [-1], [1]]), 0, len(plane.first) - 1)
+            away = np.hypot(estimate[:, 0] - plane.first[fixes], estimate[:, 1] - plane.second[fixes])
+            nearest = fixes[np.argmin(away, axis=0), np.arange(len(self._fix))]
+            self._fix = np.where(away[0] > _FLAT, nearest, self._fix)
 
     @property
     def azimuth(self):

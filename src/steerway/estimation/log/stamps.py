@@ -24,7 +24,7 @@ def regular_times(time, north, east):
     """(n,) s at which fixes were measured, where their stamps step irregularly and the vessel does not; else None.
 
     A receiver measures at a regular interval; a logger stamps what it receives, late or to the second. Where a stamp's
-    step is irregular, the way made good in it tells which of the two it is.
+    step is irregular, the displacement in it shows which of the two it is.
 
     Args:
         time: (n,) s, ascends. north, east: (n,) m.

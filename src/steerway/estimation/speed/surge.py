@@ -137,7 +137,7 @@ class SurgeFilter:
 
     @property
     def acceleration_error(self) -> float:
-        """Of the accelerometer's reading: bias and gravity, m/s²."""
+        """Error of the accelerometer's reading: bias and gravity, m/s²."""
         return float(self._filter_state[_STATE, BIAS] + self._filter_state[_STATE, LEAK])
 
     @property

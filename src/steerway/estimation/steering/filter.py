@@ -59,7 +59,7 @@ _UNSTEADY, _SETTLING = 0.25, 5.0
 """1σ of the speed beside its response, as a share, of a vehicle whose own speed loop begins, and s for which it does.
 Chosen: the loop of a motorboat by ArduPilot's Rover begins without thrust, and loses a third of its speed."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
-"""rad/s of a measured yaw rate, and s by which it may be another moment's. Chosen: half of the interval at which
+"""σ of a measured yaw rate (rad/s), and the error of its time (s). Chosen: half of the interval at which
 vehicles send it.
 """
 _COMPASS_STD = math.radians(2.0)
@@ -104,7 +104,7 @@ class SteeringFilter:
         self._mixture = Mixture(np.empty((0, 0)), np.empty((0, 0, 0)), np.empty(0))
         self._time = math.nan
         self._ahead = (math.nan, np.empty(0))
-        self._sureness: tuple[float, float] | None = None
+        self._deviations: tuple[float, float] | None = None
         self._drift: tuple[float, float] | None = None  # velocity over ground of a boat at rest in the water
         self._measured_rate = math.nan  # the last yaw rate
         self._larger = {HEADING: 1.0, YAW_RATE: 1.0}  # the variance of an instrument over what is said
@@ -189,7 +189,7 @@ class SteeringFilter:
             self._mixture = self._mixture.pruned(0.05 * self.response.speed)
         self._forget_heading()
         self._ahead = (math.nan, self._ahead[1])
-        self._sureness = None
+        self._deviations = None
         return kind
 
     def _read(self, number, std, what):
@@ -253,9 +253,9 @@ class SteeringFilter:
         best = self._mixture.best
         age, pivot = time - self._time, self.response.pivot
         x, p = self._moved(best, time), self._mixture.covariances[best]
-        if self._sureness is None:  # the same until the next fix
-            self._sureness = self._mixture.heading_std(), self._mixture.current_std()
-        return estimate_of(x, p, *self._sureness, age, pivot)
+        if self._deviations is None:  # the same until the next fix
+            self._deviations = self._mixture.heading_std(), self._mixture.current_std()
+        return estimate_of(x, p, *self._deviations, age, pivot)
 
     def _moved(self, best, time):
         """The state at a time, from the state asked for last where that was earlier."""
@@ -298,7 +298,7 @@ class SteeringFilter:
         self._time = self._begun = time
         self._misfit, self.refused_for, self._drift = 2.0, 0.0, None
         self._ahead = (math.nan, self._ahead[1])
-        self._sureness = None
+        self._deviations = None
 
     def _learn(self):
         """The receiver's noise is what its fixes show."""

@@ -52,7 +52,7 @@ DEVIATION_STD = math.radians(10.0)
 _DEVIATES = 1.0
 """rad of heading by which a deviation is another, a factor of e. Chosen: cards have terms of one circle and of two."""
 _GYRO_WALK = math.radians(0.01)
-"""rad/s in a root of seconds by which the bias of a gyro drifts. Chosen."""
+"""Random walk of the bias of a gyro, rad/s per √s. Chosen."""
 _UNLIKE = 0.2
 """Share of the sway that is not as modelled. Chosen."""
 

@@ -22,7 +22,7 @@ _PATH, _EVERY, _PATHS = 10.0, 2.0, 15
 """s of a path, a parabola in either axis; s between two; how many are kept. Chosen: of 38 s most
 are straight."""
 _SURE = 1.2
-"""Times the white noise above which there is a slow error: of 30 records of 60 s of white noise alone 1 at 1 Hz and
+"""Ratio to the white noise above which there is a slow error: of 30 records of 60 s of white noise alone 1 at 1 Hz and
 none at 5 Hz shows one; with a factor of 1, 14 and 12 do."""
 _LEFT = 0.3
 """Share of the variance of a slow error that such a path leaves. Chosen: of a first-order Gauss-Markov process of 5 s

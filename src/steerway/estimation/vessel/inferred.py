@@ -33,7 +33,7 @@ _NOISES = tuple(0.025 * 2.0 ** (0.5 * k) for k in range(17))
 apart. With a factor of two an Otter's SOG errs by up to 1.7 times as much, because a noise that is taken for 0.8 of
 what it is looks like emergencies; with a factor of four by 2.4 times as much."""
 _SUM = 1e-6
-"""By which weights, as written by hand, may miss a sum of one: six digits."""
+"""Largest error of the sum of weights written by hand: six digits."""
 
 
 class WeighedStructure(BaseModel):

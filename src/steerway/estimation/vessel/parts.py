@@ -42,7 +42,7 @@ UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 
 
 class Prior(NamedTuple):
-    """Of a number: median, deviation of its logarithm, and between what it is sought."""
+    """Prior of a number: median, deviation of its logarithm, and between what it is sought."""
 
     median: float
     deviation: float
@@ -72,7 +72,7 @@ class Scales(NamedTuple):
     """s, the shortest period that the fixes resolve."""
     along: tuple
     across: tuple
-    """s, periods that stand out along and across the way made good, the strongest first."""
+    """s, periods that stand out along and across the track, the strongest first."""
 
     def sizes(self, largest) -> tuple:
         """Sizes of a receiver's error to be tried (m), from its noise to that of a receiver alone."""

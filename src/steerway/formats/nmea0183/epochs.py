@@ -1,7 +1,7 @@
 """Epochs out of sentences: the clock that gives each sentence its time, and the rows that join those of one time.
 
-The clock is one for the whole log, whichever talker set it: a date comes with RMC and ZDA only, and is carried from
-there, over midnight too, by taking the day that brings a time of day nearest to the clock (or to the receive time).
+One clock serves the whole log, whichever talker set it. Only RMC and ZDA have a date. Other sentences get the day that
+brings their time of day nearest to the clock, or to the receive time; so the date also changes at midnight.
 """
 
 import math

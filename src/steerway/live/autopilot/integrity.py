@@ -20,14 +20,14 @@ from steerway.live.rows import InputRow
 LEAST_QUIET, QUIET_INTERVALS = 1.0, 5
 """s, and intervals of fixes, for which positions may stand still under way."""
 DOUBTED, DOUBTED_INTERVALS = 1.5, 2
-"""s, and at the least intervals of fixes, after which positions that stand still are said."""
+"""s, and at least so many intervals of fixes, after which positions that stand still are reported."""
 _QUIET_SHARE = 0.1
-"""Of the receiver's scatter: positions within so much of one another stand still. Chosen: of six that scatter as before
+"""Share of the receiver's scatter: positions that differ by less stand still. Chosen: of six that scatter as before
 one in 10⁹ times."""
 _SQUARES, _MEDIAN = 20.0, 1.386
 """Sum of the squared weights of a third difference, and the median of χ² with 2 degrees of freedom."""
 _USUALLY, _SLOWEST = 3.0, 0.05
-"""Times the usual time between two places for which one may stay, and m/s at which a boat crosses the last digit."""
+"""Longest time at one rounded place, in usual times at one; and the slowest speed (m/s) that has to change a digit."""
 _PACES, _KEPT = 20, 100  # places over which their usual time is taken, and third differences for the scatter
 _LEAST_KNOWN = 10
 _UNDER_WAY = 0.3  # m/s over ground, from which on that time is learned
@@ -38,7 +38,7 @@ prototype sound boats that take yaw rates peaked at 16 to 19°. By propellers, w
 reached 63°."""
 DOUBTED_MISSED = math.radians(30.0)
 MISSED_SHARE = 0.5
-"""Of what was ordered in that time that the boat may miss: at its start, with little thrust, a boat of 80°/s makes 35
+"""Share of the ordered turn that the boat may miss: at its start, with little thrust, a boat of 80°/s makes 35
 of 60°/s for 4 s. Chosen."""
 FORGETS = 10.0
 LASTING = 2.0
@@ -62,7 +62,8 @@ Of 50 faults in the first minute 49 are above after at most 20 s of orders of 5�
 rate that was ordered for half of them.
 """
 _ERROR, _ERROR_TIME = 0.35, 0.3
-"""m, and s of the usual speed, 1σ of the error of one s of a track beside the receiver's, as by sideslip. Chosen."""
+"""m, and s of the usual speed: 1σ of the error of one s of a track beside the receiver's; it comes from sideslip and
+from speed lost in turns. Chosen."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 """1σ of a component of the current, and of the speed through the water, in shares of the usual speed. Chosen."""
 

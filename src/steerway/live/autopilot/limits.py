@@ -94,7 +94,7 @@ UNTOLD = math.radians(20.0)
 MOST = math.radians(60.0)
 """rad/s at the most of what a vehicle says: on squares at 2 m/s corners are within 1.5 m with it. Chosen."""
 _SHARE = 0.75
-"""Of the vehicle's limit that is ordered; the rest is left to its own loop. Chosen."""
+"""Share of the vehicle's limit that is ordered; the rest is left to its own loop. Chosen."""
 _LEAST = math.radians(8.0)
 """rad/s that are always ordered."""
 _RESPONSE = 0.8

@@ -32,7 +32,7 @@ from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 LOG = logging.getLogger("steerway.live")
 _SLOWEST = 1.5
-"""Of the profile's steerageway: the least speed that is demanded."""
+"""Share of the profile's steerageway that is the least speed demanded."""
 _SLOWEST_TURN = 0.5
 """Share of the route's speed that is kept in a sharp turn."""
 

@@ -94,9 +94,10 @@ class Page:
                     self._reading("rate", "Course rate", "°/s", "rate_within")
                 if self._board.has_autopilot:
                     self._build_autopilot()
-                    self._build_holding()
                 if self._board.route:
                     self._build_route()
+                if self._board.has_autopilot:
+                    self._build_holding()
                 self._build_strips()
                 self._build_estimator()
         with _box("bar", "footer"):

@@ -51,6 +51,7 @@ def track_map(
         match_aspect=True,
         sizing_mode="stretch_both",
         min_height=320,
+        min_border_left=52,
         tools=[PanTool(), BoxZoomTool(match_aspect=True), WheelZoomTool(zoom_on_axis=False), ResetTool()],
         toolbar_location="above",
         lod_threshold=None,

@@ -96,7 +96,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
 _UNKNOWN = 65535
 _LEAST = 1e-6
 _FINENESS = 4e-4
-"""Of the logarithm: 0.04 %, so that 16 bits reach from a millionth to 2e5."""
+"""Resolution of the logarithm: 0.04 %, so that 16 bits reach from a millionth to 2e5."""
 
 
 def _single(values: Floats) -> Column:

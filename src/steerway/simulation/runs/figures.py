@@ -158,7 +158,7 @@ def actuators_figure(run: Run, actuators: Sequence[Actuator]) -> Figure:
 
 
 def _unit(name: str) -> str:
-    """Of an actuator, by the last word of its name."""
+    """The unit of an actuator, by the last word of its name."""
     units = {"rudder": "°", "force": "N", "moment": "N·m"}
     if name.startswith("thruster"):
         return "\n(N)"

@@ -148,7 +148,7 @@ def _answers(numbers: dict[str, float]) -> list[tuple[str, str]]:
 
 
 def _under_way(numbers: dict[str, float]) -> list[tuple[str, str]]:
-    """Of a run that does not hold places: of its legs, if it has any, and how it is steered."""
+    """Rows of the summary of a run that does not hold places: its legs, if it has any, and how it is steered."""
     if "position_mae_m" in numbers:
         return []
     steered = [

@@ -46,7 +46,7 @@ class DeviationBounds:
     """`low` and `high` (rad) hold what the Kalman filter of the heading estimates with any deviation in the box.
 
     yaw: the boat. deviation: D; reading_std: of one reading's noise; start_std: of the first heading, 0; rad.
-    vehicle_std: of each of the boat's states, rad a root second. Readings count modulo a turn. Raises InputError for
+    vehicle_std: process noise of each of the boat's states, rad/√s. Readings count modulo a turn. Raises InputError for
     numbers below 0, and a reading's of 0.
     """
 
@@ -97,7 +97,7 @@ class DeviationBounds:
         self._covariance[0, 0] += math.degrees(std) ** 2
 
     def yaw_rate(self, difference: float) -> float:
-        """Of the model with n_d (rad/s), in the middle of the bounds; rad/s."""
+        """Yaw rate of the model with n_d (rad/s), in the middle of the bounds; rad/s."""
         poles, inputs, outputs = self._yaw.matrices()
         psi, q = np.radians(self._bounds[:RHO].mean(axis=1))
         second = q + self._bounds[RHO, 0] * psi
