@@ -32,7 +32,8 @@ def _compass(radians: Floats) -> Floats:
 
 
 _UNITS: tuple[tuple[str, Callable[[Floats], Floats] | None, str], ...] = (
-    ("", None, "mode by_course leg_target speed_gain made_up yaw_gain yaw_damping yaw_time yaw"),  # yaw: N·m, or rad of rudder
+    # yaw: N·m, or rad of rudder
+    ("", None, "mode by_course leg_target speed_gain made_up yaw_gain yaw_damping yaw_time yaw"),
     ("_dps2", np.degrees, "desired_acceleration reference_acceleration"),
     ("_mps2", None, "acceleration"),
     ("_n", None, "force force_north force_east"),
