@@ -1,7 +1,6 @@
 """Links and what is said on them: bytes in pieces, sockets on this machine, sentences and deltas as they are read."""
 
 import asyncio
-import io
 import json
 import logging
 import math
@@ -15,12 +14,11 @@ import numpy as np
 import pytest
 
 from steerway.core import OK, InputError
-from steerway.core.testing import NO_COURSE, REPORTED, iso, unix_times
+from steerway.core.testing import REPORTED, iso, unix_times
 from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183, ubx
 from steerway.live.testing import (
     Context,
-    FileSink,
     InputRow,
     JsonLines,
     Navigator,
@@ -34,7 +32,6 @@ from steerway.live.testing import (
     State,
     Transport,
     addresses,
-    json_line,
     log_to_stderr,
     moment,
     uri,
@@ -111,20 +108,6 @@ def test_a_token_is_in_no_text(tmp_path, caplog):
 
     asyncio.run(fails())
     assert "abc123" not in caplog.text
-
-
-def test_json_lines_carry_the_columns_of_estimate():
-    line = json.loads(json_line(SAILING._replace(status=NO_COURSE, cog=math.nan)))
-    frame = estimate(nmea0183.read(sortie(3)).sources["GP"], "small-usv", causal=True).to_frame()
-    assert list(line) == frame.columns
-    assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
-    file = io.BytesIO()
-    output = JsonLines(FileSink(file, lossless=True))
-    for _ in range(2000):
-        output.fix(SAILING)
-        output.tick(SAILING)
-    output.close()
-    assert file.getvalue().count(b"\n") == 2000
 
 
 @pytest.mark.parametrize(
