@@ -18,6 +18,7 @@ from steerway.guidance import (
     VectorField,
 )
 from steerway.guidance.testing import off_path, turn_path, wheel_over
+from tests.golden import golden
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 
@@ -37,10 +38,6 @@ all_laws = pytest.mark.parametrize(
 )
 
 
-def table(shared_data, name):
-    return np.genfromtxt(shared_data / "reference/mss" / name, delimiter=",", names=True)
-
-
 def on_line(cross_track, direction=0.0, along_track=0.0):
     """A boat beside an endless leg whose end is 1 km on."""
     left = 1000.0 - along_track
@@ -49,7 +46,7 @@ def on_line(cross_track, direction=0.0, along_track=0.0):
 
 
 def follow(shared_data, name, law, radius, dt=1.0):
-    rows = table(shared_data, name)
+    rows = golden(shared_data, name)
     mission = Mission(Route(*P1_WAYPOINTS, acceptance=radius), at_end="continue")
     out = []
     for north, east in zip(rows["x"], rows["y"], strict=True):
@@ -60,7 +57,7 @@ def follow(shared_data, name, law, radius, dt=1.0):
 
 @pytest.mark.parametrize(("lookahead", "radius"), [(500.0, 400.0), (800.0, 50.0)])
 def test_line_of_sight_gives_the_reference_numbers(shared_data, lookahead, radius):
-    rows, course, cross_track, _ = follow(shared_data, "los_chi.csv", LineOfSight(lookahead), radius)
+    rows, course, cross_track, _ = follow(shared_data, "los_chi", LineOfSight(lookahead), radius)
     case = f"D{lookahead:.0f}_R{radius:.0f}"
     np.testing.assert_allclose(course, rows[f"chi_ref_{case}"], rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(cross_track, rows[f"ye_{case}"], rtol=1e-9, atol=1e-10)
@@ -75,7 +72,7 @@ def test_adaptive_line_of_sight_gives_the_reference_numbers(shared_data):
             estimates.append(law.crab_angle)
             return law.step(*given)
 
-    rows, heading, cross_track, target = follow(shared_data, "los_psi.csv", Watched(), 400.0, dt=0.5)
+    rows, heading, cross_track, target = follow(shared_data, "los_psi", Watched(), 400.0, dt=0.5)
     np.testing.assert_allclose(heading, rows["alos_psi_ref"], rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(cross_track, rows["alos_ye"], rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(estimates, rows["alos_beta_hat"], rtol=1e-9, atol=1e-10)
@@ -83,13 +80,13 @@ def test_adaptive_line_of_sight_gives_the_reference_numbers(shared_data):
 
 
 def test_integral_line_of_sight_gives_the_reference_numbers(shared_data):
-    rows, heading, cross_track, _ = follow(shared_data, "los_psi.csv", IntegralLineOfSight(500.0, 0.3), 400.0, dt=0.5)
+    rows, heading, cross_track, _ = follow(shared_data, "los_psi", IntegralLineOfSight(500.0, 0.3), 400.0, dt=0.5)
     np.testing.assert_allclose(heading, rows["ilos_psi_ref"], rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(cross_track, rows["ilos_ye"], rtol=1e-9, atol=1e-10)
 
 
 def test_cross_track_gives_the_reference_numbers(shared_data):
-    rows = table(shared_data, "crosstrack.csv")
+    rows = golden(shared_data, "crosstrack")
     for row in rows:
         direction = leg_direction(row["x_ref"], row["y_ref"], row["x_t"], row["y_t"])
         _, cross_track = track_errors(row["x"], row["y"], row["x_ref"], row["y_ref"], direction)

@@ -8,6 +8,7 @@ import pytest
 from steerway.core import InputError
 from steerway.guidance import LowPass, Reference, ReferenceModel, TrackingFilter
 from steerway_studies.testing import course_autopilot as printed
+from tests.golden import golden
 
 H = 0.05
 
@@ -28,7 +29,7 @@ def step_to(angle):
 
 def test_printed_filters_give_the_reference_numbers(shared_data):
     """LOS observer K_f = 0.3 and reference model ω = 1, ζ = 1, 10 °/s; the command: 170°, 230°, then a ramp."""
-    rows = np.genfromtxt(shared_data / "reference/mss/los_observer_refmodel.csv", delimiter=",", names=True)
+    rows = golden(shared_data, "los_observer_refmodel")
 
     def command(t):
         if t > 40.0:
