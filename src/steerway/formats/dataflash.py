@@ -69,17 +69,25 @@ def _expect_columns(names: Collection[str]) -> None:
 def _text(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
     """(kind, fields) of the messages of receivers in a log as text."""
     columns = {kind: _names(names.decode()) for kind, names in _FORMAT.findall(data)}
-    for kind, text in _DUMPED.findall(data):
-        pairs = (each.split(":") for each in text.decode("ascii", "replace").split(","))
-        row = {name.strip(): number(value) for name, value in pairs}
-        _expect_columns(row)
-        yield kind.decode(), row
+    dumped = [(kind.decode(), _pairs(text.decode("ascii", "replace"))) for kind, text in _DUMPED.findall(data)]
+    if dumped:
+        _expect_columns({name for _, row in dumped for name in row})
+    for name, row in dumped:
+        if row.keys() >= set(_NEEDED):
+            yield name, row
+        else:
+            skipped["line not understood"] += 1
     for kind, text in _LINE.findall(data):
         values = text.decode("ascii", "replace").split(",")
         try:
             yield kind.decode(), {n: float(v) for n, v in zip(columns.get(kind, []), values, strict=True)}
         except ValueError:
             skipped["line not understood"] += 1
+
+
+def _pairs(text: str) -> dict[str, float]:
+    pairs = (each.partition(":") for each in text.split(","))
+    return {name.strip(): number(value) for name, _, value in pairs}
 
 
 def _binary(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:

@@ -100,7 +100,11 @@ def _payloads(
 ) -> Iterator[tuple[float, int, int, bytes]]:
     stamps = unix_times([each["stamp"].decode() for each in lines]) if form is _CANBOAT else _clocks(form, lines)
     for match, time in zip(lines, stamps, strict=True):
-        payload = bytes.fromhex(match["data"].replace(b",", b"").decode())
+        try:
+            payload = bytes.fromhex(match["data"].replace(b",", b"").decode())
+        except ValueError:  # half a byte
+            skipped["line not understood"] += 1
+            continue
         if form is _CANBOAT:
             if len(payload) != int(match["length"]):
                 skipped["length does not match the bytes"] += 1
