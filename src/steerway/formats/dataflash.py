@@ -44,7 +44,7 @@ def read(data: bytes) -> Recording:
     """The sources "GPS", "GPS2", … or "GPS 0", "GPS 1", … of a log. Raises InputError for one without the columns."""
     skipped, rows = Counter[str](), defaultdict(list)
     for kind, row in _binary(data, skipped) if _DECLARED in data[:4096] else _text(data, skipped):
-        if row["Status"] < _LEAST_STATUS:
+        if not row["Status"] >= _LEAST_STATUS:  # NaN where it is damaged
             skipped["no fix"] += 1
             continue
         instance = f" {row['I']:.0f}" if "I" in row else ""
