@@ -81,7 +81,7 @@ def _is_short(size: int) -> bool:
 
 def sentences(data: bytes) -> Sentences:
     """The sentences of a log one by one, before any date is settled or row is made."""
-    return SentenceReader()._scan(bytes(data), final=True, received=None)[0]
+    return SentenceReader(_is_short(len(data)))._scan(bytes(data), final=True, received=None)[0]
 
 
 class SentenceReader:
