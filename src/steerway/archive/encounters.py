@@ -55,10 +55,11 @@ def encounters(
     return _encounters(pl.concat(found) if found else pl.DataFrame(schema=_NEAR), distance)
 
 
-_NEAR = dict.fromkeys(("a", "track_a", "b", "track_b"), pl.Int64) | dict.fromkeys(
-    ("time_s", "distance_m", "cpa_time_s", "cpa_m", "std_m", "speed_mps", "lat_deg", "lon_deg", "sog_a", "sog_b"),
-    pl.Float64,
-)
+_PAIR = ("mmsi_a", "track_a", "mmsi_b", "track_b")
+_OF_CLOSEST = (
+    "cpa_time_s", "cpa_m", "cpa_std_m", "relative_speed_mps", "lat_deg", "lon_deg", "sog_a_mps", "sog_b_mps"
+)  # fmt: skip
+_NEAR = dict.fromkeys(_PAIR, pl.Int64) | dict.fromkeys(("time_s", *_OF_CLOSEST), pl.Float64)
 
 
 def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFrame]:
@@ -123,20 +124,19 @@ def _approaches(
     i, j = i[at], j[at]
     yield pl.DataFrame(
         {
-            "a": ids[i, 0],
+            "mmsi_a": ids[i, 0],
             "track_a": ids[i, 1],
-            "b": ids[j, 0],
+            "mmsi_b": ids[j, 0],
             "track_b": ids[j, 1],
             "time_s": np.full(len(i), float(moment)),
-            "distance_m": np.hypot(north, east)[at],
             "cpa_time_s": moment + wait[at],
             "cpa_m": closest[at],
-            "std_m": np.hypot(std[i], std[j]),
-            "speed_mps": speed[at],
+            "cpa_std_m": np.hypot(std[i], std[j]),
+            "relative_speed_mps": speed[at],
             "lat_deg": np.degrees(0.5 * (lat[i] + lat[j])),
             "lon_deg": np.degrees(lon[i]),
-            "sog_a": columns["sog_mps"][row[i]],
-            "sog_b": columns["sog_mps"][row[j]],
+            "sog_a_mps": columns["sog_mps"][row[i]],
+            "sog_b_mps": columns["sog_mps"][row[j]],
         },
         schema=_NEAR,
     )
@@ -149,35 +149,18 @@ def _std(columns: dict[str, np.ndarray], row: np.ndarray, after: np.ndarray, awa
 
 
 def _encounters(near: pl.DataFrame, distance: float) -> pl.DataFrame:
-    pair = ["a", "track_a", "b", "track_b"]
-    near = near.sort(*pair, "time_s")
-    fresh = (pl.col("time_s").diff().over(pair).fill_null(np.inf) > _APART_AGAIN).cum_sum().over(pair)
+    near = near.sort(*_PAIR, "time_s")
+    fresh = (pl.col("time_s").diff().over(_PAIR).fill_null(np.inf) > _APART_AGAIN).cum_sum().over(_PAIR)
     closest = pl.col("cpa_m").arg_min()
-    grouped = (
+    return (
         near.with_columns(encounter=fresh)
-        .group_by(*pair, "encounter", maintain_order=True)
+        .group_by(*_PAIR, "encounter", maintain_order=True)
         .agg(
+            *(pl.col(name).get(closest) for name in _OF_CLOSEST),
             start_s=pl.col("time_s").min(),
             end_s=pl.col("time_s").max(),
-            **{
-                name: pl.col(column).get(closest)
-                for name, column in (
-                    ("cpa_time_s", "cpa_time_s"),
-                    ("cpa_m", "cpa_m"),
-                    ("cpa_std_m", "std_m"),
-                    ("relative_speed_mps", "speed_mps"),
-                    ("lat_deg", "lat_deg"),
-                    ("lon_deg", "lon_deg"),
-                    ("sog_a_mps", "sog_a"),
-                    ("sog_b_mps", "sog_b"),
-                )
-            },
         )
-    )
-    return (
-        grouped.filter(pl.col("cpa_m") <= distance)
-        .with_columns(tcpa_s=pl.col("cpa_time_s") - pl.col("start_s"))
-        .rename({"a": "mmsi_a", "b": "mmsi_b"})
-        .drop("encounter")
+        .filter(pl.col("cpa_m") <= distance)
+        .select(*_PAIR, "start_s", "end_s", *_OF_CLOSEST, tcpa_s=pl.col("cpa_time_s") - pl.col("start_s"))
         .sort("cpa_time_s", "mmsi_a", "mmsi_b")
     )

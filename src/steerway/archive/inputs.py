@@ -10,6 +10,7 @@ import re
 import shutil
 from collections.abc import Iterable
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -148,23 +149,14 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
     return _reports(fixes, mmsi, mobile, skipped).lazy(), skipped, names
 
 
-def _reports(fixes: Fixes, mmsi: np.ndarray | int, mobile: np.ndarray | int, skipped: dict[str, int]) -> pl.DataFrame:
+def _reports(fixes: Fixes, mmsi: np.ndarray, mobile: np.ndarray, skipped: dict[str, int]) -> pl.DataFrame:
     """The positions among fixes, with SCHEMA; those that have none are counted."""
     placed = fixes.has_position
-    columns = {
-        "mmsi": mmsi,
-        "time_s": fixes.time,
-        "lat_deg": np.degrees(fixes.latitude),
-        "lon_deg": np.degrees(fixes.longitude),
-        "sog_mps": fixes.sog,
-        "cog_deg": np.degrees(fixes.cog) % 360.0,
-        "heading_deg": np.degrees(fixes.heading) % 360.0,
-    }
-    zeros = np.zeros(len(fixes), np.int64)
-    frame = pl.DataFrame(columns, nan_to_null=True).with_columns(mobile=mobile, hull=zeros, reason=zeros).cast(SCHEMA)
     if lacking := int((~placed).sum()):
         skipped["no position"] = skipped.get("no position", 0) + lacking
-    return frame.filter(placed)
+    frame = replace(fixes, mmsi=mmsi).to_frame().with_columns(mobile=mobile, hull=0, reason=0)
+    whole = pl.concat([pl.DataFrame(schema=SCHEMA), frame], how="diagonal_relaxed")
+    return whole.select(SCHEMA.names()).cast(SCHEMA).filter(placed)
 
 
 def staged_units(directory: Path) -> set[tuple[int, int]]:

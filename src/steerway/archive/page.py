@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from steerway.archive.store import Store, date_of
+from steerway.archive.store import Store, date_of, left_out_of
 from steerway.archive.tables import COUNTED_INTERVALS
 from steerway.archive.tracks import INTERVALS
 from steerway.core.arrays import Floats
@@ -35,16 +35,13 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
     totals: Counter[str] = Counter()
     for each in numbers.values():
         totals.update({name: value for name, value in each.items() if isinstance(value, int | float)})
-    left_out: Counter[str] = Counter()
-    for each in manifest["inputs"].values():
-        left_out.update(each["left_out"])
     days = sorted({day for day, _ in units})
     counts = [
         ("days", f"{date_of(days[0])} to {date_of(days[-1])}, {len(days)}"),
         ("reports", f"{totals['reports']:,}, of which {totals['doubled']:,} were received twice"),
         ("rows", f"{totals['rows']:,}"),
         ("rejected, no manoeuvre explains them", f"{totals['rejected']:,}"),
-        *((f"left out: {reason}", f"{count:,}") for reason, count in left_out.most_common()),
+        *((f"left out: {reason}", f"{count:,}") for reason, count in left_out_of(manifest).most_common()),
     ]
     names = store.names()
     intervals = np.sum([each["intervals"] for each in numbers.values()], axis=0)

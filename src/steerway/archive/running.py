@@ -3,7 +3,6 @@
 import errno
 import os
 import shutil
-from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from typing import Any
 
 from steerway.archive import inputs, page
 from steerway.archive.levels import levels, profile_names
-from steerway.archive.store import Store, date_of
+from steerway.archive.store import Store, date_of, left_out_of
 from steerway.archive.tables import write_unfinished_trips
 from steerway.archive.unit import LOOKAHEAD, Work, run_unit
 from steerway.core.errors import InputError
@@ -245,10 +244,7 @@ def _stage(
         store.write_manifest(manifest)
         report.inputs += 1
     store.write_manifest(manifest)
-    left_out: Counter[str] = Counter()
-    for each in known.values():
-        left_out.update(each["left_out"])
-    report.left_out = dict(left_out)
+    report.left_out = dict(left_out_of(manifest))
 
 
 def _fail(report: Report, path: Path, error: Exception, strict: bool) -> None:

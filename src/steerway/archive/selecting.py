@@ -1,7 +1,8 @@
 """Rows of an archive: `scan` as a lazy frame, `export` to files."""
 
 import json
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -77,23 +78,18 @@ def export(
 
 def _chosen(
     directory: str | Path,
-    mmsi: Iterable[int] | None,
+    mmsi: Sequence[int],
     box: tuple[float, float, float, float] | None,
     start: float | None,
     stop: float | None,
 ) -> pl.LazyFrame:
     store = Store.opened(directory)
-    files = store.files("estimate")
+    buckets = None
     if mmsi:
-        buckets = pl.select(bucket_of(pl.Series(mmsi, dtype=pl.Int64), store.manifest()["buckets"])).to_series()
-        files = store.files("estimate", set(buckets.to_list()))
-    first = -1 if start is None else int((start - 3600.0) // DAY)
-    last = None if stop is None else int(stop // DAY) + 1
-    files = [
-        each
-        for each in files
-        if first <= day_of(each.parent.name[4:]) and (last is None or day_of(each.parent.name[4:]) <= last)
-    ]
+        buckets = set(bucket_of(pl.Series(mmsi, dtype=pl.Int64), store.manifest()["buckets"]).to_list())
+    first = -1 if start is None else (start - 3600.0) // DAY
+    last = math.inf if stop is None else stop // DAY + 1
+    files = [each for each in store.files("estimate", buckets) if first <= day_of(each.parent.name[4:]) <= last]
     if not files:
         raise InputError(
             f"{directory}: no unit that is done holds such rows, expected a vessel and days of the archive"

@@ -12,6 +12,7 @@ Every file is complete or absent, and the state is written last.
 import datetime
 import json
 import shutil
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,11 @@ def date_of(day: int) -> str:
 def day_of(date: str) -> int:
     """Its inverse."""
     return (datetime.date.fromisoformat(date) - _EPOCH).days
+
+
+def left_out_of(manifest: dict[str, Any]) -> Counter[str]:
+    """The rows that all inputs of an archive left out, by reason."""
+    return sum((Counter(each["left_out"]) for each in manifest["inputs"].values()), Counter[str]())
 
 
 @dataclass(frozen=True)

@@ -36,14 +36,13 @@ def in_workers(
     items: Iterable[Item],
     workers: int | None = None,
     cluster: str | None = None,
-    option: str = "--dask",
 ) -> Generator[tuple[int, Result], None, None]:
     """(index, function(item)) of every item, in the order in which they are finished; see `run_chains`.
 
     `items` are taken one by one, when a worker becomes free.
     """
     chains = ([item] for item in items)
-    with contextlib.closing(run_chains(function, chains, workers, cluster, option)) as done:
+    with contextlib.closing(run_chains(function, chains, workers, cluster)) as done:
         for (index, _), result in done:
             yield index, result
 

@@ -5,11 +5,8 @@ in, then takes out the seconds it was under way (ITU-R M.1371-5, annex 8, table 
 clocks in the same log stand in: RMC sentences of a receiver and reports of base stations (types 4 and 11).
 """
 
-import contextlib
 import datetime
-import functools
 import math
-import operator
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -24,6 +21,7 @@ from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT
 from steerway.core.records import Fixes
 from steerway.core.timestamps import dated, unix_times
+from steerway.formats.nmea0183 import fields, sentences
 from steerway.formats.places import places
 from steerway.formats.recording import Recording, placed
 
@@ -32,7 +30,6 @@ _BODY = re.compile(rb"![A-Z]{2}VD[MO],\d,\d,\d?,[^,]*,[0-W`-w]+,[0-5](?:,[^*,]*)
 _TAG_TIME = re.compile(rb"[\\,]c:([12]\d{9}(?:\d{3})?)(?!\d)")
 _ISO = re.compile(rb"\d{4}-?\d\d-?\d\d[T _-]\d\d:?\d\d:?\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 _UNIX = re.compile(rb"(?<![\w.:])([12]\d{9}(?:\.\d+)?|[12]\d{12})(?![\d.])")
-_RMC = re.compile(rb"\$([A-Z]{2}RMC,(\d{6})(?:\.\d+)?,A,(?:[^,*\r\n]*,){6}(\d{6}),[^*\r\n]*)\*([0-9A-Fa-f]{2})")
 _CLASS_B = re.compile(rb"![A-Z]{2}VD[MO],[12],1,\d?,[^,]*,([BC][0-W`-w]{6})")  # messages of type 18 and 19
 _POSITION_TYPES = {1, 2, 3, 18, 19, 27}
 _CLOCK_TYPES = {4, 11}
@@ -192,13 +189,10 @@ def _made(received: Floats, second: Floats) -> Floats:
 
 def _receiver_clocks(data: bytes) -> Iterator[tuple[int, float]]:
     """(place in the log, Unix time) of the RMC sentences with a valid fix."""
-    for match in _RMC.finditer(data):
-        body, clock, date, checksum = match.groups()
-        day, month, year = (int(date[at : at + 2]) for at in (0, 2, 4))
-        with contextlib.suppress(ValueError):
-            if functools.reduce(operator.xor, body) == int(checksum, 16):
-                text = f"20{year:02d}-{month:02d}-{day:02d}T{clock.decode()}+00:00"
-                yield match.start(), datetime.datetime.fromisoformat(text).timestamp()
+    offset, kind, _, values = sentences(data)
+    dated = (kind == fields.RMC) & np.isfinite(values[:, (fields.DAY, fields.TOD, fields.LAT)]).all(axis=1)
+    time = 86400.0 * values[dated, fields.DAY] + values[dated, fields.TOD]
+    return zip(offset[dated].tolist(), time.tolist(), strict=True)
 
 
 def _by_clocks(place: Floats, second: Floats, clocks: Floats) -> Floats:

@@ -223,31 +223,28 @@ def _type(text: str | None) -> int:
     return next((index for part, index in _OTHER_STATIONS if part in plain), 0)
 
 
+def _first(*cases: tuple[pl.Expr, pl.Expr | int]) -> pl.Expr:
+    """The number of the first case that holds, 0 where none does."""
+    return pl.coalesce(*(pl.when(holds).then(number) for holds, number in cases), pl.lit(0))
+
+
 def _station() -> pl.Expr:
     """Index of the reason why a station is no ship, by its type or its number (ITU-R M.585); 0 for a ship."""
     mmsi, described = pl.col("mmsi"), pl.col("described")
-    return (
-        pl.when((described == 4) | ((mmsi < 10_000_000) & (mmsi > 0)))
-        .then(4)
-        .when((described == 5) | mmsi.is_between(990_000_000, 999_999_999))
-        .then(5)
-        .when((described == 6) | mmsi.is_between(111_000_000, 111_999_999) | mmsi.is_between(970_000_000, 979_999_999))
-        .then(6)
-        .when(mmsi.is_between(10_000_000, 79_999_999))
-        .then(7)
-        .otherwise(0)
+    searching = mmsi.is_between(111_000_000, 111_999_999) | mmsi.is_between(970_000_000, 979_999_999)
+    return _first(
+        ((described == 4) | mmsi.is_between(1, 9_999_999), 4),
+        ((described == 5) | mmsi.is_between(990_000_000, 999_999_999), 5),
+        ((described == 6) | searching, 6),
+        (mmsi.is_between(10_000_000, 79_999_999), 7),
     )
 
 
 def _reason() -> pl.Expr:
-    station = _station()
-    lacking: list[tuple[pl.Expr, pl.Expr | int]] = [
-        (pl.col("time_s").is_null() | pl.col("time_s").is_nan(), 1),
-        (pl.col("mmsi").is_null() | ~pl.col("mmsi").is_between(1, 9_999_999_999), 2),
+    station, mmsi, time = _station(), pl.col("mmsi"), pl.col("time_s")
+    return _first(
+        (time.is_null() | time.is_nan(), 1),
+        (mmsi.is_null() | ~mmsi.is_between(1, 9_999_999_999), 2),
         (station > 0, station),
         (pl.col("lat_deg").is_null() | pl.col("lon_deg").is_null(), 3),
-    ]
-    expression = pl.lit(0)
-    for condition, reason in reversed(lacking):
-        expression = pl.when(condition.fill_null(True)).then(reason).otherwise(expression)
-    return expression.cast(pl.UInt8)
+    ).cast(pl.UInt8)

@@ -18,6 +18,7 @@ _FIX = re.compile(
     re.M,
 )
 _EXTENSIONS = re.compile(rb"^I\d\d((?:\d{4}[A-Z]{3})+)", re.M)
+_EXTENSION = re.compile(rb"(\d\d)(\d\d)(TDS|LAD|LOD)")
 _DAY = 86400.0
 
 
@@ -60,17 +61,8 @@ def read(data: bytes) -> Recording:
 def _places_of_extensions(data: bytes) -> dict[str, tuple[int, int]]:
     """Where further digits of the clock and of the place stand in a fix's line, by the code of the extension."""
     found = _EXTENSIONS.search(data)
-    codes = {}
-    declared = found[1] if found else b""
-    for at in range(0, len(declared), 7):
-        first, end, code = (
-            int(declared[at : at + 2]),
-            int(declared[at + 2 : at + 4]),
-            declared[at + 4 : at + 7].decode(),
-        )
-        if code in ("TDS", "LAD", "LOD"):
-            codes[code] = first - 1, end
-    return codes
+    declared = _EXTENSION.findall(found[1]) if found else []
+    return {code.decode(): (int(first) - 1, int(end)) for first, end, code in declared}
 
 
 def _degrees(text: bytes, further: float, negative: bool) -> float:

@@ -26,29 +26,21 @@ _BAG = b"SQLite format 3\0"
 _STEPS, _STEPS_ANYWAY = 1000, 1 << 20  # of SQLite's machine: some ten a row, of twenty bytes and more
 _UNKNOWN = 1e6
 """Variance of what is unknown: consumers expect a number."""
-_SEPARATOR = "=" * 80 + "\n"
+_FIELDS = {
+    "std_msgs/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
+    "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
+    "geometry_msgs/PoseWithCovariance": "geometry_msgs/Pose pose\nfloat64[36] covariance\n",
+    "geometry_msgs/Pose": "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
+    "geometry_msgs/Point": "float64 x\nfloat64 y\nfloat64 z\n",
+    "geometry_msgs/Quaternion": "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n",
+    "geometry_msgs/TwistWithCovariance": "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
+    "geometry_msgs/Twist": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
+    "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
+}
 ODOMETRY_TEXT = (
     "std_msgs/Header header\nstring child_frame_id\n"
     "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n"
-    + _SEPARATOR
-    + "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
-    + _SEPARATOR
-    + "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
-    + _SEPARATOR
-    + "MSG: geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] covariance\n"
-    + _SEPARATOR
-    + "MSG: geometry_msgs/Pose\ngeometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"
-    + _SEPARATOR
-    + "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
-    + _SEPARATOR
-    + "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
-    + _SEPARATOR
-    + "MSG: geometry_msgs/TwistWithCovariance\ngeometry_msgs/Twist twist\nfloat64[36] covariance\n"
-    + _SEPARATOR
-    + "MSG: geometry_msgs/Twist\ngeometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"
-    + _SEPARATOR
-    + "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
-)
+) + "".join(f"{'=' * 80}\nMSG: {name}\n{fields}" for name, fields in _FIELDS.items())
 """The definition of Odometry as an MCAP schema holds it."""
 
 

@@ -72,8 +72,8 @@ def identify_heading(
     Raises InputError for fewer than 50 rows, uneven times, unequal lengths or steering that never changes.
     """
     time = array_of("identify heading: time", time, (None,))
-    steering = array_of("identify heading: steering", steering, (None,))
-    heading = array_of("identify heading: heading", heading, (None,))
+    steering = array_of("identify heading: steering", steering, time.shape)
+    heading = array_of("identify heading: heading", heading, time.shape)
     sample = _checked(time, steering, heading)
     known = np.isfinite(heading)
     unwrapped = heading.copy()
@@ -95,11 +95,6 @@ def identify_heading(
 
 
 def _checked(time: Floats, steering: Floats, heading: Floats) -> float:
-    if not len(time) == len(steering) == len(heading):
-        raise InputError(
-            f"identify heading: {len(time)} times, {len(steering)} steering and {len(heading)} heading values, "
-            "expected as many of each"
-        )
     if np.isfinite(heading).sum() < LEAST_SAMPLES:
         raise InputError(
             f"identify heading: {np.isfinite(heading).sum()} known headings, expected at least {LEAST_SAMPLES}"

@@ -3,9 +3,8 @@
 Output error: the model is simulated with the log's shaft speeds from an unknown first speed, and d, b, g and that speed
 minimise the squared error. How thrust falls with the advance ratio J = u/(n D) follows from the propeller's diameter
 and curve. Where these are not known, K_t falls evenly from 1 at rest to 0 at u = p n, with the pitch p a fourth
-unknown; n is then any command to which thrust is quadratic, in any unit.
-
-A shaft that follows what the log has for it with a lag is found by a further unknown, where the log determines it.
+unknown; n is then any command to which thrust is quadratic, in any unit. A lag of the shaft behind the log's is one
+more, where the log determines it.
 
 Parameters that the log does not determine are reported as such: a log at one speed gives only the ratio of drag to
 thrust, and a log without quick changes does not tell drag from a thrust that falls with speed.
@@ -40,6 +39,10 @@ _FIRST_LAG = 0.2
 """s, where the search for a lag begins."""
 _NO_SLIP = 1e9
 """m; pitch meaning: thrust independent of speed."""
+_ASSUMED = (
+    "Without the propeller's diameter its thrust is taken to fall evenly with speed; where it does not, the drag terms "
+    "contain the difference, and hold for the speeds of this log only."
+)
 
 
 @dataclass(frozen=True)
@@ -180,26 +183,24 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
         turning = following(shortest, turns, parameters[-1]) if lagged else turns
         return _sail(shortest, turning, parameters[3], parameters[0], parameters[1], curve_of(parameters))
 
-    guess = [0.05, 0.05 / fastest, 0.1 * fastest, speed[0]]
     scale = [0.05, 0.05 / fastest, 0.1 * fastest, fastest]
     if propeller is None:
-        guess.append(0.5 / fastest)
         scale.append(0.5 / fastest)
-    low = [0.0, 0.0, 1e-9, -np.inf, 0.0][: len(guess)]
+    low = [0.0, 0.0, 1e-9, -np.inf, 0.0][: len(scale)]
     if lagged:
-        guess.append(_FIRST_LAG)
         scale.append(_FIRST_LAG)
         low.append(1e-4)
+    guess = np.array([*scale[:3], speed[0], *scale[4:]])
     # From two starts: drag and the fall of thrust can change places.
     fits = []
     for factor in (1.0, 10.0):
-        start = np.array(guess) * (np.array((factor, 1.0, factor, 1.0, 1.0, 1.0))[: len(guess)])
+        start = guess * np.array((factor, 1.0, factor, 1.0, 1.0, 1.0))[: len(guess)]
         fits.append(least_squares(lambda p: simulated(p) - speed, start, bounds=(low, np.inf), x_scale=scale))
     fit = min(fits, key=lambda each: each.cost)
     spread = _deviations(fit.jac, fit.fun)
-    linear_drag, quadratic_drag, push = fit.x[:3].tolist()
-    thrust = push / unit**2
-    std = np.array([spread[0], spread[1], spread[2] / unit**2])
+    own = np.array([1.0, 1.0, 1.0 / unit**2])
+    linear_drag, quadratic_drag, thrust = (own * fit.x[:3]).tolist()
+    std = own * spread[:3]
     pitch = pitch_std = None
     if propeller is None:
         slip = float(fit.x[4])
@@ -210,12 +211,6 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
     identified, verdict = _verdict(model, std, speed)
     lag, lag_std = (float(fit.x[-1]), float(spread[-1])) if lagged else (0.0, 0.0)
     return SurgeIdentification(model, std, rms(fit.fun), identified, verdict, pitch, pitch_std, lag, lag_std)
-
-
-_ASSUMED = (
-    "Without the propeller's diameter its thrust is taken to fall evenly with speed; where it does not, the drag terms "
-    "contain the difference, and hold for the speeds of this log only."
-)
 
 
 def _known_together(found: SurgeIdentification, speed: Floats, shaft: Floats) -> str:
@@ -232,11 +227,8 @@ def _known_together(found: SurgeIdentification, speed: Floats, shaft: Floats) ->
 
 
 def _checked(time: ArrayLike, speed: ArrayLike, shaft: ArrayLike) -> tuple[Floats, Floats, Floats]:
-    names = ("time", "speed", "shaft")
-    columns = [array_of(name, each, (None,)) for name, each in zip(names, (time, speed, shaft), strict=True)]
-    if len({column.shape for column in columns}) != 1:
-        shapes = ", ".join(str(column.shape) for column in columns)
-        raise InputError(f"time, speed and shaft have the shapes {shapes}, expected one length")
+    columns = [array_of("time", time, (None,))]
+    columns += [array_of(name, each, columns[0].shape) for name, each in (("speed", speed), ("shaft", shaft))]
     known = np.isfinite(columns).all(axis=0)
     time, speed, shaft = (column[known] for column in columns)
     if len(time) < _LEAST_ROWS:

@@ -1,6 +1,6 @@
 """What tracks are off a reference, and statistics of that."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,12 @@ QUANTITIES = {
     "course_rate": ("course rate", "°/s", np.degrees(1.0)),
 }
 """Name of a difference: its label, unit and factor from SI."""
+_STATISTICS: dict[str, Callable[[Floats], Any]] = {
+    "rms": rms,
+    "median": np.median,
+    "p95": lambda known: np.quantile(known, 0.95),
+    "max": np.max,
+}
 _LONGEST_STEP = 5.0
 """Usual steps of the reference over which it is interpolated."""
 
@@ -61,15 +67,8 @@ def differences(reference: NamedTrack, track: NamedTrack) -> dict[str, np.ndarra
 def statistics(values: np.ndarray) -> dict[str, float]:
     """rms, median, p95 and max of the magnitudes of the known values (n,), and their number n; NaN without any."""
     known = np.abs(values[np.isfinite(values)])
-    if not len(known):
-        return {"rms": np.nan, "median": np.nan, "p95": np.nan, "max": np.nan, "n": 0}
-    return {
-        "rms": rms(known),
-        "median": float(np.median(known)),
-        "p95": float(np.quantile(known, 0.95)),
-        "max": float(known.max()),
-        "n": len(known),
-    }
+    found = {name: float(of(known)) if len(known) else np.nan for name, of in _STATISTICS.items()}
+    return found | {"n": len(known)}
 
 
 def statistics_table(tracks: Sequence[NamedTrack]) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ time become one row of their talker; every talker is a source. What is rejected 
 
 import re
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,10 @@ from steerway.formats.nmea0183.scan import SHORTEST, TALKERS, scan, talker_name
 from steerway.formats.nmea0183.streams import POSITIONS, streams
 from steerway.formats.recording import Recording
 
+_FIELDS = {"latitude": epochs.LAT, "longitude": epochs.LON, "position_std": epochs.STD, "sog": epochs.SOG}
+_FIELDS |= {"cog": epochs.COG, "water_speed": epochs.WATER, "yaw_rate": epochs.YAW, "bottom_speed": epochs.BOTTOM}
+_FIELDS |= {"shaft": epochs.SHAFT}
+"""Columns of rows by the names of `Fixes`."""
 _CHUNK = 1 << 20
 _WORTH_COMPILING = 12e6
 """Bytes that the interpreter reads in the 10 s that compiling takes."""
@@ -81,7 +85,7 @@ def _is_short(size: int) -> bool:
 
 def sentences(data: bytes) -> Sentences:
     """The sentences of a log one by one, before any date is settled or row is made."""
-    return SentenceReader()._scan(bytes(data), final=True, received=None)[0]
+    return SentenceReader(_is_short(len(data)))._scan(bytes(data), final=True, received=None)[0]
 
 
 class SentenceReader:
@@ -204,20 +208,8 @@ class SentenceReader:
             mine = np.flatnonzero(owners == talker)
             mine = mine[np.argsort(time[mine], kind="stable")]
             for name, chosen in streams(talker_name(int(talker)), time, rows, seen, mine):
-                sources[name] = Fixes(
-                    time=time[chosen],
-                    latitude=rows[chosen, epochs.LAT],
-                    longitude=rows[chosen, epochs.LON],
-                    position_std=rows[chosen, epochs.STD],
-                    sog=rows[chosen, epochs.SOG],
-                    cog=rows[chosen, epochs.COG],
-                    heading=heading[chosen],
-                    water_speed=rows[chosen, epochs.WATER],
-                    yaw_rate=rows[chosen, epochs.YAW],
-                    bottom_speed=rows[chosen, epochs.BOTTOM],
-                    shaft=rows[chosen, epochs.SHAFT],
-                    source=name,
-                )
+                columns: dict[str, Any] = {field: rows[chosen, column] for field, column in _FIELDS.items()}
+                sources[name] = Fixes(time[chosen], **columns, heading=heading[chosen], source=name)
                 formatters[name] = seen[chosen] & POSITIONS
         return Recording("NMEA 0183", sources, counts, skipped, tuple(notes + heading_notes), formatters)
 

@@ -7,7 +7,7 @@ time of its own (GNSS), which its row takes. The same decoder serves the wire.
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from steerway.formats.recording import Recording, fixes_at
 _CLOCK_ERROR = 2.0  # s; a smaller difference between the logger's clock and GNSS is the delay of the message
 _NO_DATE = 10.0 * 86400.0  # Unix s below which a log has times of the day only
 POSITIONS = 129029, 129025
+Messages = Mapping[int, Sequence[dict[str, float]]]
+"""Values of the messages of one sender, by their number."""
 
 
 def recognises(head: bytes) -> bool:
@@ -80,9 +82,7 @@ def _clock_error(sources: Rows, notes: list[str]) -> float:
     return error
 
 
-def _fixes(
-    name: str, own: dict[int, list[dict[str, float]]], error: float, skipped: Counter[str], notes: list[str]
-) -> Fixes:
+def _fixes(name: str, own: Messages, error: float, skipped: Counter[str], notes: list[str]) -> Fixes:
     """One source's rows, `received` corrected by the error of the logger's clock."""
     chosen = _position(name, own, skipped, notes)
     rows: dict[float, dict[str, float]] = defaultdict(dict)
@@ -95,7 +95,7 @@ def _fixes(
     return fixes_at(name, rows)
 
 
-def _position(name: str, own: dict[int, list[dict[str, float]]], skipped: Counter[str], notes: list[str]) -> int:
+def _position(name: str, own: Messages, skipped: Counter[str], notes: list[str]) -> int:
     """The message of positions that is taken: 129029, whose time is its own, where it comes as often, else 129025."""
     usable = {pgn: sum(math.isfinite(each["latitude"]) for each in own.get(pgn, ())) for pgn in POSITIONS}
     chosen, other = POSITIONS if usable[129029] > 0.9 * usable[129025] else POSITIONS[::-1]
