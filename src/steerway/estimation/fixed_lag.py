@@ -24,7 +24,7 @@ from steerway.estimation.filter.reversal import reversal_of, reversed_aids
 from steerway.estimation.filter.row import Rows
 from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
 from steerway.estimation.log.course import add_unresolved, averaged, fixes_apart
-from steerway.estimation.stream_row import AT, HEADER
+from steerway.estimation.stream_row import ELAPSED, HEADER, KNOWN
 
 _NEGLIGIBLE = 1e-3
 """Weight of a structure below which it is not smoothed. Chosen: its part of SOG is then less than a centimetre a second
@@ -72,7 +72,7 @@ class FixedLag:
             self._structures, self._reversed = structures, {}
         self._weights = state[HEADER : HEADER + len(banks)].copy()
         kept = [(bank.x.copy(), symmetric(bank.p), bank.probability.copy()) for bank in banks]
-        self._rows.append(_Row(state.item(AT.elapsed), *measured, state[:HEADER].copy(), kept))
+        self._rows.append(_Row(state.item(ELAPSED), *measured, state[:HEADER].copy(), kept))
 
     def drop_after(self, elapsed: float) -> None:
         """Forget rows that are taken back."""
@@ -95,7 +95,7 @@ class FixedLag:
         rows = list(self._rows)
         first, before = self._rows.popleft(), self._before
         self._before = first.time, first.north
-        if first.header[AT.known] != 1.0:
+        if first.header[KNOWN] != 1.0:
             return
         columns = np.array([each[:4] for each in rows]).T.copy()
         record = Rows(*columns, reversed_aids(np.concatenate([each.aids for each in rows])), np.empty(0, np.int64))

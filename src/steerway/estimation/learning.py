@@ -21,7 +21,7 @@ from steerway.estimation.log.digits import quantum_of
 from steerway.estimation.log.record import Measurements, extrapolated, measurements
 from steerway.estimation.running import Set, set_of
 from steerway.estimation.stream import FiveStateFilter
-from steerway.estimation.stream_row import AT
+from steerway.estimation.stream_row import LATITUDE, LONGITUDE
 from steerway.estimation.vessel.aids import AIDS
 from steerway.estimation.vessel.inferred import InferredProfile, prior_profile
 
@@ -99,9 +99,7 @@ class LearningFilter(FiveStateFilter):
         super()._advance(dt, measured, second, excess, aids)
         if np.isfinite(first) or len(aids):
             given = aids[0] if len(aids) else _UNKNOWN
-            place = (
-                self._running.state[[AT.latitude, AT.longitude]] if self._geodetic and np.isfinite(first) else _UNKNOWN
-            )
+            place = self._running.state[[LATITUDE, LONGITUDE]] if self._geodetic and np.isfinite(first) else _UNKNOWN
             self._rows.append(_row(self._running.elapsed, first, second, excess, given, place))
             while self._rows[0][0] < self._running.elapsed - _WINDOW:
                 self._rows.popleft()

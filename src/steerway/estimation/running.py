@@ -17,9 +17,17 @@ from steerway.estimation.log.copies import FEW_STEPS, HELD
 from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, average, least_course_speed
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.stream_row import (
-    AT,
+    AZIMUTH,
+    COARSE,
+    ELAPSED,
+    FADED,
     HEADER,
+    KNOWN,
+    LAST_SOG,
+    LATITUDE,
     LOG_DENSITY,
+    LONGITUDE,
+    SINCE,
     Alike,
     doubt_slide,
     place_of,
@@ -110,7 +118,7 @@ class Running:
     @property
     def elapsed(self) -> float:
         """s since the first row."""
-        return self.state.item(AT.elapsed)
+        return self.state.item(ELAPSED)
 
     def snapshot(self) -> tuple[Set, Floats]:
         """The whole state, for `restore`, of these structures or others."""
@@ -132,7 +140,7 @@ class Running:
         """
         self.is_current = False
         if dt > LONGEST_GAP:
-            self.state[AT.known] = 0.0
+            self.state[KNOWN] = 0.0
             for bank in self.banks:
                 bank.run["started"] = 0
             dt = 0.0
@@ -140,7 +148,7 @@ class Running:
             self._fade(dt)
         for each in self._groups:
             each.step(dt, first, second, excess, aids)
-        self.state[AT.elapsed] += dt  # another array where the older structures have just gone
+        self.state[ELAPSED] += dt  # another array where the older structures have just gone
         if self.set.learns and math.isfinite(first):
             self._learn()
 
@@ -153,8 +161,8 @@ class Running:
     def _fade(self, dt):
         """Let the weight go over to the newer structures."""
         running, state = self.set, self.state
-        state[AT.faded] += dt
-        share = min(state[AT.faded] / FADE, 1.0)
+        state[FADED] += dt
+        share = min(state[FADED] / FADE, 1.0)
         if share == 1.0:
             left, kept = self.banks[running.fading :], running.structures[running.fading :]
             newer = running.weights[running.fading :]
@@ -172,7 +180,7 @@ class Running:
         self._arrange(joined, self.state[:HEADER].copy())
         self._copy_banks([*old, *banks])
         self.weights[:n], self.weights[n:] = weights, 0.0
-        self.state[AT.faded] = 0.0
+        self.state[FADED] = 0.0
 
     def _copy_banks(self, banks):
         for bank, from_ in zip(self.banks, banks, strict=True):
@@ -182,9 +190,9 @@ class Running:
     def is_copy(self, latitude: float, longitude: float) -> bool:
         """Whether a fix is the one before once more, though the boat has moved on by steps that fixes resolve."""
         state = self.state
-        if latitude != state[AT.latitude] or longitude != state[AT.longitude] or not 0.0 < state[AT.since] <= HELD:
+        if latitude != state[LATITUDE] or longitude != state[LONGITUDE] or not 0.0 < state[SINCE] <= HELD:
             return False
-        return state[AT.last_sog] * state[AT.since] > FEW_STEPS * state[AT.coarse] > 0.0
+        return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
 
     def weighed(self, column: int) -> float:
         """Mean of a column of the last row, NIS or WRONG of `stream_row`."""
@@ -221,7 +229,7 @@ class Running:
         moments = np.zeros((len(self.banks), MOMENTS))
         for bank, out in zip(self.banks, moments, strict=True):
             place_moments(bank, out)
-        nn, ne, ee = rotated(mixed(moments, self.weights), self.state[AT.azimuth])
+        nn, ne, ee = rotated(mixed(moments, self.weights), self.state[AZIMUTH])
         return np.array([[nn, ne], [ne, ee]])
 
     def gyro_bias(self) -> float:
@@ -238,7 +246,7 @@ def output_of(state: Floats, estimate: Floats, is_geodetic: bool) -> list[float]
     """An estimate (9,) in the plane, of which `state` is the place and whether the speed is known, as a list: position
     (rad, or m in the plane), SOG, COG, course rate and 1σ of these three and of position."""
     place = place_of(state, estimate) if is_geodetic else (estimate.item(NORTH), estimate.item(EAST))
-    if state[AT.known] != 1.0:
+    if state[KNOWN] != 1.0:
         return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
     return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
 

@@ -22,8 +22,11 @@ from steerway.estimation.log.run import motion_of
 from steerway.estimation.log_estimate import estimate
 from steerway.estimation.running import Running, Set, output_of, set_of
 from steerway.estimation.stream_row import (
-    AT,
+    KNOWN,
     NIS,
+    SINCE,
+    USUAL,
+    USUAL_COUNT,
     WRONG,
     note_fix,
     note_interval,
@@ -113,7 +116,7 @@ class FiveStateFilter:
 
     def change_receiver(self) -> None:
         """Fixes come from another receiver from now on: the usual accuracy of the last one does not apply to it."""
-        self._running.state[AT.usual : AT.usual_count + 1] = 0.0
+        self._running.state[USUAL : USUAL_COUNT + 1] = 0.0
 
     def predict(self, dt: float) -> None:
         """Advance by dt seconds, by none where a clock was set back. Raises InputError where dt is not finite."""
@@ -125,7 +128,7 @@ class FiveStateFilter:
             running.is_current = False
             predict_plain(running.state, plain, dt)
             return
-        running.state[AT.since] += dt
+        running.state[SINCE] += dt
         self._advance(dt, math.nan, math.nan, 1.0, NO_AIDS)
 
     def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
@@ -155,7 +158,7 @@ class FiveStateFilter:
         if plain is not None:
             running.is_current = True
             return take_plain(running.state, plain, first, second, reported, running.least_speed, running.room)
-        excess = variance_scale(running.state[AT.usual : AT.usual_count + 1], reported)
+        excess = variance_scale(running.state[USUAL : USUAL_COUNT + 1], reported)
         nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
         return nis
 
@@ -205,12 +208,12 @@ class FiveStateFilter:
         self._geodetic = True
         table = self._aids(aids)
         fixed = math.isfinite(latitude) and math.isfinite(longitude)
-        state[AT.since] += dt
+        state[SINCE] += dt
         if fixed and self.profile.recognises and self._running.is_copy(latitude, longitude):
             fixed = False
         nis = wrong = math.nan
         if fixed:
-            excess = variance_scale(state[AT.usual : AT.usual_count + 1], position_std)
+            excess = variance_scale(state[USUAL : USUAL_COUNT + 1], position_std)
             nis, wrong = self._fix(dt, *walk(state, latitude, longitude), excess, table)
         else:
             self._advance(dt, math.nan, math.nan, 1.0, table)
@@ -273,7 +276,7 @@ class FiveStateFilter:
     @property
     def started(self) -> bool:
         """Whether the first fixes have determined the velocity."""
-        return self._running.state.item(AT.known) == 1.0
+        return self._running.state.item(KNOWN) == 1.0
 
     @property
     def position(self) -> tuple[float, float]:

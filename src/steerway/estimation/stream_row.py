@@ -17,35 +17,31 @@ from steerway.estimation.log.plane import place_near, step_between
 from steerway.estimation.log.record import LONG
 from steerway.estimation.log.run import UNKNOWN_SPEED
 
-
-class Header(NamedTuple):
-    """State of the filter beside the banks: where each number is."""
-
-    latitude: int  # of the last fix, rad
-    longitude: int
-    first: int  # … its place in the plane, m
-    second: int
-    azimuth: int  # … direction of the first axis of the plane there, rad east of north
-    placed: int  # 1 once there is one
-    known: int  # 1 once the speed is known
-    usual: int  # state of `variance_scale`
-    usual_count: int
-    elapsed: int  # s since the first row
-    faded: int  # s since another set of structures was taken up
-    coarse: int  # least step between fixes, m
-    since: int  # s since the last fix that was no copy
-    last_sog: int
-    usual_interval: int  # s, the last one between fixes that is no outage's
-    returned: int  # `elapsed` at the first fix after the last outage, 0 before one
-    sog_before: int  # … m/s at the fix before it
-    cog_before: int  # … rad in the plane
-    slides_in: int  # … 1 where the receiver is suspected to slide in
-    fixed_sog: int  # m/s at the last fix
-    fixed_cog: int
-
-
-AT = Header(*range(len(Header._fields)))
-HEADER = len(AT)
+(
+    LATITUDE,  # of the last fix, rad
+    LONGITUDE,
+    FIRST,  # … its place in the plane, m
+    SECOND,
+    AZIMUTH,  # … direction of the first axis of the plane there, rad east of north
+    PLACED,  # 1 once there is one
+    KNOWN,  # 1 once the speed is known
+    USUAL,  # state of `variance_scale`
+    USUAL_COUNT,
+    ELAPSED,  # s since the first row
+    FADED,  # s since another set of structures was taken up
+    COARSE,  # least step between fixes, m
+    SINCE,  # s since the last fix that was no copy
+    LAST_SOG,
+    USUAL_INTERVAL,  # s, the last one between fixes that is no outage's
+    RETURNED,  # ELAPSED at the first fix after the last outage, 0 before one
+    SOG_BEFORE,  # … m/s at the fix before it
+    COG_BEFORE,  # … rad in the plane
+    SLIDES_IN,  # … 1 where the receiver is suspected to slide in
+    FIXED_SOG,  # m/s at the last fix
+    FIXED_COG,
+) = range(21)
+"""State of the filter beside the banks. Fields of a NamedTuple in their place cost a streamed step a quarter more."""
+HEADER = FIXED_COG + 1
 _ONE_BANK = HEADER + 1
 """Where the bank of a single structure begins, behind its weight."""
 NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
@@ -94,10 +90,10 @@ def predict_plain(state, numbers, dt):
     """Advance one structure of one mode without extras."""
     bank = bank_in(state[_ONE_BANK:], 1, 5)
     if dt > LONGEST_GAP:
-        state[AT.known], bank.run[0].started = 0.0, 0
+        state[KNOWN], bank.run[0].started = 0.0, 0
         return
-    state[AT.since] += dt
-    state[AT.elapsed] += dt
+    state[SINCE] += dt
+    state[ELAPSED] += dt
     five_state.wait(bank, model_in(numbers), dt)
 
 
@@ -105,7 +101,7 @@ def predict_plain(state, numbers, dt):
 def take_plain(state, numbers, first, second, reported, steerageway, estimate):
     """Take a fix by one structure of one mode without extras, and fill the estimate (9,). Returns its NIS."""
     bank, model = bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers)
-    excess = variance_scale(state[AT.usual : AT.usual_count + 1], reported)
+    excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
     note_interval(state, 0.0)
     taken = five_state.take(bank, model, Row(0.0, first, second, excess))
     five_state.write_estimate(bank, model, steerageway, estimate)
@@ -117,45 +113,45 @@ def take_plain(state, numbers, first, second, reported, steerageway, estimate):
 @lean_kernel
 def note_interval(state, dt):
     """Before a fix dt s from now is taken: note the end of an outage. Behind a long one the speed is unknown."""
-    interval = state[AT.since]
+    interval = state[SINCE]
     if interval > LONG:
-        state[AT.known] = 0.0
-    if is_outage(interval, state[AT.usual_interval]):
-        state[AT.returned], state[AT.slides_in] = state[AT.elapsed] + dt, 0.0
-        state[AT.sog_before], state[AT.cog_before] = state[AT.fixed_sog], state[AT.fixed_cog]
+        state[KNOWN] = 0.0
+    if is_outage(interval, state[USUAL_INTERVAL]):
+        state[RETURNED], state[SLIDES_IN] = state[ELAPSED] + dt, 0.0
+        state[SOG_BEFORE], state[COG_BEFORE] = state[FIXED_SOG], state[FIXED_COG]
     elif 0.0 < interval < SHORTEST:
-        state[AT.usual_interval] = interval
-    state[AT.since] = 0.0
+        state[USUAL_INTERVAL] = interval
+    state[SINCE] = 0.0
 
 
 @lean_kernel
 def settle(state, estimate):
     """After a row: note the speed and whether it is known from now on; then doubt what may be a slide."""
-    state[AT.last_sog] = estimate[SOG]
+    state[LAST_SOG] = estimate[SOG]
     if estimate[SOG_STD] < UNKNOWN_SPEED:
-        state[AT.known] = 1.0
-    if may_slide(state) and is_faster(estimate[SOG], state[AT.sog_before]):
-        state[AT.slides_in] = 1.0
+        state[KNOWN] = 1.0
+    if may_slide(state) and is_faster(estimate[SOG], state[SOG_BEFORE]):
+        state[SLIDES_IN] = 1.0
     doubt_slide(state, estimate)
 
 
 @lean_kernel
 def note_fix(state, estimate):
     """Note the velocity at a fix."""
-    state[AT.fixed_sog], state[AT.fixed_cog] = estimate[SOG], estimate[COG]
+    state[FIXED_SOG], state[FIXED_COG] = estimate[SOG], estimate[COG]
 
 
 @lean_kernel
 def may_slide(state):
     """Whether the receiver may slide in after an outage."""
-    return state[AT.returned] > 0.0 and state[AT.elapsed] - state[AT.returned] < SLIDES
+    return state[RETURNED] > 0.0 and state[ELAPSED] - state[RETURNED] < SLIDES
 
 
 @lean_kernel
 def doubt_slide(state, estimate):
     """`outage.doubt` of an estimate (9,) where the receiver may slide in."""
     if may_slide(state):
-        doubt(estimate, state[AT.sog_before], state[AT.cog_before], state[AT.slides_in] == 1.0)
+        doubt(estimate, state[SOG_BEFORE], state[COG_BEFORE], state[SLIDES_IN] == 1.0)
 
 
 @lean_kernel
@@ -176,29 +172,29 @@ def read(banks, models, outs):
 @kernel
 def walk(state, latitude, longitude):
     """Go on to a fix in the plane; its place there (m)."""
-    if state[AT.placed] == 0.0:
-        state[AT.placed] = 1.0
+    if state[PLACED] == 0.0:
+        state[PLACED] = 1.0
     else:
-        north, east, convergence = step_between(state[AT.latitude], state[AT.longitude], latitude, longitude)
-        c, s = math.cos(state[AT.azimuth]), math.sin(state[AT.azimuth])
-        state[AT.first] += c * north + s * east
-        state[AT.second] += c * east - s * north
-        state[AT.azimuth] += convergence
+        north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
+        c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
+        state[FIRST] += c * north + s * east
+        state[SECOND] += c * east - s * north
+        state[AZIMUTH] += convergence
         for way, other in ((abs(north), abs(east)), (abs(east), abs(north))):
-            if way > TURNED * other and (way < state[AT.coarse] or state[AT.coarse] == 0.0):
-                state[AT.coarse] = way
-    state[AT.latitude], state[AT.longitude] = latitude, longitude
-    return state[AT.first], state[AT.second]
+            if way > TURNED * other and (way < state[COARSE] or state[COARSE] == 0.0):
+                state[COARSE] = way
+    state[LATITUDE], state[LONGITUDE] = latitude, longitude
+    return state[FIRST], state[SECOND]
 
 
 @kernel
 def place_of(state, estimate):
     """Latitude and longitude (rad) of an estimate."""
-    ahead, aside = estimate[NORTH] - state[AT.first], estimate[EAST] - state[AT.second]
-    return place_near(state[AT.latitude], state[AT.longitude], state[AT.azimuth], ahead, aside)
+    ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
+    return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
 
 
 def true_course(state, estimate) -> float:
     """Course from true north."""
-    cog = estimate.item(COG) + state.item(AT.azimuth)
+    cog = estimate.item(COG) + state.item(AZIMUTH)
     return cog if -math.pi <= cog < math.pi else (cog + math.pi) % (2.0 * math.pi) - math.pi
