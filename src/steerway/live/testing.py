@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from steerway.live.controls import Controls
     from steerway.live.helm import access, chart, page_process
     from steerway.live.helm.access import COOKIE, Gate, Places, Sessions
-    from steerway.live.helm.make_view import ChartPlane, ViewInput, ellipse, view
+    from steerway.live.helm.make_view import ChartPlane, ellipse, view
     from steerway.live.helm.page_process import HelmPage
     from steerway.live.helm.view import History, View
     from steerway.live.helm.view_text import UNKNOWN, tone, words
