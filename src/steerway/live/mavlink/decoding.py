@@ -175,7 +175,7 @@ class MavlinkDecoder:
         return self._aid(row, "yaw_rate", arrival)
 
     def _scaled_inertial(self, message: Any, arrival: float) -> InputRow:
-        """SCALED_IMU, and RAW_IMU, which ArduPilot fills with the same units: mg and mrad/s, with x ahead and z down."""
+        """SCALED_IMU, and RAW_IMU, which ArduPilot fills with its units: mg and mrad/s, with x ahead and z down."""
         is_scaled = message.get_type() == "SCALED_IMU"
         time = self._since_start(message, arrival) if is_scaled else self._stamped(message.time_usec, arrival)
         return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
