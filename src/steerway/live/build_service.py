@@ -100,18 +100,8 @@ _COLLECTIONS = 200, 5, 20
 
 def launch(settings: Settings) -> None:
     """Run to the end of the logs, or until stopped. Raises InputError for what cannot be run."""
-    if settings.engage and settings.mission is None:
-        raise InputError("--engage needs a route, expected --mission FILE with it")
-    steering = settings.autopilot, settings.speed, settings.estimator
-    if settings.mission is None and any(table.model_fields_set for table in steering):
-        raise InputError("settings: autopilot, speed and estimator are of a boat that is steered, expected mission too")
-    if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
-        raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
+    _check(settings)
     signing = settings.mavlink_signing
-    if settings.lag and (settings.mission is not None or settings.rate is not None):
-        raise InputError("--lag gives rows of the past, a row a fix, expected neither --mission nor --rate with it")
-    if not 0.0 <= settings.lag <= LONGEST_LAG:
-        raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
     page = _page(settings)
     control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
@@ -163,6 +153,21 @@ def launch(settings: Settings) -> None:
     else:
         _made_ready(kinds, settings.estimator)
         until_stopped(service.run(inputs, links))
+
+
+def _check(settings: Settings) -> None:
+    """Raises InputError for settings that exclude one another."""
+    if settings.engage and settings.mission is None:
+        raise InputError("--engage needs a route, expected --mission FILE with it")
+    steering = settings.autopilot, settings.speed, settings.estimator
+    if settings.mission is None and any(table.model_fields_set for table in steering):
+        raise InputError("settings: autopilot, speed and estimator are of a boat that is steered, expected mission too")
+    if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
+        raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
+    if settings.lag and (settings.mission is not None or settings.rate is not None):
+        raise InputError("--lag gives rows of the past, a row a fix, expected neither --mission nor --rate with it")
+    if not 0.0 <= settings.lag <= LONGEST_LAG:
+        raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
 
 
 def _missions(text: str, signing: str | None, supervisor: Supervisor | None) -> MissionLink:
