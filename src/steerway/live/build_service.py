@@ -19,7 +19,6 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import addresses
 from steerway.live.addresses import Context
-from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.supervisor import Supervisor
@@ -62,8 +61,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
         moment = 1.7e9 + k, place[0] + _WARM_STEP * k, place[1]
         rows += decoder.feed((gga(*moment) + rmc(*moment)).encode())
     route = GeodeticRoute(place[0] + _WARM_STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
-    measured = measured_speed(estimators.speed)
-    supervisor = Supervisor(route, engage=True, kinds=kinds, measured=measured, heading=estimators.heading)
+    supervisor = Supervisor(route, engage=True, kinds=kinds, estimators=estimators)
     outputs = [SentenceOutput(_NullSink(None)), Deltas(_NullSink(None)), JsonLines(_NullSink(None))]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
@@ -115,7 +113,6 @@ def launch(settings: Settings) -> None:
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = supervisor = None
     kinds = settings.autopilot.kind, settings.speed.controller
-    measured = measured_speed(settings.estimator.speed)
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
         of_pilot = tuning.learned if isinstance(tuning, LearningFilter) else tuning
@@ -126,8 +123,7 @@ def launch(settings: Settings) -> None:
             settings.engage,
             takes,
             kinds,
-            measured,
-            settings.estimator.heading,
+            settings.estimator,
             settings.from_here,
         )
     elif takes == PROPELLERS:
