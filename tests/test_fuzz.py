@@ -60,7 +60,7 @@ def test_a_survey_that_leaves_the_chart_is_refused(length, tmp_path):
             load(path)
 
 
-@pytest.mark.parametrize("message", [DEEP.encode() + b"\n", TPV % (b"9" * 400)])
+@pytest.mark.parametrize("message", [DEEP.encode() + b"\n", TPV % (b"9" * 400), TPV % b'54, "speed": null'])
 def test_messages_of_other_computers_are_counted_as_malformed(message):
     for decoder in (GpsdDecoder(), SignalKDecoder()):
         decoder.feed(message)

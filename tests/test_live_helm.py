@@ -5,6 +5,7 @@ import importlib.util
 import json
 import math
 import xml.etree.ElementTree as ElementTree
+from types import SimpleNamespace
 from unittest import mock
 
 import httpx
@@ -31,7 +32,6 @@ from steerway.live.testing import (
     Settings,
     State,
     View,
-    ViewInput,
     address,
     chart,
     checked,
@@ -52,7 +52,6 @@ ROW = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(-1.0), 0.1, 0.02, 0.01
 FIX = ROW._replace(time=NOON - 0.2, nis=1.2, status=OK)
 LEG = Leg(-3.0, 0.0, 0.1, 40.0, 0.2, 1.5, *PLACE, "WP0", "WP1")
 ORDER = Order(State.RUNNING, "", True, 0.1, 0.5, 0.6, 0.4, 0.2, 2.0)
-SEEN = ViewInput(ROW, LEG, ORDER, (4.0, 0.0, 1.0), FIX, "GP", {"taken": 7, "late": 1})
 ROUTE = GeodeticRoute(np.radians([54.0, 54.001, 54.001]), np.radians([10.0, 10.0, 10.002]))
 TOKEN = "a long enough token"
 
@@ -60,8 +59,16 @@ TOKEN = "a long enough token"
 # --- what is shown
 
 
+def known(row=ROW, leg=LEG, fix=FIX):
+    """A service that knows this."""
+    navigator = SimpleNamespace(last_fix=fix, position_covariance=(4.0, 0.0, 1.0), counts={"taken": 7, "late": 1})
+    navigator.choice = SimpleNamespace(present="GP")
+    latest, controls = SimpleNamespace(row=row, leg=leg, order=ORDER), Controls()
+    return SimpleNamespace(navigator=navigator, latest=latest, controls=controls, unreachable=lambda: "")
+
+
 def test_a_view_is_in_the_skippers_units():
-    shown = view(SEEN, ChartPlane.of(ROUTE))
+    shown = view(known(), ChartPlane.of(ROUTE))
     assert shown.sog_kn == pytest.approx(2.0 / KNOT) and shown.sog_within_kn == pytest.approx(0.196 / KNOT, rel=1e-3)
     assert shown.cog_deg == pytest.approx(270.0) and shown.cog_within_deg == pytest.approx(2.246, rel=1e-3)
     assert shown.rate_dps == pytest.approx(-1.0) and shown.age == pytest.approx(0.2) and shown.nis == 1.2
@@ -69,12 +76,12 @@ def test_a_view_is_in_the_skippers_units():
     assert shown.cross_track == -3.0 and shown.target == 1 and shown.steer_deg == pytest.approx(math.degrees(0.2))
     assert shown.left == pytest.approx(40.0 + math.dist(*ChartPlane.of(ROUTE).route[1:]), rel=1e-9)
     assert (shown.state, shown.is_engaged, shown.thrust) == ("running", True, 0.5)
-    shown = view(SEEN._replace(leg=None), ChartPlane.of(ROUTE))
+    shown = view(known(leg=None), ChartPlane.of(ROUTE))
     assert (shown.done, shown.left, shown.target) == (1.0, 0.0, None), "a finished route"
 
 
 def test_what_is_unknown_is_none_and_a_dash():
-    shown = view(ViewInput(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), ChartPlane())
+    shown = view(Service(Navigator(), []), ChartPlane())
     assert {name: value for name, value in shown._asdict().items() if value} == {"status": "lost"}
     output = words(shown)
     assert {output[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {UNKNOWN}
@@ -83,13 +90,13 @@ def test_what_is_unknown_is_none_and_a_dash():
 
 def test_the_status_between_fixes_is_that_of_the_last_one_until_it_is_old():
     for status, gap, expected in ((OK, 0.2, "ok"), (REJECTED, 0.2, "rejected"), (OK, 5.0, "predicted")):
-        shown = view(SEEN._replace(fix=FIX._replace(time=NOON - gap, status=status)), ChartPlane())
+        shown = view(known(fix=FIX._replace(time=NOON - gap, status=status)), ChartPlane())
         assert shown.status == expected
-    assert view(SEEN._replace(row=lost(NOON)), ChartPlane()).status == "lost" and LOST == lost(NOON).status
+    assert view(known(row=lost(NOON)), ChartPlane()).status == "lost" and LOST == lost(NOON).status
 
 
 def test_words_name_the_side():
-    output = words(view(SEEN, ChartPlane.of(ROUTE)))
+    output = words(view(known(), ChartPlane.of(ROUTE)))
     assert (output["cog"], output["rate"], output["cross_track"]) == ("270°", "1.0", "3.0 m")
     assert output["rate_within"].startswith("port ±") and output["cross_track_side"] == "to port of track"
     assert words(View(sog_kn=3.456, sog_within_kn=0.3))["sog"] == "3.5"

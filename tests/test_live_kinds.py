@@ -7,7 +7,7 @@ import pytest
 
 from steerway.core import InputError
 from steerway.estimation.testing import HeadingEstimatorTable
-from steerway.live.testing import InputRow, MeasuredHeading, MeasuredSpeed, Settings, measured_speed
+from steerway.live.testing import EstimatorSettings, InputRow, MeasuredHeading, MeasuredSpeed, Settings, measured_speed
 from steerway.live.testing import launch_launch as launch
 from tests.desk import OTTER, Desk, square
 
@@ -25,7 +25,14 @@ pytest.importorskip("daqp")
 def test_every_controller_sails_two_legs_in_a_current_of_half_the_speed(autopilot, speed, heading, by):
     """A heading filter without a compass knows nothing; the steering filter has to."""
     table = HeadingEstimatorTable(kind=heading)
-    desk = Desk(square(boat=OTTER), by=by, current=0.6, noise=0.3, kinds=(autopilot, speed), heading=table).start()
+    desk = Desk(
+        square(boat=OTTER),
+        by=by,
+        current=0.6,
+        noise=0.3,
+        kinds=(autopilot, speed),
+        estimators=EstimatorSettings(heading=table),
+    ).start()
     desk.until(lambda: desk.leg.destination == "WP2", 180.0)
     desk.sail(15.0)
     first, off = len(desk.rows), []

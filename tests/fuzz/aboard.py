@@ -69,6 +69,8 @@ def said_aboard(rows: list[InputRow]) -> str:
     """What `Aboard.take` says of a boat that is kept between calls."""
     if not rows:
         return "nothing"
+    if _afloat and _afloat[0].desk.loop.is_closed():  # docked at the end of a test
+        _afloat.clear()
     if _afloat and _afloat[0].is_spent:
         _afloat.pop().dock()
     if not _afloat:

@@ -223,7 +223,7 @@ def read_from_page(data, requested) -> None:
                 yield line
 
     page = HelmPage(SimpleNamespace(controls=requested), Address("127.0.0.1", 8080, ""))
-    asyncio.run(page._read(SimpleNamespace(stdout=lines())))
+    asyncio.run(page._read(lines()))
 
 
 def _helm_lines(data):

@@ -19,7 +19,6 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import addresses
 from steerway.live.addresses import Context
-from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.supervisor import Supervisor
@@ -62,8 +61,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
         moment = 1.7e9 + k, place[0] + _WARM_STEP * k, place[1]
         rows += decoder.feed((gga(*moment) + rmc(*moment)).encode())
     route = GeodeticRoute(place[0] + _WARM_STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
-    measured = measured_speed(estimators.speed)
-    supervisor = Supervisor(route, engage=True, kinds=kinds, measured=measured, heading=estimators.heading)
+    supervisor = Supervisor(route, engage=True, kinds=kinds, estimators=estimators)
     outputs = [SentenceOutput(_NullSink(None)), Deltas(_NullSink(None)), JsonLines(_NullSink(None))]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
@@ -100,18 +98,8 @@ _COLLECTIONS = 200, 5, 20
 
 def launch(settings: Settings) -> None:
     """Run to the end of the logs, or until stopped. Raises InputError for what cannot be run."""
-    if settings.engage and settings.mission is None:
-        raise InputError("--engage needs a route, expected --mission FILE with it")
-    steering = settings.autopilot, settings.speed, settings.estimator
-    if settings.mission is None and any(table.model_fields_set for table in steering):
-        raise InputError("settings: autopilot, speed and estimator are of a boat that is steered, expected mission too")
-    if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
-        raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
+    _check(settings)
     signing = settings.mavlink_signing
-    if settings.lag and (settings.mission is not None or settings.rate is not None):
-        raise InputError("--lag gives rows of the past, a row a fix, expected neither --mission nor --rate with it")
-    if not 0.0 <= settings.lag <= LONGEST_LAG:
-        raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
     page = _page(settings)
     control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
@@ -125,7 +113,6 @@ def launch(settings: Settings) -> None:
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = supervisor = None
     kinds = settings.autopilot.kind, settings.speed.controller
-    measured = measured_speed(settings.estimator.speed)
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
         of_pilot = tuning.learned if isinstance(tuning, LearningFilter) else tuning
@@ -136,8 +123,7 @@ def launch(settings: Settings) -> None:
             settings.engage,
             takes,
             kinds,
-            measured,
-            settings.estimator.heading,
+            settings.estimator,
             settings.from_here,
         )
     elif takes == PROPELLERS:
@@ -163,6 +149,21 @@ def launch(settings: Settings) -> None:
     else:
         _made_ready(kinds, settings.estimator)
         until_stopped(service.run(inputs, links))
+
+
+def _check(settings: Settings) -> None:
+    """Raises InputError for settings that exclude one another."""
+    if settings.engage and settings.mission is None:
+        raise InputError("--engage needs a route, expected --mission FILE with it")
+    steering = settings.autopilot, settings.speed, settings.estimator
+    if settings.mission is None and any(table.model_fields_set for table in steering):
+        raise InputError("settings: autopilot, speed and estimator are of a boat that is steered, expected mission too")
+    if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
+        raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
+    if settings.lag and (settings.mission is not None or settings.rate is not None):
+        raise InputError("--lag gives rows of the past, a row a fix, expected neither --mission nor --rate with it")
+    if not 0.0 <= settings.lag <= LONGEST_LAG:
+        raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
 
 
 def _missions(text: str, signing: str | None, supervisor: Supervisor | None) -> MissionLink:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from steerway.live.controls import Controls
     from steerway.live.helm import access, chart, page_process
     from steerway.live.helm.access import COOKIE, Gate, Places, Sessions
-    from steerway.live.helm.make_view import ChartPlane, ViewInput, ellipse, view
+    from steerway.live.helm.make_view import ChartPlane, ellipse, view
     from steerway.live.helm.page_process import HelmPage
     from steerway.live.helm.view import History, View
     from steerway.live.helm.view_text import UNKNOWN, tone, words
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from steerway.live.replaying import ANOTHER_PROCESSOR, Replayed, replay
     from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State, believable, lost, rows_of
     from steerway.live.service import Service
-    from steerway.live.settings import Settings
+    from steerway.live.settings import EstimatorSettings, Settings
     from steerway.live.simulated.boat import InnerLoops, ReceiverFix, SimulatedBoat
     from steerway.live.simulated.rover import Rover
     from steerway.live.simulated.running import PropellerReceiver, RunningBoat

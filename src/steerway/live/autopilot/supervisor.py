@@ -21,14 +21,14 @@ from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import POSITION, ROUTE
 from steerway.live.autopilot.integrity import ReceiverMonitor, TurnMonitor
 from steerway.live.autopilot.limits import LimitGuard
-from steerway.live.autopilot.measured import MeasuredSpeed
+from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.mission_items import MissionItem
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_turns, pilot_of
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
+from steerway.live.settings import EstimatorSettings
 from steerway.pilot import Mode, Pilot, Steered
-from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 LOG = logging.getLogger("steerway.live")
 _SLOWEST = 1.5
@@ -52,8 +52,7 @@ class Supervisor:
     engage:  start once without being asked, as soon as it is ready.
     takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
     kinds:   of the autopilot and of the speed controller; see `build.build_pilot`.
-    measured: gives the speed that is held; None: the row's.
-    heading: which filter gives the heading; see `piloting.pilot_of`.
+    estimators: which filters give the heading (see `piloting.pilot_of`) and the speed that is held.
     from_here: whether the first leg may be as far away as it is.
     """
 
@@ -65,12 +64,12 @@ class Supervisor:
         engage: bool = False,
         takes: str = YAW_RATE,
         kinds: tuple[str, str] = DEFAULT_KINDS,
-        measured: MeasuredSpeed | None = None,
-        heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
+        estimators: EstimatorSettings = EstimatorSettings(),  # noqa: B008
         from_here: bool = False,
     ):
         profile = profile_of(profile)
-        self.estimator, self.guide, self.pilot = pilot_of(route, profile, takes, kinds, heading, self)  # type: ignore[arg-type]
+        built = pilot_of(route, profile, takes, kinds, estimators.heading, self)  # type: ignore[arg-type]
+        self.estimator, self.guide, self.pilot = built
         self.leg: Leg | None = None  # of the last tick, None when the route is finished
         self.state = State.IDLE
         self.reason = "no position yet"
@@ -78,7 +77,7 @@ class Supervisor:
         self.hands_back = self._safe == "hand-back"
         self._silent, self._operator_lost = 0.0, route.settings.limits.operator_lost or math.inf
         self._instead = ""  # why a position is held in place of the route
-        self.measured = measured
+        self.measured = measured_speed(estimators.speed)
         self._slowest = _SLOWEST * profile.steerageway
         self._engage, self._from_here = engage, from_here
         self._was_engaged = False  # started by `engage`, not by hand

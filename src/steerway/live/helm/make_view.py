@@ -1,10 +1,9 @@
-"""From what the service knows to what the page shows: a pure function."""
+"""From what the service knows to what the page shows."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,35 +11,16 @@ from steerway.core.earth import KNOT, displacement
 from steerway.core.leg import Leg
 from steerway.core.records import PREDICTED, STATUSES
 from steerway.core.statistics import NORMAL_95
-from steerway.live.autopilot.guide import Followed
+from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.view import Places, View
 from steerway.live.rows import Order, Row
 
+if TYPE_CHECKING:
+    from steerway.live.service import Service
+
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
 _FRESH = 2.0  # s after a fix in which its status is the estimate's
-
-
-class ViewInput(NamedTuple):
-    """What the service knows at one time.
-
-    covariance: of the position of `row`: variance of north, covariance, variance of east, m².
-    fix:        the row of the last fix that was used.
-    followed:   None without an autopilot.
-    unreachable: why no order reaches the boat, "" when they do.
-    mark:       of a man overboard: latitude and longitude, rad.
-    """
-
-    row: Row
-    leg: Leg | None
-    order: Order | None
-    covariance: tuple[float, float, float]
-    fix: Row
-    source: str
-    counts: Mapping[str, int]
-    followed: Followed | None = None
-    unreachable: str = ""
-    mark: tuple[float, float] | None = None
 
 
 @dataclass
@@ -71,9 +51,10 @@ class ChartPlane:
         return displacement(latitude, longitude, *self.origin) if self.origin else (math.nan, math.nan)
 
 
-def view(seen: ViewInput, plane: ChartPlane) -> View:
-    """What the page shows."""
-    row = seen.row
+def view(service: "Service", plane: ChartPlane) -> View:
+    """What the page shows of what a service knows now."""
+    navigator, latest, controls = service.navigator, service.latest, service.controls
+    row, fix, mark = latest.row, navigator.last_fix, controls.mark
     north, east = plane.place(row.latitude, row.longitude)
     return View(
         **_known(
@@ -88,16 +69,16 @@ def view(seen: ViewInput, plane: ChartPlane) -> View:
             cog_within_deg=min(NORMAL_95 * math.degrees(row.cog_std), 180.0),
             rate_dps=math.degrees(row.course_rate),
             rate_within_dps=NORMAL_95 * math.degrees(row.course_rate_std),
-            age=max(row.time - seen.fix.time, 0.0),
-            nis=seen.fix.nis,
+            age=max(row.time - fix.time, 0.0),
+            nis=fix.nis,
         ),
-        ellipse=ellipse(seen.covariance) if row.valid else None,
-        status=STATUSES[_status(row, seen.fix)],
-        source=seen.source,
-        counts=dict(seen.counts),
-        unreachable=seen.unreachable,
-        mark=None if seen.mark is None else plane.place(*seen.mark),
-        **_followed(seen.followed) | _ordered(seen.order) | _on_route(seen, plane.route),
+        ellipse=ellipse(navigator.position_covariance) if row.valid else None,
+        status=STATUSES[_status(row, fix)],
+        source=navigator.choice.present,
+        counts=dict(navigator.counts),
+        unreachable=service.unreachable(),
+        mark=None if mark is None else plane.place(mark.latitude, mark.longitude),
+        **_followed(controls.guide) | _ordered(latest.order) | _on_route(row, latest.leg, plane.route),
     )
 
 
@@ -116,10 +97,9 @@ def ellipse(covariance: tuple[float, float, float]) -> tuple[float, float, float
     return major, minor, math.degrees(math.atan2(axes[1, 1], axes[0, 1])) % 180.0
 
 
-def _on_route(seen: ViewInput, route: Places) -> dict[str, Any]:
-    leg = seen.leg
+def _on_route(row: Row, leg: Leg | None, route: Places) -> dict[str, Any]:
     if leg is None:
-        return {"done": 1.0, "left": 0.0} if route and math.isfinite(seen.row.time) else {}
+        return {"done": 1.0, "left": 0.0} if route and math.isfinite(row.time) else {}
     target = next((k for k in range(len(route)) if leg.destination == f"WP{k}"), None)
     left = done = math.nan
     if target is not None:
@@ -137,10 +117,10 @@ def _on_route(seen: ViewInput, route: Places) -> dict[str, Any]:
     return known | {"target": target, "destination": leg.destination}
 
 
-def _followed(followed: Followed | None) -> dict[str, Any]:
-    if followed is None:
+def _followed(guide: Guide | None) -> dict[str, Any]:
+    if guide is None:
         return {}
-    mode, course, dodges, offset, faster = followed
+    mode, course, dodges, offset, faster = guide.followed
     held = _known(held_deg=_compass(course))
     return held | {"mode": mode, "dodges": dodges, "offset": offset, "faster_kn": faster / KNOT}
 

@@ -15,7 +15,7 @@ from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.controls import PRESENT
-from steerway.live.helm.make_view import ChartPlane, ViewInput, view
+from steerway.live.helm.make_view import ChartPlane, view
 from steerway.live.links.link import RETRY, kept_open
 from steerway.live.uri import Address
 
@@ -92,7 +92,7 @@ class HelmPage:
         while True:
             if page.transport.get_write_buffer_size() < _BACKLOG:
                 self._seq += 1
-                shown = view(seen(self.service), self._plane)
+                shown = view(self.service, self._plane)
                 _send(page, {"seq": self._seq, "notice": self._notice, "view": shown._asdict()})
             await asyncio.sleep(1.0 / RATE)
 
@@ -118,24 +118,6 @@ class HelmPage:
             self.service.controls.do(what, value, "the helm page")
         except InputError as error:
             self._notice = str(error)
-
-
-def seen(service: "Service") -> ViewInput:
-    """What is known now."""
-    navigator, latest, controls = service.navigator, service.latest, service.controls
-    guide, mark = controls.guide, controls.mark
-    return ViewInput(
-        latest.row,
-        latest.leg,
-        latest.order,
-        navigator.position_covariance,
-        navigator.last_fix,
-        navigator.choice.present,
-        navigator.counts,
-        None if guide is None else guide.followed,
-        service.unreachable(),
-        None if mark is None else (mark.latitude, mark.longitude),
-    )
 
 
 def _message(line: bytes) -> dict[str, Any]:

@@ -175,13 +175,9 @@ class MavlinkDecoder:
         return self._aid(row, "yaw_rate", arrival)
 
     def _scaled_inertial(self, message: Any, arrival: float) -> InputRow:
-        """Acceleration and yaw rate by SCALED_IMU: mg and mrad/s, with x ahead and z down."""
-        time = self._since_start(message, arrival)
-        return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
-
-    def _raw_inertial(self, message: Any, arrival: float) -> InputRow:
-        """RAW_IMU, which ArduPilot fills with the units of SCALED_IMU."""
-        time = self._stamped(message.time_usec, arrival)
+        """SCALED_IMU, and RAW_IMU, which ArduPilot fills with its units: mg and mrad/s, with x ahead and z down."""
+        is_scaled = message.get_type() == "SCALED_IMU"
+        time = self._since_start(message, arrival) if is_scaled else self._stamped(message.time_usec, arrival)
         return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
 
     def _fine_inertial(self, message: Any, arrival: float) -> InputRow:
@@ -232,7 +228,7 @@ _MAKERS = {
     "GLOBAL_POSITION_INT": MavlinkDecoder._vehicle,
     "ATTITUDE": MavlinkDecoder._attitude,
     "SCALED_IMU": MavlinkDecoder._scaled_inertial,
-    "RAW_IMU": MavlinkDecoder._raw_inertial,
+    "RAW_IMU": MavlinkDecoder._scaled_inertial,
     "HIGHRES_IMU": MavlinkDecoder._fine_inertial,
     "ESC_TELEMETRY_1_TO_4": MavlinkDecoder._turns,
     "HEARTBEAT": MavlinkDecoder._heartbeat,
