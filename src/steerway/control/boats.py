@@ -145,6 +145,7 @@ class Boat:
             self.surge_time,
             self.slip_time,
             self.lookahead,
+            self.acceptance,
         )
 
     def position_hold(self, radius: float) -> PositionHold | None:
