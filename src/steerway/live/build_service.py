@@ -23,8 +23,8 @@ from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.controls import Controls
 from steerway.live.control_port import ControlPort, control_address
+from steerway.live.controls import Controls
 from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import RecordedLearning
 from steerway.live.links.decoding import ReceiverDecoder
