@@ -14,6 +14,7 @@ import re
 import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -24,7 +25,7 @@ import numpy as np
 from steerway.core.testing import displaced
 from steerway.live.testing import RunningBoat, Settings
 from steerway.simulation.testing import OriginTable
-from tests.square import GUIDED, Course, cross_track, rms, sailed, seen
+from tests.square import GUIDED, Course, by_processes, cross_track, rms, sailed, seen
 
 LEGS, SIDE, AROUND = 4, 80.0, 15.0
 """Number of legs, their length (m), and what of a leg belongs to the turns at its ends (m)."""
@@ -179,13 +180,13 @@ async def _to_the_end(log):
         await asyncio.sleep(1.0)
 
 
-def sail(case: Case) -> Found:
-    """One run."""
+def sail(case: Case, true_pace: bool = False) -> Found:
+    """One run, on the virtual clock or by two processes at their true pace."""
     with tempfile.TemporaryDirectory() as directory:
         course = course_of(case, directory)
         try:
             with mock.patch.object(RunningBoat, "_command", _dying(case.dead)):
-                run, log = sailed(course, _to_the_end)
+                run, log = by_processes(course, LONGEST) if true_pace else sailed(course, _to_the_end)
         except AssertionError as error:
             return Found(case, False, math.nan, [], [], str(error))
     stops = [line for line in log.splitlines() if "stopped" in line]
@@ -281,6 +282,7 @@ def main() -> None:
     options.add_argument("--speed", type=float, default=2.0, help="of the route, m/s")
     options.add_argument("--acceptance", type=float, default=4.0, help="m")
     options.add_argument("--jobs", type=int, default=1)
+    options.add_argument("--true-pace", action="store_true", help="two processes as a user starts them; minutes a run")
     chosen = options.parse_args()
     cases = [
         Case(current, (chosen.first + 360.0 * k / chosen.directions) % 360.0, compass, seed, corner, rate)._replace(
@@ -295,7 +297,7 @@ def main() -> None:
     ]
     missed = 0
     with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as workers:
-        for found in workers.map(sail, cases):
+        for found in workers.map(partial(sail, true_pace=chosen.true_pace), cases):
             misses = found.misses(Limits())
             missed += bool(misses)
             print(

@@ -4,7 +4,10 @@ import asyncio
 import io
 import logging
 import math
+import signal
 import socket
+import subprocess
+import time
 from pathlib import Path
 from typing import NamedTuple
 from unittest import mock
@@ -14,6 +17,7 @@ import numpy as np
 from steerway.live.testing import RunningBoat, Settings, SimulatedBoat, addresses, build_service
 from steerway.simulation import load_scenario
 from tests import hastened
+from tests.command_line import STEERWAY
 from tests.ports import free_port, until
 
 ROOT = Path(__file__).parent.parent
@@ -90,6 +94,31 @@ def sailed(course, act, by="mavlink"):
         logger.removeHandler(handler)
         logger.setLevel(level)
     return boat.table(), text.getvalue()
+
+
+def by_processes(course, longest):
+    """The same by two processes at their true pace, until the autopilot stops or for so many s."""
+    import polars as pl
+
+    here, programs = f"127.0.0.1:{free_port(socket.SOCK_DGRAM)}", []
+    out = course.scenario.parent
+    ends = ("--from", f"mavlink:udpin:{here}", "--to", f"mavlink:udpin:{here}")
+    steers = ("live", *ends, "--mission", course.mission, "--profile", course.settings.profile, "--engage")
+    boat = ("simulate", course.scenario, "--live", "--mavlink", f"udpout:{here}{course.vehicle}", "-o", out)
+    log = out / "live.log"
+    try:
+        for arguments in (boat, steers):
+            with open(out / f"{arguments[0]}.log", "w") as file:
+                command = [*STEERWAY, *map(str, arguments)]
+                programs.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=file))
+        begun = time.monotonic()
+        while time.monotonic() - begun < longest and "stopped" not in log.read_text():
+            time.sleep(0.5)
+    finally:
+        for each in reversed(programs):
+            each.send_signal(signal.SIGINT)
+            each.wait(30.0)
+    return pl.read_parquet(out / "run.parquet"), log.read_text()
 
 
 def cross_track(run, corners=OTTER.corners, turn=TURN) -> list[np.ndarray]:

@@ -69,8 +69,8 @@ def sent(message):
 class Station:
     """A ground station that talks to a server without a link."""
 
-    def __init__(self, routed):
-        self.server = MissionServer(M, routed)
+    def __init__(self, desk):
+        self.server = MissionServer(M, desk.autopilot, desk.service.controls)
 
     def ask(self, message, now=0.0):
         return self.server.receive(sent(message), now)
@@ -94,7 +94,7 @@ def fields(message):
 
 
 def test_a_mission_is_uploaded_and_downloaded_equal():
-    station = Station(Desk(square()).until_ready().autopilot)
+    station = Station(Desk(square()).until_ready())
     mission = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0))
     assert [each.type for each in station.upload(mission)] == [ACCEPTED]
     assert [fields(each) for each in station.download()] == [fields(sent(each)) for each in mission]
@@ -102,7 +102,7 @@ def test_a_mission_is_uploaded_and_downloaded_equal():
 
 def test_before_an_upload_the_mission_of_the_file_is_downloaded():
     desk = Desk(square())
-    found = Station(desk.autopilot).download()
+    found = Station(desk).download()
     assert [each.command for each in found] == [16, 178, 16, 16, 16, 16, 16]
     last = displacement(math.radians(found[4].x * 1e-7), math.radians(found[4].y * 1e-7), *HOME)
     assert last == pytest.approx((60.0, 60.0), abs=0.02)
@@ -114,12 +114,12 @@ def test_a_mission_changed_under_way_is_sailed_with_the_current_that_is_known():
     before = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
     north, east = desk.state[6:8]
     mission = items((0.0, 0.0), (60.0, 0.0), (north, east - 40.0), (north - 40.0, east - 40.0))
-    assert Station(desk.autopilot).upload(mission)[0].type == ACCEPTED
+    assert Station(desk).upload(mission)[0].type == ACCEPTED
     desk.sail(1.0)
     after = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
     assert desk.order.state is State.RUNNING and after.knows_current
     assert math.hypot(after.current_north - before.current_north, after.current_east - before.current_east) < 0.1
-    assert Station(desk.autopilot).server.due(0.0)[1].seq in (3, 4)
+    assert Station(desk).server.due(0.0)[1].seq in (3, 4)
     desk.until(lambda: desk.order.state is State.STOPPED, 200.0)
     assert desk.order.reason == "the route is finished"
     assert math.dist(desk.state[6:8], (north - 40.0, east - 40.0)) < 5.0  # its acceptance is 4 m
@@ -137,7 +137,7 @@ def test_what_cannot_be_sailed_is_refused_and_the_old_mission_kept(mission, word
     fence = ((-100.0, -100.0), (-100.0, 100.0), (100.0, 100.0), (100.0, -100.0))
     desk = Desk(square(fence=fence)).start()
     route = desk.autopilot.guide.route
-    ack, text = Station(desk.autopilot).upload(mission)
+    ack, text = Station(desk).upload(mission)
     assert ack.type == INVALID and text.get_type() == "STATUSTEXT" and words in caplog.text
     assert desk.autopilot.guide.route is route
     desk.sail(1.0)
@@ -146,7 +146,7 @@ def test_what_cannot_be_sailed_is_refused_and_the_old_mission_kept(mission, word
 
 def test_an_item_is_gone_on_to_and_one_that_is_no_waypoint_is_not():
     desk = Desk(square()).start()
-    station = Station(desk.autopilot)
+    station = Station(desk)
     station.ask(M.MAVLink_mission_set_current_message(1, 1, 4))
     desk.sail(1.0)
     assert desk.autopilot.guide.target == 2
@@ -158,8 +158,31 @@ def test_an_item_is_gone_on_to_and_one_that_is_no_waypoint_is_not():
     assert station.ask(M.MAVLink_mission_request_list_message(1, 1, 1))[0].count == 0
 
 
+def test_a_ground_station_changes_the_speed_pauses_and_goes_on():
+    desk = Desk(square()).start()
+    station = Station(desk)
+
+    def commanded(command, *parameters):
+        filled = [*parameters, *[0.0] * (7 - len(parameters))]
+        return station.ask(M.MAVLink_command_long_message(1, 1, command, 0, *filled))[0].result
+
+    speeds = []
+    for asked in (1.5, -1.0, 0.9, -2.0):
+        assert commanded(M.MAV_CMD_DO_CHANGE_SPEED, 1.0, asked, -1.0) == M.MAV_RESULT_ACCEPTED
+        desk.sail(0.1)
+        speeds.append(desk.order.speed)
+    assert speeds == pytest.approx([1.5, 1.5, 0.9, 1.2])
+    assert commanded(M.MAV_CMD_DO_CHANGE_SPEED, 1.0, 9.0, -1.0) == M.MAV_RESULT_DENIED
+    assert commanded(M.MAV_CMD_DO_CHANGE_SPEED, 1.0, -1.0, 50.0) == M.MAV_RESULT_DENIED
+    assert commanded(M.MAV_CMD_DO_PAUSE_CONTINUE, 0.0) == M.MAV_RESULT_ACCEPTED
+    assert desk.autopilot.guide.mode == "position"
+    assert commanded(M.MAV_CMD_DO_PAUSE_CONTINUE, 1.0) == M.MAV_RESULT_ACCEPTED
+    assert desk.autopilot.guide.mode == "route"
+    assert commanded(M.MAV_CMD_NAV_TAKEOFF) == M.MAV_RESULT_UNSUPPORTED
+
+
 def test_an_item_that_does_not_come_is_asked_for_again_and_then_no_more():
-    station = Station(Desk(square()).autopilot)
+    station = Station(Desk(square()))
     station.ask(M.MAVLink_mission_count_message(1, 1, 3))
     kinds = [[each.get_type() for each in station.server.due(float(now))] for now in range(1, 8)]
     assert sum("MISSION_REQUEST_INT" in each for each in kinds) == 4
@@ -174,7 +197,7 @@ def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
     for name in "ab":
         (tmp_path / name).write_text(f"a long passphrase {name}")
     address = addresses.ground_station(f"udpin:127.0.0.1:{port}", ours and str(tmp_path / ours))
-    link = MissionLink(address, desk.autopilot)
+    link = MissionLink(address, desk.autopilot, desk.service.controls)
     mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), []
     codec = M.MAVLink(None, 255, 190)
     if theirs:

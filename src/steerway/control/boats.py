@@ -10,12 +10,12 @@ from typing import Any
 
 from steerway.control.allocation import Actuation
 from steerway.control.bandwidth import GainSchedule
-from steerway.control.course import AnglePID, place_poles
+from steerway.control.course import AnglePID, YawResponse, place_poles
 from steerway.control.handover import Autopilot, HandOver, Shaper, Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.control.heading_steering import KINDS, SampledSteering, steering
 from steerway.control.holding import PositionHold
-from steerway.control.in_current import InCurrent, YawResponse
+from steerway.control.in_current import InCurrent
 from steerway.control.speed_force import ForceLoop, speed_loop
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.control.spot_turn import SpotTurn
@@ -145,6 +145,7 @@ class Boat:
             self.surge_time,
             self.slip_time,
             self.lookahead,
+            self.acceptance,
         )
 
     def position_hold(self, radius: float) -> PositionHold | None:

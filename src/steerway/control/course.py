@@ -6,6 +6,7 @@ What it commands, a rudder angle in rad or a yaw moment in N·m, is the input of
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive, positive_or_unlimited
@@ -34,6 +35,42 @@ class AnglePIDGains:
         for name in ("derivative_time", "rate_feedforward", "acceleration_feedforward"):
             not_negative(f"autopilot.{name}", getattr(self, name))
         positive_or_unlimited("autopilot.limit", self.limit)
+
+
+class YawResponse(NamedTuple):
+    """T ω̇ + (d_0 − m U²) ω + n ω|ω| = K u: gain K in rad/s for a unit of u, time T (s), linear d_0, munk m (s²/m²; the
+    Munk moment of a slender hull grows with the square of the speed), quadratic n (s/rad).
+    """
+
+    gain: float
+    time: float
+    linear: float = 1.0
+    munk: float = 0.0
+    quadratic: float = 0.0
+
+    @property
+    def stable_speed(self) -> float:
+        """Speed through the water (m/s) up to which the boat keeps a straight course by itself."""
+        return math.sqrt(max(self.linear, 0.0) / self.munk) if self.munk > 0.0 else math.inf
+
+    def gains(self, bandwidth: float, speed: float, limit: float) -> AnglePIDGains:
+        """Gains that place both poles at the bandwidth, at a speed through the water; feedforward is that of `order`.
+
+        Without an integral: the estimate knows the bias.
+
+        A response without a lag (T = 0) takes proportional action alone.
+        """
+        damping = self.linear - self.munk * speed * speed
+        stiffness, spread = self.time * bandwidth**2, 2.0 * self.time * bandwidth - damping
+        if spread <= 0.0:  # the boat damps more than asked for: the slower of its poles
+            slow = min(bandwidth, 0.5 * damping / self.time) if self.time > 0.0 else bandwidth
+            stiffness, spread = slow * (damping - slow * self.time), 0.0
+        return AnglePIDGains(stiffness / self.gain, derivative_time=spread / stiffness, limit=limit)
+
+    def order(self, rate: float, acceleration: float, speed: float, bias: float) -> float:
+        """The output u for a rate and its acceleration, at a speed through the water and with a bias of the rate."""
+        damping = self.linear - self.munk * speed * speed + self.quadratic * abs(rate)
+        return (self.time * acceleration + damping * rate - bias) / self.gain
 
 
 def place_poles(

@@ -8,9 +8,8 @@ up for by the others, and the course has none.
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
-from steerway.control.course import AnglePID, AnglePIDGains
+from steerway.control.course import AnglePID, AnglePIDGains, YawResponse
 from steerway.control.handover import Autopilot
 from steerway.control.turns import Turn, TurnLimits, TurnSpeeds, plan_turn
 from steerway.core.angles import wrap
@@ -60,42 +59,13 @@ _QUICKEST = 2.0
 planned with 3, by 0.1 with 2."""
 _LEAST = 0.1
 """Least share of the bandwidth."""
-
-
-class YawResponse(NamedTuple):
-    """T ω̇ + (d_0 − m U²) ω + n ω|ω| = K u: gain K in rad/s for a unit of u, time T (s), linear d_0, munk m (s²/m²; the
-    Munk moment of a slender hull grows with the square of the speed), quadratic n (s/rad).
-    """
-
-    gain: float
-    time: float
-    linear: float = 1.0
-    munk: float = 0.0
-    quadratic: float = 0.0
-
-    @property
-    def stable_speed(self) -> float:
-        """Speed through the water (m/s) up to which the boat keeps a straight course by itself."""
-        return math.sqrt(max(self.linear, 0.0) / self.munk) if self.munk > 0.0 else math.inf
-
-    def gains(self, bandwidth: float, speed: float, limit: float) -> AnglePIDGains:
-        """Gains that place both poles at the bandwidth, at a speed through the water; feedforward is that of `order`.
-
-        Without an integral: the estimate knows the bias.
-
-        A response without a lag (T = 0) takes proportional action alone.
-        """
-        damping = self.linear - self.munk * speed * speed
-        stiffness, spread = self.time * bandwidth**2, 2.0 * self.time * bandwidth - damping
-        if spread <= 0.0:  # the boat damps more than asked for: the slower of its poles
-            slow = min(bandwidth, 0.5 * damping / self.time) if self.time > 0.0 else bandwidth
-            stiffness, spread = slow * (damping - slow * self.time), 0.0
-        return AnglePIDGains(stiffness / self.gain, derivative_time=spread / stiffness, limit=limit)
-
-    def order(self, rate: float, acceleration: float, speed: float, bias: float) -> float:
-        """The output u for a rate and its acceleration, at a speed through the water and with a bias of the rate."""
-        damping = self.linear - self.munk * speed * speed + self.quadratic * abs(rate)
-        return (self.time * acceleration + damping * rate - bias) / self.gain
+_SLOW, _WIDE, _WORTH = 0.5, 0.2, 0.8
+"""Share of the route's speed at which a wide corner is turned, where the current is weaker than that and it is left by
+so much less: one whose path goes outside by more than this share of the acceptance, or passes the waypoint beyond it.
+Chosen by planned paths: at 150° 1.4 m outside become 0.7 without a current, 1.1 become 1.0 in half of the boat's speed.
+"""
+_BRAKING = 0.25
+"""m/s² at which a vehicle with loops of its own is slowed down before it. Chosen: half of what they do."""
 
 
 @dataclass
@@ -106,7 +76,7 @@ class InCurrent:
     through the water; below the slowest it hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
     of the heading loop with a perfect estimate, rad/s. over_ground: whether the speed that is controlled is that over
     ground along the bow, else that through the water. pivot, slip_time, lookahead: as of `Boat`. speed_time: time
-    constant of the speed, s.
+    constant of the speed, s. acceptance: of the waypoints, m; see `speed`.
     """
 
     response: YawResponse
@@ -120,6 +90,7 @@ class InCurrent:
     speed_time: float = 2.0
     slip_time: float = 0.0
     lookahead: float = 10.0
+    acceptance: float = math.inf
 
     def __post_init__(self) -> None:
         for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
@@ -136,22 +107,21 @@ class InCurrent:
         self._planned_at = math.inf  # m from the waypoint at which it was planned last
         self._next: tuple[int, Turn | None, tuple[float, float]] = (-1, None, (0.0, 0.0))
         self._turned_for = 0.0  # s
+        # The waypoint whose corner is judged, the speed (m/s) of its turn, and m from it when it was judged; the speed
+        # of the turn under way.
+        self._corner, self._turn_speed = (-1, math.inf, math.inf), math.inf
 
     @property
     def trouble(self) -> str:
         """Why the boat cannot go on along the leg, "" while it can."""
         if self._carried_off > _PATIENCE:
             return "the current exceeds the boat's speed"
-        if self._carried_back > self._allowed_back:
+        allowed_back = max(_CARRIED * self.top_speed / self.turn_rate, _CARRIED_TIME * self.top_speed)
+        if self._carried_back > allowed_back:
             return f"the boat is carried away from the waypoint, by {self._carried_back:.0f} m"
         if self._without_way > _LONGEST_WITHOUT_WAY * max(1.0, self.response.time):
             return f"no way is made towards the waypoint for {self._without_way:.0f} s"
         return ""
-
-    @property
-    def _allowed_back(self) -> float:
-        """m that the boat may be carried away from the waypoint."""
-        return max(_CARRIED * self.top_speed / self.turn_rate, _CARRIED_TIME * self.top_speed)
 
     def watch(self, leg: LegState, estimate: Estimate, dt: float) -> None:
         """Judge whether the boat comes nearer to the waypoint of a leg, or by the estimate could."""
@@ -181,6 +151,7 @@ class InCurrent:
         """The leg to a waypoint is new: the turn into it that was planned, if any, is under way."""
         into, turn, begins = self._next
         self.turning, self._turned_for, self._seen = (turn if into == target else None), 0.0, math.nan
+        self._turn_speed = self._corner[1] if self._corner[0] == target - 1 else math.inf
         self._path, self._left = None, 0.0
         if self.turning is not None:
             self._left = self.turning.angle
@@ -270,11 +241,7 @@ class InCurrent:
             if is_far and abs(leg.remaining - self._planned_at) < _AGAIN * estimate.sog:
                 return planned.lead
         self._planned_at = leg.remaining
-        current, speed = (estimate.current_north, estimate.current_east), estimate.water_speed
-        after = self.water_speed(following, leg.speed, estimate) if math.isfinite(leg.speed) else speed
-        turn = self.planned(
-            leg.direction, following, (speed, after), current, model, self._fastest(estimate), estimate.slip_time
-        )
+        turn = self._slow_or_not(leg, following, estimate, model)
         left, beside = leg.remaining - turn.lead, turn.beside
         is_near = left < _NEAR * estimate.sog and abs(leg.cross_track - beside) < estimate.water_speed / self.turn_rate
         if is_near and not in_line(leg.direction, following):
@@ -287,6 +254,43 @@ class InCurrent:
         begins = estimate.north + left * c - aside * s, estimate.east + left * s + aside * c
         self._next = leg.target + 1, turn, begins
         return turn.lead + (_REACTION * estimate.sog if self.over_ground else 0.0)
+
+    def _slow_or_not(self, leg: LegState, following: float, estimate: Estimate, model: ReferenceModel) -> Turn:
+        """The turn at the end of a leg. It is judged once a second of way until the boat brakes."""
+        target, slow, seen_at = self._corner
+        if target != leg.target:
+            slow, seen_at = math.inf, math.inf
+        turn = self._at(slow, leg, following, estimate, model)
+        braking = 0.5 * leg.speed**2 * (1.0 - _SLOW**2) / _BRAKING
+        if self.over_ground and braking < leg.remaining - turn.lead and seen_at - leg.remaining > estimate.sog:
+            fast = turn if slow == math.inf else self._at(math.inf, leg, following, estimate, model)
+            slowed = self._at(_SLOW * leg.speed, leg, following, estimate, model)
+            is_wide = fast.closest > self.acceptance or fast.outside > _WIDE * self.acceptance
+            current = math.hypot(estimate.current_north, estimate.current_east) + estimate.current_std
+            is_worth = is_wide and current < _SLOW * leg.speed and slowed.cost < _WORTH * fast.cost
+            slow, turn = (_SLOW * leg.speed, slowed) if is_worth else (math.inf, fast)
+            seen_at = leg.remaining
+        self._corner = leg.target, slow, seen_at
+        return turn
+
+    def _at(self, slow: float, leg: LegState, following: float, estimate: Estimate, model: ReferenceModel) -> Turn:
+        """The turn at the end of a leg at a speed over ground of at most `slow` (m/s)."""
+        before = after = estimate.water_speed
+        if math.isfinite(leg.speed):
+            after = self.water_speed(following, min(leg.speed, slow), estimate)
+            before = min(before, self.water_speed(leg.direction, slow, estimate)) if slow < leg.speed else before
+        current, fastest = (estimate.current_north, estimate.current_east), self._fastest(estimate)
+        return self.planned(leg.direction, following, (before, after), current, model, fastest, estimate.slip_time)
+
+    def speed(self, leg: LegState, speed: float) -> float:
+        """The speed (m/s) for that of the route: slower before and in a corner that is left by less then."""
+        if self._path is not None:
+            return min(speed, self._turn_speed)
+        into, turn, _ = self._next
+        target, slow, _ = self._corner
+        if turn is None or into != leg.target + 1 or target != leg.target or slow >= speed:
+            return speed
+        return min(speed, math.sqrt(slow**2 + 2.0 * _BRAKING * max(leg.remaining - turn.lead, 0.0)))
 
     def planned(
         self,

@@ -23,6 +23,7 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
+from steerway.live.controls import Controls
 from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import RecordedLearning
 from steerway.live.links.decoding import ReceiverDecoder
@@ -140,7 +141,7 @@ def launch(settings: Settings) -> None:
     if control is not None:
         links.append(ControlPort(service.controls, control))
     if settings.missions is not None:
-        links.append(_missions(settings.missions, settings.mavlink_signing, supervisor))
+        links.append(_missions(settings.missions, settings.mavlink_signing, service.controls))
     if page is not None:
         links.append(HelmPage(service, page, route))
     if replayed:
@@ -166,11 +167,11 @@ def _check(settings: Settings) -> None:
         raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
 
 
-def _missions(text: str, signing: str | None, supervisor: Supervisor | None) -> MissionLink:
+def _missions(text: str, signing: str | None, controls: Controls) -> MissionLink:
     """The link on which ground stations give missions. Raises InputError where nothing is steered."""
-    if supervisor is None:
+    if controls.supervisor is None:
         raise InputError("--missions changes the route that is steered along, expected --mission FILE with it")
-    return MissionLink(addresses.ground_station(text, signing), supervisor)
+    return MissionLink(addresses.ground_station(text, signing), controls.supervisor, controls)
 
 
 def _page(settings: Settings) -> Address | None:

@@ -15,10 +15,10 @@ import numpy as np
 from steerway.build import response_of
 from steerway.control.bandwidth import COMFORTABLE, advice, carried_bandwidth
 from steerway.control.boats import Boat
-from steerway.control.course import AnglePIDGains
+from steerway.control.course import AnglePIDGains, YawResponse
 from steerway.control.handover import Autopilot
 from steerway.control.heading_steering import KINDS
-from steerway.control.in_current import LEAST_WAY, InCurrent, YawResponse
+from steerway.control.in_current import LEAST_WAY, InCurrent
 from steerway.core.arrays import Floats
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.core.kinematics import course_per_heading, heading_for

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
-from steerway.control.in_current import YawResponse
+from steerway.control.course import YawResponse
 from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel

@@ -19,7 +19,7 @@ from pydantic import Field
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.control.allocation import thrust as propeller_thrust
 from steerway.control.boats import Boat
-from steerway.control.in_current import YawResponse
+from steerway.control.course import YawResponse
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.control.station import StationGains
 from steerway.core.arrays import Floats

@@ -13,8 +13,8 @@ import numpy as np
 from steerway.build import DEFAULT_KINDS, build_pilot, response_of
 from steerway.control.allocation import TwoPropellers
 from steerway.control.boats import Boat
+from steerway.control.course import YawResponse
 from steerway.control.handover import Steerageway
-from steerway.control.in_current import YawResponse
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.checks import one_of
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of

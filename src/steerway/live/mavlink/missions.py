@@ -1,7 +1,8 @@
-"""The mission protocol of MAVLink: a ground station uploads, downloads and changes the route that is steered along.
+"""MAVLink with a ground station: it uploads, downloads and changes the route that is steered along, and the speed;
+it pauses and goes on.
 
 To the ground station this is a boat of ArduPilot with a mission and nothing else. Item 0 is the home position, as
-ArduPilot has it. Source: mavlink.io, mission protocol.
+ArduPilot has it. Source: mavlink.io, mission protocol, MAV_CMD.
 """
 
 import asyncio
@@ -10,12 +11,13 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from steerway.core.errors import InputError
-from steerway.live.autopilot.mission_items import MissionItem
+from steerway.live.autopilot.mission_items import SPEED, MissionItem
 from steerway.live.mavlink.link import MavlinkLink, RoverMode
 from steerway.live.uri import Uri
 
 if TYPE_CHECKING:
     from steerway.live.autopilot.supervisor import Supervisor
+    from steerway.live.controls import Controls
 
 LOG = logging.getLogger("steerway.live")
 _MOST = 1000
@@ -24,13 +26,15 @@ _AGAIN, _TRIES = 1.0, 5
 """s until an item is requested again, and how often."""
 _PERIOD = 0.2  # s between two looks at what is due
 _DEGREES = 1e-7  # of a unit of MISSION_ITEM_INT
+_UNCHANGED, _AS_PLANNED = -1.0, -2.0
+"""Speeds of MAV_CMD_DO_CHANGE_SPEED that ask for none, and for the mission's own."""
 
 
 class MissionServer:
     """The protocol with one ground station: messages in, answers out; times (s) are arguments."""
 
-    def __init__(self, messages: Any, routed: "Supervisor"):
-        self._messages, self._routed = messages, routed
+    def __init__(self, messages: Any, routed: "Supervisor", controls: "Controls"):
+        self._messages, self._routed, self._controls = messages, routed, controls
         self._peer = (0, 0)
         self._expected = 0  # items of the upload under way, 0 for none
         self._items: list[MissionItem] = []
@@ -126,6 +130,28 @@ class MissionServer:
         """A boat that is steered keeps its mission."""
         return [self._ack(self._messages.MAV_MISSION_DENIED)]
 
+    def _on_command(self, message: Any, now: float) -> list[Any]:
+        """Another speed, a pause and its end."""
+        m, what = self._messages, message.command
+        if what not in (SPEED, m.MAV_CMD_DO_PAUSE_CONTINUE):
+            return [m.MAVLink_command_ack_message(what, m.MAV_RESULT_UNSUPPORTED)]
+        try:
+            if what != SPEED:
+                self._do("route" if message.param1 == 1.0 else "hold-position")
+            elif message.param3 >= 0.0:
+                raise InputError("a throttle is asked for, expected a speed")
+            elif message.param2 != _UNCHANGED:
+                guide = self._routed.guide
+                by = message.param2 - float(guide.route.speed[guide.target]) - guide.faster
+                self._do("faster", None if message.param2 == _AS_PLANNED else by)
+        except InputError as error:
+            text = m.MAVLink_statustext_message(4, str(error).encode()[:50])
+            return [m.MAVLink_command_ack_message(what, m.MAV_RESULT_DENIED), text]
+        return [m.MAVLink_command_ack_message(what, m.MAV_RESULT_ACCEPTED)]
+
+    def _do(self, what: str, value: float | None = None) -> None:
+        self._controls.do(what, value, f"MAVLink system {self._peer[0]}")
+
     def _request(self, now: float) -> list[Any]:
         self._asked, self._tries = now, self._tries + 1
         return [self._messages.MAVLink_mission_request_int_message(*self._peer, len(self._items))]
@@ -143,15 +169,17 @@ _HANDLERS = {
     "MISSION_REQUEST": MissionServer._on_request,
     "MISSION_SET_CURRENT": MissionServer._on_current,
     "MISSION_CLEAR_ALL": MissionServer._on_clear,
+    "COMMAND_LONG": MissionServer._on_command,
+    "COMMAND_INT": MissionServer._on_command,
 }
 
 
 class MissionLink:
     """A link on which ground stations give missions; runs beside the service."""
 
-    def __init__(self, uri: Uri, routed: "Supervisor"):
+    def __init__(self, uri: Uri, routed: "Supervisor", controls: "Controls"):
         self.link = MavlinkLink(uri, self._receive)
-        self.server = MissionServer(self.link.messages, routed)
+        self.server = MissionServer(self.link.messages, routed, controls)
 
     async def run(self) -> None:
         """Keep the link open until cancelled."""
