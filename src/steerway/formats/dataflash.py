@@ -69,10 +69,15 @@ def _expect_columns(names: Collection[str]) -> None:
 def _text(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
     """(kind, fields) of the messages of receivers in a log as text."""
     columns = {kind: _names(names.decode()) for kind, names in _FORMAT.findall(data)}
+    is_known = False
     for kind, text in _DUMPED.findall(data):
-        pairs = (each.split(":") for each in text.decode("ascii", "replace").split(","))
-        row = {name.strip(): number(value) for name, value in pairs}
+        pairs = (each.partition(":") for each in text.decode("ascii", "replace").split(","))
+        row = {name.strip(): number(value) for name, _, value in pairs}
+        if is_known and not row.keys() >= set(_NEEDED):
+            skipped["line not understood"] += 1
+            continue
         _expect_columns(row)
+        is_known = True
         yield kind.decode(), row
     for kind, text in _LINE.findall(data):
         values = text.decode("ascii", "replace").split(",")
@@ -117,7 +122,7 @@ def _is_number(value: object) -> bool:
 
 def _fixes(name: str, table: Floats, skipped: Counter[str]) -> Fixes:
     status, milliseconds, week, latitude, longitude, sog, course, hdop = table.T
-    quality = [dilution.OF_FIX_TYPE.get(int(each), dilution.ALONE) for each in status]
+    quality = [dilution.OF_FIX_TYPE.get(int(each), dilution.ALONE) for each in np.nan_to_num(status)]
     std = np.array([dilution.deviation(*each) for each in zip(hdop, quality, strict=True)])
     time = utc_of_week(week, 1e-3 * milliseconds)
     place = places(latitude, longitude)
