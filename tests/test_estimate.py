@@ -14,7 +14,7 @@ from steerway.estimation import FiveStateFilter, Profile
 from steerway.report.testing import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
 from tests.command_line import run
 from tests.fleet import generate
-from tests.scenes import straight, turning
+from tests.scenes import angle_error, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
 COLUMNS = (

@@ -7,7 +7,7 @@ time of its own (GNSS), which its row takes. The same decoder serves the wire.
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
