@@ -21,16 +21,14 @@ from urllib.request import urlopen
 import numpy as np
 from build import DOCS, ROOT, executed
 from matplotlib.image import imread, imsave
-from PIL import Image
 from selenium import webdriver
 
 IMAGES = DOCS / "images"
 STEERWAY = (sys.executable, "-c", "from steerway.commands.cli import main; main()")
 LAPTOP, PHONE = (1200, 940), (390, 940)
 GAP, GROUND = 24, (0.88, 0.90, 0.92)
-FRAMES, HALFWAY, EVERY = 62, 27, 4.0
-"""Frames in which the boat of the desk starts and sails the square, that after two legs, and s from frame to frame."""
-MOVING, COLOURS = (800, 627), 48
+HALFWAY_AROUND = 110.0
+"""Seconds in which the boat of the desk starts and sails the first two legs of the square."""
 
 
 @contextmanager
@@ -94,7 +92,7 @@ def demo(folder: Path) -> np.ndarray:
 
 
 def helm(_: Path) -> np.ndarray:
-    """The helm page, with the boat of the desk on its square; helm.gif shows how it sails all of it."""
+    """The helm page, with the boat of the desk on its square."""
     link, address = "127.0.0.1:14550", "http://127.0.0.1:8080"
     boat = ("simulate", "examples/otter-square.toml", "--live", "--mavlink", f"udpout:{link}")
     pilot = ("--from", f"mavlink:udpin:{link}", "--to", f"mavlink:udpin:{link}", "--helm", "--engage")
@@ -107,16 +105,8 @@ def helm(_: Path) -> np.ndarray:
             for page in (laptop, phone):
                 answered(address)
                 page.get(address)
-            frames = []
-            for number in range(FRAMES):
-                time.sleep(EVERY)
-                frame = Image.open(BytesIO(laptop.get_screenshot_as_png())).convert("RGB")
-                frame = frame.resize(MOVING, Image.Resampling.LANCZOS)
-                frames.append(frame.quantize(COLOURS, dither=Image.Dither.NONE))
-                if number == HALFWAY:
-                    still = beside(screen(laptop), screen(phone))
-            frames[0].save(IMAGES / "helm.gif", save_all=True, append_images=frames[1:], duration=150, loop=0)
-            return still
+            time.sleep(HALFWAY_AROUND)
+            return beside(screen(laptop), screen(phone))
 
 
 def answered(address: str, patience: float = 120.0) -> None:

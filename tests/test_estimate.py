@@ -14,7 +14,7 @@ from steerway.estimation import FiveStateFilter, Profile
 from steerway.report.testing import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
 from tests.command_line import run
 from tests.fleet import generate
-from tests.scenes import straight, turning
+from tests.scenes import angle_error, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
 COLUMNS = (
@@ -208,3 +208,14 @@ def test_info_lists_the_models(tmp_path):
     (found,) = json.loads(run("info", log, "--models", "--json")[1])
     assert sum(each["weight"] for each in found["inferred"]["models"]) == pytest.approx(1.0)
     assert found["inferred"]["fixes"] == 300 and len(found["inferred"]["models"]) >= 3
+
+
+@pytest.mark.parametrize("causal", [True, False])
+def test_a_fix_on_another_sea_moves_no_row(causal):
+    fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
+    true = steerway.estimate(fixes, "small-usv", causal=causal)
+    longitude = fixes.longitude.copy()
+    longitude[150] += 1.0  # rad
+    found = steerway.estimate(replace(fixes, longitude=longitude), "small-usv", causal=causal)
+    assert abs(found.longitude[150] - true.longitude[150]) < 1e-6
+    assert abs(angle_error(found.cog[150], true.cog[150])) < 0.3

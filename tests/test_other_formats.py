@@ -147,6 +147,22 @@ def fit_columns():
     return lines(lambda k, a, o: f"{START + k - 631065600:.0f},{round(a * CIRCLE)},{round(o * CIRCLE)}", head)
 
 
+def semicircle_columns():
+    head = "timestamp,position_lat,position_long\n"
+    return lines(lambda k, a, o: f"{START + k - 631065600:.0f},{round(a * CIRCLE)},{round(o * CIRCLE)}", head)
+
+
+def raw_of_a_dated_bus():
+    """Yacht Devices' lines in small letters, without dates but for the system time (126992) on the bus."""
+
+    def row(k, a, o):
+        days, rest = divmod(round(START) + k, 86400)
+        now, system = f"{clock(k, '%H:%M:%S')}.000 R", struct.pack("<BBHI", 1, 0xF0, days, 10_000 * rest)
+        return f"{now} 0df01003 {system.hex(' ')}\n{now} 09f80103 {frame_bytes(a, o).hex(' ')}"
+
+    return lines(row)
+
+
 def rtklib_with_commas():
     head = "%  GPST,latitude(deg),longitude(deg),height(m),Q,ns,sdn(m),sde(m)\n"
     return lines(lambda k, a, o: f"{clock(k + 18)}.000,{a:.9f},{o:.9f},40.0,5,10,2.0,2.0", head)
@@ -206,6 +222,7 @@ LOGS = {
     **dict.fromkeys((rtklib, lambda: rtklib("UTC", 0)), 1e-8),
     **dict.fromkeys((tcx, kml_track, kml_placemarks, geojson_line, geojson_of_coordinate_properties), 1e-12),
     **dict.fromkeys((old_dataflash, dumped_dataflash, fit_messages, fit_columns, rtklib_with_commas, deltas), 2e-7),
+    **dict.fromkeys((semicircle_columns, raw_of_a_dated_bus), 2e-7),
     **dict.fromkeys((candump_with_dates, analyzed, seasmart, local_columns, boot_and_unix, ros_pose), 2e-7),
 }
 """Log → degrees within which its places are written."""

@@ -14,6 +14,7 @@ from tests.bench import Case, sail
 from tests.desk import HOME, Desk, corner, dock_all, square
 from tests.faults.table import DOCS, written
 
+PAGE = DOCS.with_name("steering.md")
 BEGIN, END = "<!-- stops: python -m tests.faults.stops -->", "<!-- end of stops -->"
 HEAD = ("| what happens | what is said | after | off the route |", "|---|---|---|---|")
 LEG = ((0.0, 0.0), (200.0, 0.0))
@@ -106,4 +107,4 @@ if __name__ == "__main__":
     for each in lines():
         made.append(each)
         print(each, flush=True)
-    written(made, DOCS.with_name("steering.md"), begin=BEGIN, end=END, head=HEAD)
+    written(made, PAGE, begin=BEGIN, end=END, head=HEAD)

@@ -125,7 +125,7 @@ def _is_number(value: object) -> bool:
 
 def _fixes(name: str, table: Floats, skipped: Counter[str]) -> Fixes:
     status, milliseconds, week, latitude, longitude, sog, course, hdop = table.T
-    quality = [dilution.OF_FIX_TYPE.get(int(each), dilution.ALONE) for each in status]
+    quality = [dilution.OF_FIX_TYPE.get(int(each), dilution.ALONE) for each in np.nan_to_num(status)]
     std = np.array([dilution.deviation(*each) for each in zip(hdop, quality, strict=True)])
     time = utc_of_week(week, 1e-3 * milliseconds)
     place = places(latitude, longitude)

@@ -18,7 +18,7 @@ from steerway.formats.places import number, places
 from steerway.formats.recording import Recording, placed
 
 _TABLES = b"Type,Local Number,Message", b"record.timestamp[s]"
-_EPOCH = 631065600.0  # Unix s of 1989-12-31, from which FIT counts
+EPOCH = 631065600.0  # Unix s of 1989-12-31, from which FIT counts
 _FIELDS = ("position_lat", "position_long", "enhanced_speed", "speed", "gps_accuracy")
 
 
@@ -79,7 +79,7 @@ def _tabled(data: bytes, counts: Counter[str]) -> list[tuple[float, ...]]:
         numbers = [number(values.get(name)) for name in ("timestamp", *_FIELDS)]
         if np.isfinite(numbers[0]):
             counts["record"] += 1
-            rows.append((numbers[0] + _EPOCH, *numbers[1:]))
+            rows.append((numbers[0] + EPOCH, *numbers[1:]))
     return rows
 
 

@@ -22,7 +22,7 @@ from steerway.formats.cells import csv, header_of, parquet
 from steerway.formats.columns import DEGREE, EXPECTED, Column, no_fix, spelled, understood, unit_in
 from steerway.formats.places import degrees, places
 from steerway.formats.recording import Recording
-from steerway.formats.units import by_positions, in_seconds, places_by_size, refuse_radians, time_by_motion
+from steerway.formats.units import by_positions, from_fit, in_seconds, places_by_size, refuse_radians, time_by_motion
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "north_south", "east_west", "mmsi")
@@ -322,6 +322,7 @@ def _time(
         columns["time"], time = time_by_motion(
             known, lambda column: reader.times(column, *beside), latitude, longitude, speed
         )
+    time = from_fit(time, columns["latitude"])
     reader.check_times(columns["time"], time)
     return time
 

@@ -11,6 +11,7 @@ from steerway.core.arrays import Floats
 from steerway.core.earth import KNOT, radii
 from steerway.core.errors import InputError
 from steerway.formats.columns import DEGREE, SEMICIRCLE, Column
+from steerway.formats.fit import EPOCH
 
 _WINDOW = 15.0  # s over which the positions are differenced: their noise is then some 0.1 m/s
 _LEAST_SPEED = 0.35  # m/s, several times that
@@ -27,6 +28,7 @@ _SLOWEST, _FASTEST = 0.01, 150.0  # m/s
 _AWAY = 20.0  # m from the first position to the last: the vessel moves
 _OFF = 10.0  # times the reported speed
 _LARGE = 1e4  # no degrees
+_BEFORE_FIT = 1.2e9  # Unix s, 2008-01-10
 _RADIUS = 6.37e6  # m, of the earth
 
 
@@ -52,6 +54,12 @@ def in_seconds(numbers: np.ndarray, factor: float | None) -> np.ndarray:
         factor = unit_by_size(float(np.median(known)) if len(known) else 0.0)
     with np.errstate(all="ignore"):  # altered bits can be a signalling NaN
         return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
+
+
+def from_fit(time: Floats, latitude: Column) -> Floats:
+    """Unix s of times (n,) beside a latitude. Beside semicircles, numbers before FIT existed count from its epoch."""
+    is_fit = latitude.factor == SEMICIRCLE and bool((time[np.isfinite(time)] < _BEFORE_FIT).any())
+    return time + EPOCH if is_fit else time
 
 
 def unit_by_size(size: float) -> float:

@@ -42,7 +42,7 @@ def read(data: bytes) -> Recording:
             sources[each.source][each.pgn].append({"received": each.time} | values)
         elif each.pgn in POSITIONS:
             sources[each.source][each.pgn].append({"received": each.time, "latitude": np.nan})
-    error = _clock_error(sources, notes)
+    error = _clock_error(sources, decoder.late, notes)
     if heard and heard[0].time + error < _NO_DATE:
         notes.append("the log has times without a date: its days are counted from 1970-01-01")
     found = {}
@@ -72,9 +72,13 @@ def _decoder_for(heard: Iterable[Heard]) -> Decoder:
     return decoder
 
 
-def _clock_error(sources: Rows, notes: list[str]) -> float:
-    """s by which the logger's clock is set to that of GNSS, where its error exceeds the delay of messages; else 0."""
+def _clock_error(sources: Rows, system: Sequence[float], notes: list[str]) -> float:
+    """s by which the logger's clock is set to that of GNSS, where its error exceeds the delay of messages; else 0.
+
+    system: the same by messages of the system time, for a log whose 129029 say nothing.
+    """
     late = [row["time"] - row["received"] for own in sources.values() for row in own.get(129029, ()) if "time" in row]
+    late = late or list(system)
     error = float(np.median(late)) if late else 0.0
     if abs(error) <= _CLOCK_ERROR:
         return 0.0

@@ -1,13 +1,14 @@
 """What messages mean together: angles from true north, positions with their accuracy. For logs and for the wire."""
 
 import math
-from collections import Counter
+from collections import Counter, deque
 from typing import Any
 
 from steerway.formats import dilution
 from steerway.formats.nmea2000.fields import MAGNETIC, MESSAGES, TRUE
 
 _FIRST_DATE = 946771200.0  # 2000-01-02, a year before the standard was published: earlier ones are of no fix
+_LATEST = 1000  # system times that are kept
 _FRESH = 3.0  # s for which a dilution of precision holds
 
 
@@ -18,12 +19,14 @@ class Decoder:
         variation: rad, + east, the last on the bus; NaN before the first.
         skipped: reason → count of what has no value.
         corrected: (sender, "COG" or "heading") of magnetic angles that were made true.
+        late: s by which the network's system time is ahead of the times of receipt.
     """
 
     def __init__(self) -> None:
         self.variation = math.nan
         self.skipped: Counter[str] = Counter[str]()
         self.corrected: set[tuple[int, str]] = set()
+        self.late: deque[float] = deque(maxlen=_LATEST)
         self._accuracy: dict[int, tuple[float, float]] = {}
 
     def values(self, pgn: int, source: int, raw: tuple[int, ...], received: float) -> dict[str, float]:
@@ -34,6 +37,10 @@ class Decoder:
         values: dict[str, Any] = MESSAGES[pgn].values(raw)  # some of them whole numbers
         if pgn == 127258:
             self.variation = self.variation if math.isnan(values["variation"]) else values["variation"]
+            return {}
+        if pgn == 126992:
+            if values["days"] + values["clock"] >= _FIRST_DATE:
+                self.late.append(values["days"] + values["clock"] - received)
             return {}
         if pgn == 127250:
             return {"heading": self._heading(source, **values)}

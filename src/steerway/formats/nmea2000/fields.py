@@ -93,6 +93,7 @@ def _reference(label: str) -> Field:
 
 
 MESSAGES = {
+    126992: Message("system time", "<xxHI", Field("days", "Date", 86400.0), Field("clock", "Time", 1e-4)),
     127250: Message(
         "heading",
         "<xHhhB",

@@ -18,11 +18,11 @@ _CANBOAT = re.compile(
 _JSON = re.compile(rb'^[ \t]*(\{.*"pgn"\s*:.*\})\s*$', re.M)
 _CANDUMP = re.compile(
     rb"^[ \t]*\((?P<unix>\d{1,12}\.\d{1,9}|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{1,9})\)\s+"
-    rb"\S+\s+(?P<id>[0-9A-F]{8})(?:#|\s+\[\d\]\s+)(?P<data>[0-9A-F ]{2,24})",
-    re.M,
+    rb"\S+\s+(?P<id>[0-9A-F]{8})(?:#|\s+\[\d\]\s+)(?P<data>(?:[0-9A-F]{2} ?){1,8})",
+    re.M | re.I,
 )
 _CLOCK = rb"(?P<hour>[0-2]\d):?(?P<minute>[0-5]\d):?(?P<second>[0-6]\d\.\d{3})"
-_RAW = re.compile(rb"^" + _CLOCK + rb" R (?P<id>[0-9A-F]{8})(?P<data>(?: [0-9A-F]{2}){1,8})\s*$", re.M)
+_RAW = re.compile(rb"^" + _CLOCK + rb" R (?P<id>[0-9A-F]{8})(?P<data>(?: [0-9A-F]{2}){1,8})\s*$", re.M | re.I)
 _ACTISENSE = re.compile(
     rb"^A" + _CLOCK + rb" (?P<source>[0-9A-F]{2})[0-9A-F]{2}[0-7] (?P<hex>[0-9A-F]{5}) (?P<data>(?:[0-9A-F]{2})+)\s*$",
     re.M,
