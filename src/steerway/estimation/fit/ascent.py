@@ -77,7 +77,7 @@ def climb(ascent: Ascent, rounds) -> bool:
     Returns whether the last round gained hardly anything.
     """
     for _ in range(rounds):
-        before, begin = ascent.log, ascent.x
+        before = ascent.log
         ascent.differentiate()
         score(ascent)
         if ascent.log - before < _STANDS:
@@ -85,7 +85,6 @@ def climb(ascent: Ascent, rounds) -> bool:
             sweep(ascent)
             if ascent.log - scored > _TOLERANCE:
                 score(ascent)
-        follow(ascent, ascent.x - begin)
         if ascent.log - before < _TOLERANCE:
             return True
     return False
@@ -106,16 +105,6 @@ def score(ascent: Ascent):
                 return
         else:
             reach, failures = 0.5 * min(reach, largest), failures + 1
-
-
-def follow(ascent: Ascent, way):
-    """Go on along the way of a round as long as it leads up, each step twice as long.
-
-    Where rows say more than one another's scores add up to, every round goes a part of the same way (R. Hooke and T. A.
-    Jeeves, J. ACM 8(2), 1961).
-    """
-    while ascent.try_step(way) > _TOLERANCE:
-        way = 2.0 * way
 
 
 def sweep(ascent: Ascent):
