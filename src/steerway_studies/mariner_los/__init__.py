@@ -57,7 +57,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
         for angle in ROTATIONS
         for seed in seeds_from(first_seed, seeds, ROTATION_SEEDS)
     ]
-    step = stage(progress, 0.0, 0.95, f"{len(cases) + len(rotated)} voyages")
+    step = stage(progress, 0.0, 1.0, f"{len(cases) + len(rotated)} voyages")
     found = over_cases(measured, cases + rotated, progress=step)
     numbers = gain_numbers()
     numbers |= voyage_numbers(dict(zip(cases, found, strict=False)))
