@@ -131,9 +131,10 @@ def test_a_bus_in_and_out():
         await asyncio.gather(*tasks, return_exceptions=True)
         return engaged
 
+    began = time.time()
     engaged = asyncio.run(run())
     assert len(kept.fixes) >= 30 and abs(kept.fixes[-1].sog - 6.7) < 1.0
-    assert kept.fixes[0].time == pytest.approx(time.time(), abs=30)
+    assert began - 1.0 < kept.fixes[0].time < time.time() + 1.0
     kinds = {frame.pgn for frame in received}
     assert kinds == {CLAIM, 129026, 127251, 129283, 129284, 127237}
     assert all(frame.pgn != 127237 for frame in received[:engaged])

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
 import tomllib
@@ -14,9 +15,10 @@ from matplotlib.figure import Figure
 
 import steerway
 import steerway_studies
-from steerway.commands.testing import GROUP, study, terminal
+from steerway.commands.testing import GROUP, terminal
 from steerway.simulation import Unfinished
 from steerway_studies.testing import Quantity, Results, Study, judged, keeping, means, over_cases, reached
+from tests.command_line import run
 
 ROOT = Path(steerway.__file__).parents[2]
 
@@ -37,7 +39,7 @@ def test_the_package_names_its_table_and_every_study_loads():
         assert import_module(module).STUDY.name == name and steerway_studies.named(name).summary
 
 
-def test_another_package_adds_a_study(tmp_path, monkeypatch, capsys):
+def test_another_package_adds_a_study(tmp_path, monkeypatch):
     module = tmp_path / "elsewhere.py"
     module.write_text(
         "from steerway_studies.study import Results, Study\n"
@@ -50,13 +52,13 @@ def test_another_package_adds_a_study(tmp_path, monkeypatch, capsys):
     )
     entry_points_of(tmp_path, "elsewhere:STUDIES")
     monkeypatch.syspath_prepend(tmp_path)
-    study()
-    assert "theirs" in (listed := capsys.readouterr().out) and "a study of somebody else" in listed
-    study("theirs", tmp_path / "out", 7)
-    assert capsys.readouterr().out.splitlines()[0].split() == ["seeds", "7"]
+    _, listed, _ = run("study")
+    assert "theirs" in listed and "a study of somebody else" in listed
+    _, out, _ = run("study", "theirs", "-o", tmp_path / "out", "--seeds", 7)
+    assert out.splitlines()[0].split() == ["seeds", "7"]
     assert (tmp_path / "out" / "index.html").exists()
-    with pytest.raises(steerway.InputError, match=r"study .ours. is unknown, expected one of .*theirs"):
-        study("ours")
+    code, _, error = run("study", "ours")
+    assert code == 2 and re.search(r"study .ours. is unknown, expected one of .*theirs", error)
 
 
 def test_what_is_not_installed_is_said_in_one_sentence(tmp_path):
