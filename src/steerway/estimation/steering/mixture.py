@@ -121,5 +121,5 @@ def estimate_of(x: Floats, p: Floats, heading_std: float, current_std: float, ag
         current_std,
         position_std,
         float(x[SLIP]),
-        float(x[MADE_UP]),
+        min(1.0, max(0.0, float(x[MADE_UP]))),
     )

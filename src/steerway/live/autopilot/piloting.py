@@ -54,18 +54,18 @@ class BoatActuation:
     """Commands of a boat known by its `[boat]` table: yaw rate (rad/s), thrust, port and starboard propeller.
 
     Thrust is a fraction of full thrust, propeller commands are of full speed: T = n|n|. `takes`, one of `ACTUATIONS`,
-    says whose limits count. `max_rate` (rad/s) may be set.
+    says whose limits count. `max_rate` (rad/s) and `max_thrust` may be set.
     """
 
     def __init__(self, boat: BoatTable, takes: str = YAW_RATE):
         self._takes = one_of("actuation", takes, ACTUATIONS)
-        self.max_rate = largest_yaw_rate(boat)
+        self.max_rate, self.max_thrust = largest_yaw_rate(boat), 1.0
         self._full_rate = math.radians(boat.full_yaw_rate_dps)
         self._propellers = TwoPropellers(0.5, 1.0, 1.0, 1.0, -1.0 if boat.reverse else 0.0)
 
     def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
         """(yaw rate, thrust, port, starboard, achieved force, achieved yaw rate) for a force and a yaw rate."""
-        rate = max(-self.max_rate, min(self.max_rate, yaw))
+        rate, surge_force = max(-self.max_rate, min(self.max_rate, yaw)), min(surge_force, self.max_thrust)
         driven = self._propellers.step(2.0 * surge_force, yaw / self._full_rate)
         achieved = surge_force, rate
         if self._takes == PROPELLERS:

@@ -189,6 +189,8 @@ class Supervisor:
         if self._turns is not None:
             self._turns.order(self.estimator.ordered, self._thrust, dt)
             limit_turns(self.pilot, self._turns.limit.rate)
+        # A boat that seems to stand still is not driven faster before it is known to.
+        self.pilot.actuation.max_thrust = max(self._thrust, 0.0) if self._receiver.doubt else 1.0  # type: ignore[attr-defined]
         if self._is_new and self._is_finished:
             self.guide.restart()
         self.guide.row = row
