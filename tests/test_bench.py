@@ -20,9 +20,11 @@ def test_a_square_is_sailed_along_its_legs_and_the_right_way_round_its_corners(c
 
 # Of 26 squares with seed 3, 19 are within all limits. In the others a current that is not known before the first turns,
 # at 1.3 m/s without a compass most of all, takes corners up to 2.0 m outside, one 2.3 m away, and a leg to 0.6 m.
+WIDE = pytest.mark.xfail(strict=True, reason="up to 3.0 m from a waypoint, 2.9 m outside: the current before turns")
+
+
 @pytest.mark.study
-@pytest.mark.xfail(strict=True, reason="up to 2.3 m from a waypoint, 2.0 m outside: the current before the first turns")
-@pytest.mark.parametrize("current", [0.0, 0.5, 1.0, 1.3])
+@pytest.mark.parametrize("current", [0.0, *(pytest.param(each, marks=WIDE) for each in (0.5, 1.0, 1.3))])
 def test_all_squares(current):
     """16 directions, with and without a compass, three seeds."""
     directions = [22.5 * k for k in range(16)] if current else [0.0]

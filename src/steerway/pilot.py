@@ -183,10 +183,10 @@ class Pilot:
         speed = self.cruise if math.isnan(leg.speed) else leg.speed
         dt = dt if self.mode is Mode.UNDER_WAY else 0.0  # who is not steered by it teaches the law nothing
         desired = self.law.step(self._seen(leg, speed, estimate), estimate.cog, estimate.sog, dt)
-        if self.in_current is not None and estimate.knows_current:
-            speed = self.in_current.speed(leg, speed)
         if self.spot_turn is not None:
             speed = self.spot_turn.speed(leg, speed)
+        elif self.in_current is not None and estimate.knows_current:
+            speed = self.in_current.speed(leg, speed)
         if self.spot_turn is not None and self.spot_turn.turns:
             desired = Reference(leg.direction, 0.0, 0.0)
         elif self._turns_headings and estimate.knows_current:
