@@ -158,12 +158,8 @@ def test_the_route_goes_on_from_any_leg():
             asks(desk, "leg", leg)
 
 
-FAST = pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="0.47 of 0.3 m/s in the turn: what slows is not known"
-)
 
-
-@pytest.mark.parametrize(("current", "stops"), [pytest.param(0.0, True, marks=FAST), (0.9, False)])
+@pytest.mark.parametrize(("current", "stops"), [(0.0, True), (0.9, False)])
 def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(current, stops):
     """With compass and gyro: at rest positions do not show where the bow is."""
     boat = OTTER.model_copy(update={"pivot_angle_deg": 60.0, "max_yaw_rate_dps": 30.0})
@@ -180,9 +176,7 @@ def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(cur
         turned |= desk.autopilot.pilot.spot_turn.turns
     assert desk.order.state is State.RUNNING and desk.leg.destination == "WP2"
     assert turned == stops
-    if stops and (slowest > 0.5 or closest > 0.5):
-        pytest.fail("faster or further off than it was")
-    assert not stops or slowest < 0.3
+    assert not stops or (slowest < 0.3 and closest < 0.5)
 
 
 def test_a_man_overboard_is_marked_where_the_boat_was():
