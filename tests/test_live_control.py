@@ -158,7 +158,6 @@ def test_the_route_goes_on_from_any_leg():
             asks(desk, "leg", leg)
 
 
-
 @pytest.mark.parametrize(("current", "stops"), [(0.0, True), (0.9, False)])
 def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(current, stops):
     """With compass and gyro: at rest positions do not show where the bow is."""

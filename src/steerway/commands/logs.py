@@ -111,8 +111,8 @@ def _expect_outputs(logs: Sequence[str], out: Path | None, report: Path | None, 
     checks: tuple[Callable[[Path], object], ...] = writer, report_writer, expect_writable
     for path, check in zip((out, report, episodes), checks, strict=True):
         if path is not None:
-            check(path)
             expect_output(path, logs)
+            check(path)
 
 
 def _write_outputs(
