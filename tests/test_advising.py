@@ -54,7 +54,7 @@ def swing(white, slow, doubt):
 
 @pytest.mark.parametrize(("white", "slow", "doubt", "fits"), [(0.02, 0.01, 0.2, True), (1.5, 1.0, 1.0, False)])
 def test_the_damping_is_that_of_the_loop(white, slow, doubt, fits, monkeypatch):
-    """Of a turn of 90° exp(−ζ ω 80 s) leaves 1° for ζ of 0.2 and ω of 0.3 rad/s, and 27° for a quarter of it."""
+    """A turn of 90° leaves, by exp(−ζ ω 80 s), 1° for ζ of 0.2 and ω of 0.3 rad/s, and 27° for a quarter of it."""
     scenario = parse_scenario(SCENARIO % (0.3, white, slow))
     boat = assembly.boat(scenario).but(yaw_doubt=doubt)
     monkeypatch.setattr(assembly, "boat", lambda scenario: boat)

@@ -18,7 +18,7 @@ def test_a_square_is_sailed_along_its_legs_and_the_right_way_round_its_corners(c
     assert all(corner.closest <= case.acceptance and corner.outside <= case.acceptance for corner in found.corners)
 
 
-# Of 26 squares with seed 3, 19 are within all limits. In the others a current that is not known before the first turns,
+# With seed 3, 19 of 26 squares are within all limits. In the others a current that is not known before the first turns,
 # at 1.3 m/s without a compass most of all, takes corners up to 2.0 m outside, one 2.3 m away, and a leg to 0.6 m.
 WIDE = pytest.mark.xfail(strict=True, reason="up to 3.0 m from a waypoint, 2.9 m outside: the current before turns")
 

@@ -48,7 +48,7 @@ def _is(licence, known):
 
 
 def dependencies() -> list[Dependency]:
-    """Of requirements.lock; those of requirements-core.lock are the core's."""
+    """The packages of requirements.lock; those of requirements-core.lock are the core's."""
     core = dict(_pinned("requirements-core.lock")).keys() - set(BUILD)
     return [Dependency(name, version, _licence(name), name in core) for name, version in _pinned("requirements.lock")]
 

@@ -220,7 +220,7 @@ async def datagrams(port, parts):
 
 @pytest.mark.parametrize(("scheme", "source"), [("tcp", "UBX"), ("udp", "GP")])
 def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
-    """Of the same moments, some of either damaged."""
+    """Sentences of the same moments, some of either damaged."""
     places = list(zip(*track(40), strict=True))
     frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
     frames[20], lines[13] = frames[20][:50], lines[13][:50]

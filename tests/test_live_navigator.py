@@ -33,7 +33,7 @@ def received_from(fixes, source="GP"):
 
 @pytest.mark.parametrize("rate", [None, 3.0])
 def test_a_replay_is_the_estimate(fixes, rate):
-    """Of one of two receivers: they are never mixed."""
+    """Fixes of one of two receivers: they are never mixed."""
     other = Fixes(fixes.time + 0.05, fixes.latitude + 1e-6, fixes.longitude)
     at_fixes, at_ticks = replayed({"GP": fixes, "GN": other}, rate, sources=("GP",))
     assert_equal(at_fixes if rate is None else at_ticks, estimate(fixes, "small-usv", rate=rate, causal=True))

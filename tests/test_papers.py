@@ -76,7 +76,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 def numbers(name, **changes):
-    """Of a paper's scenario with other keys."""
+    """A run of a paper's scenario with other keys."""
     return sail_scenario(load_scenario(EXAMPLES / f"{name}.toml").model_copy(update=changes)).numbers
 
 

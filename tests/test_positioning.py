@@ -141,7 +141,7 @@ def test_the_smoother_knows_the_whole_record_and_how_well():
 
 
 def test_noise_that_is_learned_goes_to_that_of_the_fixes():
-    """Of fixes about a boat at rest, three times as noisy as the filter was told."""
+    """Fixes about a boat at rest, three times as noisy as the filter was told."""
     told = observers.PRODUCT.position_std
     estimator = VesselFilter(INERTIA, DAMPING, observers.PRODUCT, 13.8, VariationalNoise())
     rng = np.random.default_rng(1)

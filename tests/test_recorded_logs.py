@@ -59,7 +59,7 @@ class EstimatedLog:
 
     @cached_property
     def agreement(self):
-        """Of the causal default with the receiver."""
+        """Differences of the causal default from the receiver."""
         return compare(self.fixes, self.estimate())
 
 

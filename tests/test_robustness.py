@@ -262,7 +262,7 @@ def filtered(seed, rate, speed):
     reason="a course is stated at 1.7 of its deviations: seconds after a start noise has one",
 )
 def test_noise_alone_gives_no_course():
-    """Of a boat at rest in the first minute."""
+    """Fixes of a boat at rest in the first minute."""
     found = np.array([np.isfinite(filtered(seed, 5.0, 0.0).cog) for seed in range(80)])
     if found.mean() >= 0.02 or found[:, 50:].any():
         pytest.fail("longer than it had one")

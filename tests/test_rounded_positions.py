@@ -123,7 +123,7 @@ def test_a_moored_boat_is_known_no_better_than_its_digit():
 
 
 def test_fixes_that_are_all_at_one_place_are_known_no_better_than_a_fine_digit():
-    """Of seven decimals, which are otherwise too fine to matter: a receiver that holds its place."""
+    """Positions of seven decimals, which are otherwise too fine to matter: a receiver that holds its place."""
     motion = steerway.estimate(rounded_to(1e-7, straight(0.0, 0.0, 200.0, 1.0).fixes(0.0, 1)), causal=True)
     assert motion.position_std.min() > 1e-3 and np.nanmin(motion.sog_std) > 1e-5
 

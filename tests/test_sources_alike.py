@@ -1,4 +1,4 @@
-"""Of several sources a log and the live service use the same, instruments at any rate and from any talker."""
+"""A log and the live service use the same of several sources, instruments at any rate and from any talker."""
 
 import math
 

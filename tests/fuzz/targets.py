@@ -204,7 +204,7 @@ SCHEMES = ("http", "https", "ws", "wss")
 
 
 def controls():
-    """Of an autopilot with a route of two points."""
+    """Rows to an autopilot with a route of two points."""
     from steerway.estimation import Profile
     from steerway.live.testing import Controls, GeodeticRoute, Supervisor
 

@@ -44,7 +44,7 @@ WITH_VELOCITY = """
 [gnss]
 velocity_std = 0.05
 """
-"""Of the same boat with a receiver that gives its velocity too (m/s of north and of east)."""
+"""The same boat with a receiver that gives its velocity too (m/s of north and of east)."""
 
 
 def demo(

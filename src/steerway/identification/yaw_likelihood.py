@@ -19,7 +19,7 @@ from steerway.estimation.filter.vectors import Vec2
 
 _OUTLIER_COST = 24.0
 _NODE = math.sqrt(0.15)
-"""Of Gauss and Legendre's rule with three nodes, from the middle of an interval of length 1."""
+"""Outer node of the Gauss–Legendre rule with three nodes, from the middle of an interval of length 1."""
 
 
 @lean_kernel

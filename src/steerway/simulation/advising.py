@@ -172,7 +172,7 @@ def _estimated(
     dynamics[0, 1:3] = 1.0, turning
     dynamics[2, 3] = 1.0
     aside = response.wander * response.rate
-    # Of r |r| of a Gaussian rate the best linear part is √(8/π) σ r (Gelb, Applied Optimal Estimation, 1974).
+    # The best linear part of r |r| for a Gaussian rate is √(8/π) σ r (Gelb, Applied Optimal Estimation, 1974).
     damping = response.linear - response.munk * speed**2 + response.quadratic * math.sqrt(8.0 / math.pi) * aside
     dynamics[1, 1] = -1.0 / _FORGOTTEN
     dynamics[3, 3:5] = -damping / response.time, 1.0 / response.time

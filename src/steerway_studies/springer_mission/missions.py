@@ -229,7 +229,7 @@ def many(run, seeds, progress=None) -> dict[str, list] | list:
 
 
 def mean(runs, field) -> float:
-    """Of a field of `MissionResult` over runs."""
+    """Mean of a field of `MissionResult` over runs."""
     return float(np.mean([getattr(each, field) for each in runs]))
 
 

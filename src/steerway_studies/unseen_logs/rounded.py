@@ -46,7 +46,7 @@ MOTIONS = ("moored", "drifting", *(f"straight {k}" for k in range(len(SPEEDS))),
 
 @dataclass(frozen=True)
 class Verdict:
-    """Of a causal or smoothed estimate: RMS and mean error of SOG (m/s), RMS error of COG (rad), shares inside the 95 %
+    """A causal or smoothed estimate's RMS and mean error of SOG (m/s), RMS error of COG (rad), shares inside the 95 %
     intervals, the least σ of SOG, and what that may not be below; NaN where there is no course."""
 
     sog: float

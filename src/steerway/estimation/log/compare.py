@@ -178,7 +178,7 @@ def _averaged(table, span):
 
 
 class _Differences(NamedTuple):
-    """Of one vessel: number of known differences, sum of squares and of squares without gross ones at every lag (l,);
+    """One vessel's number of known differences, sum of squares and of squares without gross ones at every lag (l,);
     differences at none (k,)."""
 
     counts: Floats

@@ -253,7 +253,7 @@ def grouped(time, north, east, most):
 
 
 def departures(time, north, east, first, interval):
-    """Of those of `first` from which on four places are evenly spaced: they, and second and third differences squared.
+    """The rows of `first` from which on four places are evenly spaced, and second and third differences squared.
 
     Both differences (m²) are scaled to mean what white noise has as its variance, of north and east together.
     """

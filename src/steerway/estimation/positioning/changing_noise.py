@@ -19,7 +19,7 @@ from steerway.core.kalman import Fix, correct, innovation
 from steerway.estimation.positioning.vessel_filter import waves_in
 
 _ITERATIONS = 5
-"""Of the fixed point that Särkkä and Nummenmaa's algorithm iterates. Chosen: with a fix at four
+"""Iterations of the fixed point in Särkkä and Nummenmaa's algorithm. Chosen: with a fix at four
 deviations the variance is within 0.2 % of the fixed point, with one at 1.5 within 10⁻⁶."""
 
 

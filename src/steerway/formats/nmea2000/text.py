@@ -37,7 +37,7 @@ _ANALYZED = re.compile(
 _SEASMART = re.compile(
     rb"^\$PCDIN,(?P<hex>[0-9A-F]{6}),(?P<tick>[0-9A-F]{8}),(?P<source>[0-9A-F]{2}),(?P<data>(?:[0-9A-F]{2})+)\*", re.M
 )
-"""Of SeaSmart.Net gateways, which stand among sentences of NMEA 0183: time in ms of their own."""
+"""Lines of SeaSmart.Net gateways, which stand among sentences of NMEA 0183: time in ms of their own."""
 FORMS = (_CANBOAT, _JSON, _CANDUMP, _RAW, _ACTISENSE, _SEASMART, _ANALYZED)
 _DAY = 86400.0
 

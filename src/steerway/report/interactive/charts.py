@@ -96,7 +96,7 @@ def track_map(
 
 
 def _tiles() -> WMTSTileSource:
-    """Of OpenStreetMap; loaded only when they are switched on."""
+    """Map tiles of OpenStreetMap; loaded only when they are switched on."""
     return WMTSTileSource(
         url="https://tile.openstreetmap.org/{Z}/{X}/{Y}.png", attribution="© OpenStreetMap contributors", max_zoom=19
     )

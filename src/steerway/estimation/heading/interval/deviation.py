@@ -60,7 +60,7 @@ class DeviationBounds:
         shape = np.array([[spread.sum(), spread[1]], [spread[1], spread[1]]])
         self._noise = math.degrees(not_negative("heading.vehicle_std", vehicle_std)) ** 2 * shape
         self._bounds = np.zeros((3, 2))  # of ψ, q and ρ, in degrees
-        # Of ψ and h2.
+        # The covariance of ψ and h2.
         self._covariance = math.degrees(not_negative("heading.start_std", start_std)) ** 2 * shape
         self._ticks = Ticks()
         self._length, self._part = 0.0, _Part(np.empty(4), self._noise, 0.0, 0.0)
@@ -75,7 +75,7 @@ class DeviationBounds:
 
     @property
     def heading_std(self) -> float:
-        """Of the noise, and of a deviation that is anywhere in the box; rad."""
+        """1σ of the noise and of a deviation that is anywhere in the box, rad."""
         return math.sqrt(math.radians(math.sqrt(self._covariance[0, 0])) ** 2 + (self.high - self.low) ** 2 / 12.0)
 
     def step(
