@@ -53,8 +53,8 @@ def default_weights(
 _ROUNDING = 1e-12
 """Ratio of the least to the largest curvature of a QP below which rounding may make it concave: 5000 roundings."""
 _TOLERANCE, _ROUNDED = 1e-12, 1e-9
-"""Tolerance of the limits, in the input's unit; where that fails, in shares of the change without limits, whose rounding
-of 1e-16 grows with the condition of the QP."""
+"""Tolerance of the limits, in the input's unit; where that fails, in shares of the change without limits, whose
+rounding of 1e-16 grows with the condition of the QP."""
 
 
 class HeadingMpc(SampledHeading):

@@ -39,8 +39,8 @@ from steerway.estimation.log.course import run_model
 from steerway.estimation.log.place import MOMENTS
 
 NODES = 48
-"""Points of the midpoint rule: with 96, mean and covariance of the voyages of `tests/test_prediction.py`, which compares
-them with Monte Carlo, change by less than 10⁻⁴ of the spread."""
+"""Points of the midpoint rule: with 96, mean and covariance of the voyages of `tests/test_prediction.py`, which
+compares them with Monte Carlo, change by less than 10⁻⁴ of the spread."""
 SPEED_SHARE, SPEED_ROOM = 0.5, 1.0
 """1σ that accelerations add to a speed in the long run: a share of it, and m/s. A vessel keeps about its speed, where a
 random walk would lead away without bound. Chosen on the Solent: with 0.3 and 0.5 m/s the 95 % ellipses ten minutes

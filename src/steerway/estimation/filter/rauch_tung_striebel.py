@@ -21,8 +21,8 @@ _UNKNOWN = 1e12
 
 
 _RATIO = 2.0
-"""Ratio of two speeds above which their velocities are compared as vectors: compared as a course, the information on the
-velocity across would grow with the ratio. Chosen."""
+"""Ratio of two speeds above which their velocities are compared as vectors: compared as a course, the information on
+the velocity across would grow with the ratio. Chosen."""
 
 
 class Room(NamedTuple):

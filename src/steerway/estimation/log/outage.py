@@ -23,7 +23,8 @@ SLIDES = 20.0 - 1e-3
 """s for which a receiver slides, less what clocks err by. Chosen: a recorded slide takes ten, and the estimate follows
 it some seconds late."""
 _SHARE = 0.3
-"""Share of the square of the difference that is added. Chosen: with 0.26 a 95 % interval just reaches the velocity before."""
+"""Share of the square of the difference that is added. Chosen: with 0.26 a 95 % interval just reaches the velocity
+before."""
 _FASTER, _BY = 2.0, 1.0
 """A speed of more than so many times that before, and m/s more, is taken for a slide's; else a vessel that has turned
 meanwhile would have no course. Chosen."""

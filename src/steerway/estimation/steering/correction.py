@@ -34,8 +34,8 @@ signals err by tens of metres."""
 MANOEUVRES = 60.0
 """s between motions that no order explains, where the response does not fit: the mean. Chosen."""
 _LARGEST_GAIN = 2.5
-"""Largest gain of a response over the declared one, and the inverse of the least. Chosen: beyond it the boat is another than
-declared."""
+"""Largest gain of a response over the declared one, and the inverse of the least. Chosen: beyond it the boat is
+another than declared."""
 _SHORTEST, _LONGEST = 0.05, 2.5
 """Limits of a time constant over the declared one. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
 _LONGEST_SLIP = 2.0

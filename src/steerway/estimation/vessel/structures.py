@@ -22,8 +22,8 @@ CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
 MODES = 5
 START_PROBABILITY, START_RATE_STD = (0.55, 0.2, 0.15, 0.09, 0.01), 0.2
-"""Probabilities of the modes at the start, and 1σ of the turn rate, rad/s (two are 23 °/s). Chosen; a fit leaves out the
-first rows (`fit`)."""
+"""Probabilities of the modes at the start, and 1σ of the turn rate, rad/s (two are 23 °/s). Chosen; a fit leaves out
+the first rows (`fit`)."""
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins. Chosen."""
 TURN_SHARE = 0.5
