@@ -48,7 +48,7 @@ def _filter(directory):
     filters = filters_of_levels([[each.model_dump() for each in some] for some in levels(None)], ())
     n, bounds = len(fixes), np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, len(fixes)]
     class_a, none = np.ones(n, np.int64), np.zeros(n, np.int64)
-    reports = Reports(fixes.time, fixes.latitude, fixes.longitude, NO_AIDS, none, class_a, none)
+    reports = Reports(fixes.time, fixes.latitude, fixes.longitude, np.zeros(len(fixes)), NO_AIDS, none, class_a, none)
     found, kept, spare = empty_found(n, 0, filters), empty_found(n, n, filters), empty_states((2,), filters)
 
     def run(into):

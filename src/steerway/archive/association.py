@@ -29,6 +29,7 @@ from steerway.archive.filters import (
     note_velocity,
     predict,
     recentre,
+    round_to,
     state_at,
     status_of,
     take,
@@ -66,6 +67,7 @@ class Reports(NamedTuple):
     time: np.ndarray  # s
     latitude: np.ndarray  # rad, NaN of a row that is no report but asks for output
     longitude: np.ndarray
+    digit: np.ndarray  # rad, the last one in which positions are written; 0: too fine to matter
     aids: np.ndarray  # (n or 0, aids)
     hull: np.ndarray
     mobile: np.ndarray  # class of the vessel
@@ -130,6 +132,8 @@ def follow(
     for k in range(rows[0], rows[1]):
         fixed, tentative, accepted, link = math.isfinite(reports.latitude[k]), False, False, GOES_ON
         found.event[k], found.nis[k] = NOTHING, math.nan
+        if fixed:
+            round_to(filters.models.receiver, reports.digit[k], reports.latitude[k])
         chosen, alone = track_of(vessel, tracks, states, reports, k, filters)
         track, shown, estimate = tracks[chosen], state_at(states, chosen), found.estimate[k]
         if fixed:
@@ -189,7 +193,9 @@ def take_report(
             predict_to(filters, which, track, state, time)
         north, east = place_in_plane(track, state, reports.latitude[k], reports.longitude[k])
         nis, wrong = take(filters, which, state, north, east)
-        if level < STEADY or nis <= FIX_GATE:
+        # The NIS of a rounded fix has the variance of its last digit, and lets pass what its cell refuses.
+        passes = nis <= FIX_GATE and not (wrong > 0.5 and reports.digit[k] > 0.0)
+        if level < STEADY or passes:
             break
         copy_state(before, state)
         level = MANOEUVRING

@@ -12,7 +12,7 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, jitable, lean_kernel
-from steerway.core.earth import displaced
+from steerway.core.earth import displaced, displacement
 from steerway.core.linear_algebra import fill_lower
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.filter import five_state
@@ -211,11 +211,23 @@ def predict(filters: Filters, which: int, state: State, dt: float) -> None:
 
 
 @lean_kernel
+def round_to(receivers: np.ndarray, digit: float, latitude: float) -> None:
+    """Tell the receivers (models, 1) of all models the last digit (rad) of the next fix, at a latitude; 0: of none."""
+    if digit == 0.0 and receivers[0, 0].quantum_north == 0.0:
+        return
+    north, east = displacement(latitude + digit, digit, latitude, 0.0)
+    for each in receivers:
+        each[0].quantum_north, each[0].quantum_east = north, east
+
+
+@lean_kernel
 def take(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
     """Take a fix (m) at the present time. Returns its NIS and the probability of an outlier, NaN for the first."""
     model, bank, row = model_of(filters, which), bank_of(filters, which, 0, state), Row(0.0, north, east, 1.0)
-    if filters.plain:
+    if filters.plain and model.receiver[0].quantum_north == 0.0:
         taken = five_state.take(bank, model, row)
+    elif filters.plain:
+        taken = five_state.leave(bank, model, row)
     else:
         taken = take_row(bank, model, row, filters.change[:0])
     return taken.nis, taken.wrong
@@ -235,11 +247,12 @@ def weigh(filters: Filters, which: int, state: State, north: float, east: float)
     """−log density (1/m²) of a fix, and its least NIS in a mode."""
     model = model_of(filters, which)
     receiver, fix, total, least = model.receiver[0], Vec2(north, east), 0.0, math.inf
+    variance = receiver.fix_variance + (receiver.quantum_north**2 + receiver.quantum_east**2) / 24.0
     for k in range(len(state.x)):
         x, p = state.x[k], state.p[k]
         if filters.plain:
             fill_lower(p)
-        seen = see(x, p, model.processes, receiver.time_variance, fix, receiver.fix_variance, filters.rows)
+        seen = see(x, p, model.processes, receiver.time_variance, fix, variance, filters.rows)
         total += state.probability[k] * density(seen.off, seen.s, NORMAL)
         least = min(least, nis(seen.off, seen.s))
     return -math.log(max(total, _LEAST_DENSITY)), least

@@ -35,7 +35,7 @@ def status(directory: str | Path) -> dict[str, Any]:
         "rows": sum(each["rows"] for each in numbers),
         "reports": sum(each["reports"] for each in numbers),
         "files": [
-            {"input": path} | {name: each[name] for name in ("rows", "left_out", "vessels")}
+            {"input": path} | {name: each[name] for name in ("rows", "digit_deg", "left_out", "vessels")}
             for path, each in manifest["inputs"].items()
         ],
     }

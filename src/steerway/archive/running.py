@@ -219,7 +219,7 @@ def _stage(
             report.notes.append(f"{path.name} has the content of {Path(same).name} and counts once")
             continue
         try:
-            part, skipped, rows, names = inputs.stage(path, store, key, manifest["buckets"], vessel_column)
+            part, told = inputs.stage(path, store, key, manifest["buckets"], vessel_column)
         except (InputError, OSError) as error:
             shutil.rmtree(store.root / "staged" / f".{key}.part", ignore_errors=True)
             if os.strerror(errno.ENOSPC) in str(error):
@@ -240,7 +240,7 @@ def _stage(
         target = store.staged_directory(key)
         shutil.rmtree(target, ignore_errors=True)
         part.rename(target)
-        known[name] = this | {"rows": rows, "left_out": skipped, "vessels": names}
+        known[name] = this | told
         store.write_manifest(manifest)
         report.inputs += 1
     store.write_manifest(manifest)
@@ -257,6 +257,7 @@ def _fail(report: Report, path: Path, error: Exception, strict: bool) -> None:
 def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
     """The units that are to be run, of every bucket in the order of days."""
     done = store.done()
+    digits = {each["sha256"][:16]: each["digit_deg"] for each in manifest["inputs"].values()}
     of_bucket: dict[int, list[int]] = {}
     for day, bucket in store.staged_units():
         of_bucket.setdefault(bucket, []).append(day)
@@ -270,6 +271,7 @@ def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
                     days[i],
                     bucket,
                     days[i - 1] if i else None,
+                    digits,
                     tuple(map(tuple, manifest["profiles"])),
                     tuple(manifest["aid"]),
                     manifest["smooth"],

@@ -11,6 +11,7 @@ Every file is complete or absent, and the state is written last.
 
 import datetime
 import json
+import math
 import shutil
 from collections import Counter
 from collections.abc import Iterable
@@ -107,13 +108,15 @@ class Store:
         found = {_unit_of(each) for each in (self.root / "staged").glob("*/day=*/bucket=*")}
         return sorted(unit for unit in found if unit[1] >= 0)
 
-    def staged(self, day: int, bucket: int, until: float | None = None) -> pl.DataFrame:
-        """The reports of a unit, before a time (Unix s) where one is given."""
+    def staged(self, day: int, bucket: int, digits: dict[str, float], until: float = math.inf) -> pl.DataFrame:
+        """The reports of a unit before a time (Unix s), with the last digit (°) of their inputs, by key."""
         files = sorted((self.root / "staged").glob(f"*/day={day}/bucket={bucket}/*.parquet"))
         if not files:
-            return pl.DataFrame(schema={name: kind for name, kind in SCHEMA.items() if name != "reason"})
-        frame = pl.scan_parquet(files, glob=False)
-        return (frame if until is None else frame.filter(pl.col("time_s") < until)).drop("reason").collect()
+            return pl.DataFrame(schema={**SCHEMA, "digit": pl.Float64}).drop("reason")
+        of_files = [
+            pl.scan_parquet(file, glob=False).with_columns(digit=pl.lit(digits[file.parts[-4]])) for file in files
+        ]
+        return pl.concat(of_files).filter(pl.col("time_s") < until).drop("reason").collect()
 
     def path(self, table: str, day: int, bucket: int) -> Path:
         """The file of a unit in a table; its directory is made."""

@@ -27,7 +27,7 @@ LOOKAHEAD = 3600.0
 """s of the next day that smoothing looks at: an estimate depends on fixes of the next minutes."""
 _AT_ONCE = 1e-4
 """s between a report and a row at the output rate that are one."""
-_ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile")
+_ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile", "digit")
 _LEAST_EVENTS = 1000
 
 
@@ -39,6 +39,7 @@ class Work:
     day: int  # since 1970
     bucket: int
     before: int | None  # the day whose state to go on from
+    digits: dict[str, float]  # ° of the positions of inputs, by their keys
     profiles: tuple[tuple[dict[str, Any], ...], ...]  # of `formats.ais_tables.MOBILES`, each in all levels
     aid: tuple[str, ...] = ()
     smooth: bool = False
@@ -52,6 +53,7 @@ class UnitRows(NamedTuple):
     time: np.ndarray
     latitude: np.ndarray  # rad
     longitude: np.ndarray
+    digit: np.ndarray  # rad, as in Reports
     reported: np.ndarray  # (n, 4) latitude, longitude, SOG, COG
     aids: np.ndarray
     hull: np.ndarray
@@ -64,11 +66,12 @@ def run_unit(work: Work) -> dict[str, Any]:
     """Filter a unit, write its files and, when they are there, its state; returns its numbers."""
     store = Store(Path(work.directory))
     filters = filters_of_levels(work.profiles, work.aid, work.smooth)
-    frame = store.staged(work.day, work.bucket)
+    frame = store.staged(work.day, work.bucket, work.digits)
     received = len(frame)
     frame = _ordered(frame)
     state = store.state(work.before, work.bucket) if work.before is not None else _no_state(filters)
-    following = _ordered(store.staged(work.day + 1, work.bucket, until=(work.day + 1) * DAY + LOOKAHEAD))
+    until = (work.day + 1) * DAY + LOOKAHEAD
+    following = _ordered(store.staged(work.day + 1, work.bucket, work.digits, until))
     if not work.smooth and work.rate is None:
         following = following.clear()
     rows = _rows(frame, work)
@@ -128,10 +131,11 @@ def _rows(frame: pl.DataFrame, work: Work) -> UnitRows:
     if work.aid:
         aids = np.column_stack([known.get(name, unknown) if name in work.aid else unknown for name in AIDS])
     mobile = frame["mobile"].to_numpy().astype(np.int64)
+    digit = np.radians(frame["digit"].to_numpy())
     wanted = np.ones(len(frame), bool)
     asked = np.full(len(frame), CURRENT_TRACK)
     return UnitRows(
-        columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, mobile, wanted, asked
+        columns["mmsi"], columns["time_s"], latitude, longitude, digit, reported, aids, hull, mobile, wanted, asked
     )
 
 
@@ -176,6 +180,7 @@ def _on_grid(
         time[order],
         np.r_[rows.latitude, blank][order],
         np.r_[rows.longitude, blank][order],
+        np.r_[rows.digit, np.zeros(n)][order],
         np.concatenate([rows.reported, np.full((n, 4), np.nan)])[order],
         np.concatenate([rows.aids, np.full((n, len(AIDS)), np.nan)])[order] if len(rows.aids) else rows.aids,
         np.r_[rows.hull, nothing][order],
@@ -218,7 +223,9 @@ def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) 
     here = np.searchsorted(state.mmsi, rows.mmsi[bounds[:-1]])
     vessels, tracks, x, p, probability, run = (each[here] for each in state.arrays)
     fleet = Fleet(vessels.view(VESSEL), tracks.view(TRACK), State(x, p, probability, run.view(RUN)))
-    reports = Reports(rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.mobile, rows.asked)
+    reports = Reports(
+        rows.time, rows.latitude, rows.longitude, rows.digit, rows.aids, rows.hull, rows.mobile, rows.asked
+    )
     associate(bounds, reports, filters, fleet, found, empty_states((2,), filters))
     for whole, part in zip(state.arrays, _arrays(fleet), strict=True):
         whole[here] = part

@@ -129,9 +129,14 @@ def status(directory: Path = DIRECTORY, as_json: bool = flag("--json", "JSON out
         print_json(found)
         return
     print_pairs([(name, found[name]) for name in ("settings", "inputs", "days", "units", "rows", "reports")])
-    columns = ("input", "rows", "left out")
+    columns = ("input", "rows", "last digit", "left out")
     rows = [
-        (each["input"], f"{each['rows']:,}", ", ".join(f"{n:,} × {why}" for why, n in each["left_out"].items()))
+        (
+            each["input"],
+            f"{each['rows']:,}",
+            f"{each['digit_deg']:.2g}°, which matters" if each["digit_deg"] else "too fine to matter",
+            ", ".join(f"{n:,} × {why}" for why, n in each["left_out"].items()),
+        )
         for each in found["files"]
     ]
     print_table("", columns, rows)
