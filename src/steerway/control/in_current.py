@@ -170,8 +170,12 @@ class InCurrent:
         return float(water_speed_for(course, speed, *current, min(self.slowest, speed), self._fastest(estimate)))
 
     def _fastest(self, estimate: Estimate) -> float:
-        """The speed through the water that the largest allowed order gives: the estimate may split motion wrongly."""
-        return self.top_speed * estimate.speed_gain
+        """The speed through the water that the largest allowed order gives: the estimate may split motion wrongly.
+
+        A loop that holds the speed over ground drives the boat against the current as fast as it can.
+        """
+        least = 1.0 if self.over_ground else 0.0
+        return self.top_speed * max(estimate.speed_gain, least)
 
     def current_along_bow(self, estimate: Estimate) -> tuple[float, ...]:
         """(what of the current along the bow a vehicle makes up by itself, m/s), () for a boat without such a loop."""
