@@ -101,8 +101,6 @@ class InnerLoops:
     """PI with feedforward on the yaw rate, PI on the speed.
 
     Both poles of the yaw-rate loop lie at 2/T of the boat's Nomoto model. Without a speed loop the thrust is 0.
-    `throttle` is the thrust as a share of full, 1 without such
-    a loop, whose engine is not commanded.
     """
 
     def __init__(self, boat: Boat):
@@ -111,12 +109,11 @@ class InnerLoops:
         self._proportional = 3.0 / boat.nomoto_gain
         self._integral_gain = 4.0 / (boat.nomoto_gain * boat.nomoto_time)
         self._speed = None if boat.speed is None else SpeedPI(replace(boat.speed, bandwidth=1.0, acceleration=0.5))
-        self._integral = self.throttle = 0.0
+        self._integral = 0.0
 
     def step(self, yaw_rate: float, speed: float, motion: GroundMotion, dt: float) -> tuple[float, ...]:
         """Commands for a yaw rate (rad/s) and a speed over ground along the hull (m/s)."""
         force = 0.0 if self._speed is None else self._speed.step(speed, _ahead(motion), dt)
-        self.throttle = 1.0
         error = yaw_rate - motion.yaw_rate
         wanted = self._feedforward * yaw_rate + self._proportional * error + self._integral
         *command, given_force, given = self._propulsion.step(force, max(-self._limit, min(self._limit, wanted)))
@@ -124,12 +121,11 @@ class InnerLoops:
             self._integral += self._integral_gain * error * dt
         if self._speed is not None:
             self._speed.limited_to(given_force)
-            self.throttle = abs(given_force) / self._speed.gains.limit
         return tuple(command)
 
     def rest(self) -> tuple[float, ...]:
         """Commands that do nothing; the integrals are reset."""
-        self._integral = self.throttle = 0.0
+        self._integral = 0.0
         if self._speed is not None:
             self._speed.restart()
         return tuple(self._propulsion.step(0.0, 0.0)[:-2])
