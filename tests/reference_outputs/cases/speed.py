@@ -100,7 +100,6 @@ def speed_pi():
     """A boat of 85 kg with linear drag; the force is limited, and half of it is lost for a while."""
     gains = SpeedPIGains(85.0, 77.5, 5.0, 0.4, 200.0, 50.0, 0.15)
     control, speed, rows = SpeedPI(gains), 0.2, []
-    control.start(30.0, 0.2, 0.2)
     for k in range(600):
         desired = (1.0, 2.5, 0.0, 1.2)[k // 150]
         known = math.nan if 200 <= k < 210 else speed
