@@ -30,8 +30,7 @@ LEAST_OUTLIER, DECADES = 10.0, 10.0
 """An outlier is off by any distance from so many standard deviations of a fix to km, as likely in every decade:
 density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
 LEAST_PROBABILITY = 1e-6
-"""Least weight of a hypothesis that a correction counts: below, it moves nothing by a thousandth of a standard
-deviation."""
+"""Least weight at which a hypothesis is corrected: below, it moves nothing by a thousandth of a standard deviation."""
 NORMAL = math.inf
 """Degrees of freedom of the normal distribution as one of Student's."""
 FREEDOM = 4.0
