@@ -66,7 +66,7 @@ def test_a_survey_comes_after_the_waypoints(place):
 WRONG = {
     "unknown key gnss.rat, expected perhaps rate": ROUTE + "[gnss]\nrat = 5",
     "gnss.rate is 0, expected more than 0": ROUTE + "[gnss]\nrate = 0",
-    "gnss.rate is 100 Hz, expected at most the 50 Hz of the steps": ROUTE + "[gnss]\nrate = 100",
+    "gnss.rate is 100 Hz, expected at most the step rate, 50 Hz": ROUTE + "[gnss]\nrate = 100",
     "vessel.kind is 'boat', expected one of otter, mariner, nomoto": ROUTE + '[vessel]\nkind = "boat"',
     "unknown key vessel.gain for kind otter, expected one of method, kind, payload_mass": ROUTE + "[vessel]\ngain = 1",
     "step is 'fast', expected a number": 'step = "fast"\n' + ROUTE,

@@ -61,7 +61,7 @@ class State(NamedTuple):
 
 
 class Filters(NamedTuple):
-    """The models of all classes and levels, one behind the other, and what their predictions share."""
+    """The models of all classes and levels, stacked along a first axis, and the arrays that their predictions share."""
 
     models: Model  # its arrays with an axis of models in front
     change: np.ndarray  # (models,) (m/s)² along either axis by which velocity changes before a prediction

@@ -101,7 +101,7 @@ def surge(
     """Identify drag and thrust over mass from a staircase of speeds, and whether the log determines them.
 
     The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps, or a
-    column named with --shaft of a command to which thrust is quadratic: per cent, PWM in µs. Thrust falls with speed
+    column given with --shaft, such as per cent or PWM in µs; thrust must be quadratic in it. Thrust falls with speed
     by the open-water curve of a usual propeller of the --diameter given; without it, that is identified too.
 
     Examples:
@@ -153,7 +153,7 @@ def compass(log: Path = COMPASS_LOG) -> None:
     """Identify a compass's deviation card, lag and noise from circles to both sides, with 95 % intervals.
 
     The log is any that `estimate` reads, with positions and headings. Sail two whole circles to each side, at one
-    setting of the throttle: a current is found too. The last lines are the [compass] table of a scenario.
+    setting of the throttle; the current is identified too. The last lines are the [compass] table of a scenario.
 
     Example:
 

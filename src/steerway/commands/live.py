@@ -64,7 +64,7 @@ def live(
     Outputs: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
     signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), n2k:can0, foxglove://127.0.0.1:8765,
     file:RUN.parquet.
-    On stdout, serial, tcp, tcp-server and udp ?format= selects nmea, json or propellers.
+    On stdout, serial, tcp, tcp-server and udp, the option ?format= selects nmea, json or propellers.
 
     Examples:
 

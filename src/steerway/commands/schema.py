@@ -45,7 +45,7 @@ def schema(
 ) -> None:
     """Print the JSON Schema of scenarios, profiles, settings or missions, by which editors complete their keys.
 
-    An editor with TOML support finds it by the first line of a file: #:schema scenario.json
+    An editor with TOML support finds the schema if the first line of a file is: #:schema scenario.json
 
     Example:
 

@@ -21,7 +21,7 @@ def study(
     out: Path = option("DIR", "Output directory.", Path("study"), "-o", "--out"),
     seeds: int | None = option("N", "Number of seeds; by default the study's own.", min=1),
     first_seed: int = option("K", "The first seed.", 0, min=0),
-    full: bool = flag("--full", "All cases with every seed, of a study whose seeds draw a part of them: at-sea."),
+    full: bool = flag("--full", "At-sea only: run all cases with every seed; by default each seed draws some."),
     figures_only: bool = flag(
         "--figures-only", "Draw the figures that need no statistics, of the first seed, in seconds."
     ),

@@ -56,7 +56,7 @@ def oscillator(frequency: float, damping: float, step: float) -> np.ndarray:
 def oscillator_step(model: Floats, integral: float, value: float, normal: float, other: float) -> tuple[float, float]:
     """The next (integral, value) of an `oscillator` (7,); `normal` and `other` are standard normal draws."""
     if model.ndim != 1 or len(model) != 7:
-        raise ValueError("model is not one of `oscillator`, expected an array of 7")
+        raise ValueError("model has the wrong shape, expected an array of 7 from `oscillator`")
     return (
         model[0] * integral + model[1] * value + model[4] * normal,
         model[2] * integral + model[3] * value + model[5] * normal + model[6] * other,

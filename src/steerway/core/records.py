@@ -41,7 +41,7 @@ def rows_of(values: np.ndarray, chosen: Rows) -> np.ndarray:
     try:
         return values[chosen]
     except IndexError as error:
-        raise InputError(f"no rows {chosen!r:.60} among {len(values)} ({error})") from None
+        raise InputError(f"rows {chosen!r:.60} are not all in a table of {len(values)} rows ({error})") from None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,7 +195,7 @@ class Fixes(Record):
 
     @classmethod
     def from_frame(cls, frame: Any) -> "Fixes":
-        """The record of a polars or pandas DataFrame whose columns are named as in tables: as `steerway.read(frame)`.
+        """Fixes from a polars or pandas DataFrame with columns named as in table files; the same as `steerway.read`.
 
         Raises InputError where columns for time, latitude and longitude cannot be found.
         """

@@ -115,7 +115,7 @@ def positive_number(
     most: float = 1e6,
     or_zero: bool = False,
 ) -> Any:
-    """A finite number above zero, or `or_zero`, up to `most`; without a default it is required.
+    """A finite number, above 0 (with `or_zero`: at least 0) and at most `most`; required if it has no default.
 
     unit, what: its unit and what it is.
     """

@@ -36,7 +36,7 @@ class Recording:
         skipped: Mapping[str, int],
         notes: Iterable[str] = (),
     ) -> Self:
-        """The recording of sources by their names, of those that have rows."""
+        """A recording of the sources that have rows, by name."""
         found = {each.source: each for each in sources if len(each)}
         return cls(format, found, dict(counts), dict(skipped), tuple(notes))
 

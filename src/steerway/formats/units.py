@@ -63,7 +63,7 @@ def from_fit(time: Floats, latitude: Column) -> Floats:
 
 
 def unit_by_size(size: float) -> float:
-    """The factor to s of Unix times of this size."""
+    """The factor that converts Unix times of this magnitude to s."""
     return next((unit for limit, unit in ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3)) if size > limit), 1.0)
 
 

@@ -121,8 +121,8 @@ def _signalk_output(address: Uri, context: Context) -> tuple[Output, Runs | None
 def _mavlink_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
     """The companion that reads from the same link, or a new one."""
     if context.supervisor is None or context.lossless:
-        what = "from a live link" if context.lossless else "of a route, expected --mission FILE with it"
-        raise InputError(f"{address.text}: a vehicle is steered by orders {what}")
+        what = "a live link" if context.lossless else "a route, expected --mission FILE"
+        raise InputError(f"{address.text}: steering a vehicle needs {what}")
     open_ones = (each for each in context.inputs if isinstance(each, Companion))
     companion = next((each for each in open_ones if each.link.uri.place == address.place), None) or Companion(address)
     if companion.link.uri.options != address.options:

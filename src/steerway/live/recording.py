@@ -37,7 +37,7 @@ def code() -> str:
 class Recorder(Output):
     """An output, and the place to which inputs are reported. Raises InputError for a file that cannot be written.
 
-    A disk that is full ends the recording with a line in the log, at its last whole chunk; the run goes on.
+    If the disk is full, recording stops after the last whole chunk, with a line in the log; the run goes on.
     """
 
     def __init__(self, path: str | Path, settings: dict[str, Any]):
@@ -81,7 +81,7 @@ class Recorder(Output):
         """See io.RawIOBase."""
 
     def raw(self, link: str, data: bytes) -> None:
-        """Bytes that came on a link."""
+        """Record bytes received on a link."""
         self._add(RAW, link.encode() + b"\0" + data, time.time())
 
     def input(self, row: InputRow, arrived: float, chosen: str) -> None:

@@ -47,7 +47,7 @@ def overlay_figure(tracks: Sequence[NamedTrack]) -> Figure:
 
 
 def differences_figure(tracks: Sequence[NamedTrack]) -> Figure:
-    """What the other tracks are off the first, over time and as cumulative distribution."""
+    """The differences of the other tracks from the first, over time and as a cumulative distribution."""
     found = [(track, differences(tracks[0], track)) for track in tracks[1:]]
     shown = [name for name in QUANTITIES if any(np.isfinite(each[name]).any() for _, each in found)]
     figure = Figure(figsize=(12.0, 1.5 + 2.2 * len(shown)), layout="constrained")

@@ -121,7 +121,7 @@ def tolerated_current(boat: Boat) -> float:
 
 
 def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, towards: float) -> SteeringLoop:
-    """The loop of a boat on the steering filter, on a leg north in a current (m/s) that sets towards a direction (rad).
+    """The steering loop of a boat with the steering filter, on a leg north; the current (m/s) sets `towards` (rad).
 
     speed: over ground as the route asks for it, m/s.
     """

@@ -99,7 +99,7 @@ def _rates(scenario: Scenario) -> None:
     for name, table in tables.items():
         given = name == "gnss" or "rate" in table.model_fields_set
         if given and table.rate > fastest * 1.001:
-            raise InputError(f"{name}.rate is {table.rate:g} Hz, expected at most the {fastest:g} Hz of the steps")
+            raise InputError(f"{name}.rate is {table.rate:g} Hz, expected at most the step rate, {fastest:g} Hz")
     for index, fault in enumerate(scenario.gnss.faults):
         if (fault.start is None) == (fault.per_hour is None):
             raise InputError(f"gnss.faults[{index}] of kind {fault.kind} needs one of start and per_hour, expected one")

@@ -213,7 +213,7 @@ def plain_of(structure) -> tuple:
 def weighed(fits: dict[tuple, Fit], quantum=(0.0, 0.0), draws=0) -> Inference:
     """The structures by their evidence; those of hardly any weight are left out.
 
-    draws: how many sets of numbers drawn from the posterior (`Fit.others`) stand for all structures.
+    draws: total number of parameter sets drawn from the posterior (`Fit.others`), shared among the structures.
     """
     top = max(fit.evidence for fit in fits.values())
     weights = {parts: math.exp(fit.evidence - top) for parts, fit in fits.items()}

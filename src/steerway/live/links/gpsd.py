@@ -1,7 +1,7 @@
 """gpsd over TCP: the bytes of its receiver, or its JSON reports.
 
 One receiver that sends NMEA 0183 or UBX is read as it is, through gpsd: so epochs and sources are those of a log of it.
-Of several, and of other receivers, gpsd's own reports are read.
+With several receivers, or one of another kind, gpsd's own JSON reports are read.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""The pages of a run: its page, and the interactive one of a run that is looked into."""
+"""The report page of a run, and its interactive page."""
 
 import math
 from collections.abc import Sequence
