@@ -54,10 +54,10 @@ def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
         boat.step(loops.step(yaw_rate, 0.6 if kind == "otter" else 1.0, boat.motion, boat.step_length))
     assert boat.motion.yaw_rate == pytest.approx(yaw_rate, rel=0.05)
     if kind == "otter":
-        assert boat.motion.sog == pytest.approx(0.6, rel=0.1) and 0.1 < loops.throttle < 0.3  # of 2.6 m/s
+        assert boat.motion.sog == pytest.approx(0.6, rel=0.1)
         for _ in range(round(60.0 / boat.step_length)):
             boat.step(loops.rest())
-        assert boat.motion.sog < 0.05 and loops.throttle == 0.0
+        assert boat.motion.sog < 0.05
 
 
 @pytest.mark.parametrize(
