@@ -235,7 +235,7 @@ def test_one_link_has_one_set_of_options():
         addresses.output("mavlink:udpin:127.0.0.1:1?silence=2", Context(inputs=[companion], supervisor=Commanding()))
     with pytest.raises(InputError, match="expected --mission"):
         addresses.output("mavlink:udpin:127.0.0.1:1", Context(inputs=[companion]))
-    with pytest.raises(InputError, match="from a live link"):
+    with pytest.raises(InputError, match="needs a live link"):
         addresses.output(
             "mavlink:udpin:127.0.0.1:1", Context(lossless=True, inputs=[companion], supervisor=Commanding())
         )
