@@ -2,6 +2,7 @@
 
 import json
 import math
+import struct
 
 import pytest
 
@@ -132,3 +133,18 @@ def test_an_estimate_that_is_no_number_stops_and_begins_anew():
     desk.autopilot.start()
     desk.sail(1.0)
     assert desk.order.state is State.RUNNING
+
+
+def test_packets_of_any_floats_make_believable_rows():
+    m = dialect("a test")
+    decoder, kept = MavlinkDecoder(), 0
+    decoder.message(m.MAVLink_system_time_message(round(NOON * 1e6), 1000), 0.0)
+    for k, bits in enumerate(range(0, 1 << 32, 999_983)):
+        (value,) = struct.unpack("<f", struct.pack("<I", bits))
+        for row in decoder.message(
+            m.MAVLink_attitude_message(2000 + k, 0.0, 0.0, 0.0, 0.0, 0.0, value), 5.0 + 1e-3 * k
+        ):
+            row = believable(row)
+            kept += row is not None
+            assert row is None or not abs(row.yaw_rate) > 10.0
+    assert kept > 100

@@ -148,3 +148,14 @@ def test_a_position_has_one_unit():
     estimator = FiveStateFilter("otter")
     estimator.update_north_east(30.0, 40.0)
     assert estimator.position_north_east == (30.0, 40.0) and np.isnan(estimator.position).all()
+
+
+def test_every_course_is_found_from_nothing():
+    time = 0.2 * np.arange(150)
+    way = 1.3 * time
+    for course_deg in range(-180, 180, 15):
+        course = math.radians(course_deg)
+        noise = 0.1 * np.random.default_rng(course_deg + 180).standard_normal((2, len(time)))
+        output, _ = tracked(way * math.cos(course) + noise[0], way * math.sin(course) + noise[1], time)
+        assert abs(wrap(output[-1, COURSE] - course)) < math.radians(5.0), course_deg
+        assert abs(output[-1, SPEED] - 1.3) < 0.1, course_deg

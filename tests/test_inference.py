@@ -11,9 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 import steerway
+from steerway import Fixes
 from steerway.commands.testing import app
 from steerway.core import OK, REJECTED
-from steerway.core.testing import PREDICTED, STARTING
+from steerway.core.testing import NO_COURSE, PREDICTED, STARTING
 from steerway.estimation.testing import LogEstimator, laid_out, whole_log
 from tests import scenes
 from tests.scenes import EPOCH, HOME, STD, angle_error, sailed, straight, turning
@@ -22,18 +23,42 @@ SETTLED = 100
 
 
 def small_craft(seed):
-    return turning(1.5, 0.7, 200.0, seed=seed)
-
-
-def estimator():
-    """With what is inferred from the first voyage."""
-    return scenes.small_craft()[2]
+    return turning(1.5, 0.7, 200.0, seed=seed), STD
 
 
 @cache
-def estimated(seed, smooth=False):
-    scene = small_craft(seed)
-    return scene, estimator().motion(scene.fixes(STD, seed), smooth=smooth)
+def ship(seed):
+    """A ship that holds its course between steady turns, 1 Hz."""
+    rate = np.zeros(1200)
+    for begin in (200, 550, 900):
+        rate[begin : begin + 90] = math.radians(0.8 if (begin + seed) % 100 else -0.8)
+    return sailed(np.full(1200, 6.0), 2.0 + np.cumsum(rate), 1.0), 1.5
+
+
+@cache
+def planing_craft(seed):
+    """A craft of 8 m/s that stops at 3 m/s² and accelerates again, 10 Hz, a good receiver."""
+    pull = np.zeros(1500)
+    pull[600:626] = -3.0
+    pull[900:978] = 1.0
+    return sailed(8.0 + 0.1 * np.cumsum(pull), 0.3 + 0.02 * np.sin(np.arange(1500) / 40.0 + seed), 10.0), 0.05
+
+
+SCENES = {each.__name__: each for each in (small_craft, ship, planing_craft)}
+EVERY_SCENE = ["small_craft", *(pytest.param(name, marks=pytest.mark.study) for name in ("ship", "planing_craft"))]
+
+
+@cache
+def estimator_of(name):
+    """With what is inferred from the scene's first voyage."""
+    scene, std = SCENES[name](1)
+    return scenes.small_craft()[2] if name == "small_craft" else LogEstimator(scene.fixes(std, 1))
+
+
+@cache
+def estimated(name, seed, smooth=False):
+    scene, std = SCENES[name](seed)
+    return scene, estimator_of(name).motion(scene.fixes(std, seed), smooth=smooth)
 
 
 def rms(errors):
@@ -49,8 +74,8 @@ def turned(scene, angle, home=HOME):
 
 def noisy():
     """A scene whose noise turns with it."""
-    scene = small_craft(1)
-    noise = np.random.default_rng(1).normal(0.0, STD, (2, len(scene.time)))
+    scene, std = small_craft(1)
+    noise = np.random.default_rng(1).normal(0.0, std, (2, len(scene.time)))
     return replace(scene, north=scene.north + noise[0], east=scene.east + noise[1])
 
 
@@ -64,7 +89,7 @@ def test_place_and_direction_change_nothing(angle, home):
     place = laid_out(elsewhere.latitude, elsewhere.longitude)
     assert np.hypot(np.diff(place.first), np.diff(place.second)).max() < 3.0
     for smooth in (False, True):
-        usual, other = (estimator().motion(each, smooth=smooth) for each in (fixes, elsewhere))
+        usual, other = (estimator_of("small_craft").motion(each, smooth=smooth) for each in (fixes, elsewhere))
         np.testing.assert_array_equal(usual.status, other.status)
         known = np.isfinite(usual.cog)
         assert np.abs(usual.sog - other.sog)[known].max() < 1e-3
@@ -81,14 +106,30 @@ def test_place_and_direction_change_little_of_what_is_inferred():
     assert (angle_error(usual.cog + 2.0, anew.cog) / usual.cog_std)[known].max() < 0.5
 
 
-def test_outliers_are_refused_and_good_fixes_kept():
-    scene = small_craft(2)
+def test_a_straight_course_leads_over_the_pole():
+    from_pole = (np.arange(300) - 150.0) * 1e-6 + 3e-7  # rad, some 6.4 m a step
+    noise = np.random.default_rng(3).normal(0.0, 1e-8, 300)
+    latitude = 0.5 * math.pi - np.abs(from_pole) - noise
+    longitude = np.where(from_pole < 0.0, 0.4, 0.4 - math.pi)
+    motion = estimator_of("small_craft").motion(Fixes(EPOCH + np.arange(300.0), latitude, longitude))
+    assert abs(np.mean(motion.sog[20:]) - 6.3996) < 0.02
+    assert (np.abs(motion.sog - 6.3996) < 4.0 * motion.sog_std)[20:].all()
+    before, after = motion.cog[20:148], motion.cog[152:]
+    assert np.abs(before).max() < 0.05
+    assert angle_error(after, math.pi).max() < 0.05
+    assert (motion.status[20:] == OK).all()
+    np.testing.assert_allclose(motion.latitude, latitude, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_outliers_are_refused_and_good_fixes_kept(name):
+    scene, std = SCENES[name](2)
     rng = np.random.default_rng(7)
     wrong = np.zeros(len(scene.time), bool)
     wrong[rng.choice(np.arange(50, len(wrong)), len(wrong) // 100, replace=False)] = True
     direction, way = rng.uniform(-math.pi, math.pi, len(wrong)), rng.uniform(40.0, 100.0, len(wrong))
-    offset = np.where(wrong, way * STD, 0.0) * np.array([np.cos(direction), np.sin(direction)])
-    motion = estimator().motion(scene.fixes(STD, 2, lambda _: offset))
+    offset = np.where(wrong, way * std, 0.0) * np.array([np.cos(direction), np.sin(direction)])
+    motion = estimator_of(name).motion(scene.fixes(std, 2, lambda _: offset))
     refused = motion.status == REJECTED
     assert refused[wrong].mean() >= 0.9
     assert (refused & ~wrong).sum() <= max(3, 0.001 * len(wrong))
@@ -105,18 +146,29 @@ def test_noise_that_grows_a_hundredfold_is_no_motion():
     assert (motion.status == REJECTED).sum() <= 3
 
 
-def test_smoothed_is_no_worse_than_causal():
-    (scene, causal), (_, smoothed) = estimated(1), estimated(1, smooth=True)
+@pytest.mark.study
+def test_a_crash_stop_is_followed():
+    scene, motion = estimated("planing_craft", 1)
+    assert (motion.status == REJECTED).sum() <= 3
+    errors = motion.sog - scene.sog
+    assert rms(errors) < 0.25
+    assert np.abs(errors[660:890]).max() < 0.5
+
+
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_smoothed_is_no_worse_than_causal(name):
+    (scene, causal), (_, smoothed) = estimated(name, 1), estimated(name, 1, smooth=True)
     assert rms(smoothed.sog - scene.sog) <= rms(causal.sog - scene.sog)
     both = np.isfinite(causal.cog) & np.isfinite(smoothed.cog) & (scene.sog > 0.5)
     assert rms(angle_error(smoothed.cog, scene.cog)[both]) <= rms(angle_error(causal.cog, scene.cog)[both])
 
 
-def test_deviations_hold_the_errors():
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_deviations_hold_the_errors(name):
     for smooth, what in itertools.product((False, True), ("sog", "cog")):
         inside = []
         for seed in (1, 2):
-            scene, motion = estimated(seed, smooth)
+            scene, motion = estimated(name, seed, smooth)
             error = motion.sog - scene.sog if what == "sog" else angle_error(motion.cog, scene.cog)
             known = np.isfinite(error) & (scene.sog > 0.5)
             known[:SETTLED] = False
@@ -126,14 +178,14 @@ def test_deviations_hold_the_errors():
 
 
 def test_copies_are_predicted_and_cost_nothing():
-    scene = small_craft(1)
-    fixes = scene.fixes(STD, 1)
+    scene, std = small_craft(1)
+    fixes = scene.fixes(std, 1)
     held = fixes.rows(np.repeat(np.arange(len(fixes)), 2))
     held = replace(held, time=EPOCH + 0.1 * np.arange(len(held)))
-    motion = estimator().motion(held)
+    motion = estimator_of("small_craft").motion(held)
     assert (motion.status[21::2] == PREDICTED).mean() > 0.95  # one of a fix that hardly differs is no evident copy
     assert (motion.status[20::2] == OK).all()
-    usual = rms(angle_error(estimated(1)[1].cog, scene.cog))
+    usual = rms(angle_error(estimated("small_craft", 1)[1].cog, scene.cog))
     assert rms(angle_error(motion.cog[::2], scene.cog)) < 1.1 * usual
 
 
@@ -162,12 +214,19 @@ def test_little_evidence_is_enough_for_an_estimate(n):
         assert np.isfinite(motion.sog[motion.status != STARTING]).all()
 
 
+def test_a_vessel_at_one_place_is_at_rest():
+    fixes = Fixes(EPOCH + np.arange(200.0), np.full(200, HOME[0]), np.full(200, HOME[1]))
+    motion = estimator_of("small_craft").motion(fixes)
+    assert (motion.status[10:] == NO_COURSE).all()
+    assert motion.sog[-1] < 3.0 * motion.sog_std[-1] < 0.3
+
+
 def test_rows_at_a_rate_and_gaps():
     fixes = straight(2.0, 1.0, 120.0, 1.0).fixes(0.3, 5)
     late = replace(fixes, time=np.where(np.arange(121) < 60, fixes.time, fixes.time + 4000.0))
     for smooth in (False, True):
-        dense = estimator().motion(late, rate=4.0, smooth=smooth)
-        usual = estimator().motion(late, smooth=smooth)
+        dense = estimator_of("small_craft").motion(late, rate=4.0, smooth=smooth)
+        usual = estimator_of("small_craft").motion(late, smooth=smooth)
         assert (np.diff(dense.time) < 4000.0).sum() == len(dense) - 2
         at_fixes = np.isin(dense.time, late.time)
         assert (dense.status[~at_fixes] != OK).all()

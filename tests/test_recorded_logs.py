@@ -59,7 +59,7 @@ class EstimatedLog:
 
     @cached_property
     def agreement(self):
-        """Differences of the causal default from the receiver."""
+        """How the causal default agrees with the receiver."""
         return compare(self.fixes, self.estimate())
 
 
@@ -240,3 +240,21 @@ def test_no_log_is_mirrored_and_every_innovation_is_as_expected(logs):
 )
 def test_the_default_is_as_good_as_tuning(field, default, tuned):
     assert field[default] < 1.1 * field[tuned]
+
+
+@pytest.mark.study
+def test_every_log_runs_through(logs, shared_data):
+    """No traceback, a row for every fix that was read, course either known or said to be undefined."""
+    (other,) = (shared_data / "data").glob("ais_misc/*.nm4")
+    seen = logs | {other.name: EstimatedLog(steerway.read(other))}
+    assert len(seen) >= 34
+    for name, log in seen.items():
+        for smooth in (False, True):
+            motion = log.estimate(smooth)
+            assert len(motion) == log.fixes.has_position.sum(), name
+            assert not (motion.sog < 0.0).any(), name
+            unknown = np.isnan(motion.cog)
+            assert (motion.status[unknown] >= 2).all(), name
+            known = motion.rows(~unknown)
+            for column in (known.sog, known.course_rate, known.sog_std, known.cog_std, known.course_rate_std):
+                assert np.isfinite(column).all(), name

@@ -9,13 +9,13 @@ import pytest
 import steerway
 from steerway.archive.testing import levels, tracks
 from steerway.core import REJECTED, Fixes, displacement, wrap_array
-from steerway.core.testing import displaced_all
+from steerway.core.testing import NO_COURSE, displaced_all
 from steerway.estimation import FiveStateFilter, InferredProfile, Profile
 from steerway.estimation.testing import infer_log
 from steerway.report.testing import CONTRADICTED, episodes_of
 from steerway_studies.testing import CELLS, SLOW
 from tests.command_line import run
-from tests.scenes import angle_error, straight, turning
+from tests.scenes import angle_error, sailed, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)
 
@@ -299,3 +299,29 @@ def test_the_archive_has_the_limit_of_the_record():
     profile = Profile(speed_noise=1e-6, course_rate_noise=1e-5, course_rate_decay=0.3, position_std=0.01)
     filters = levels.filters([[profile.model_dump()] * tracks.LEVELS], ())
     assert filters.steerageway == pytest.approx(0.03)
+
+
+def test_a_position_taken_anew_keeps_the_motion():
+    scene = straight(3.0, 1.0, 60.0)
+    estimator = FiveStateFilter(SMALL)
+    motion = estimator.filter(scene.fixes(0.1, 1, lambda t: (10.0 * (t >= 30.0), 0.0 * t)))
+    rejected = np.flatnonzero(motion.status == REJECTED)
+    assert 10 <= np.sum((rejected >= 150) & (rejected < 170)) <= 12, "two seconds of unbroken rejections, then no more"
+    assert np.nanmax(angle_error(motion.cog, scene.cog)[100:]) < math.radians(8.0)
+
+
+def test_standstill_and_restart_on_another_course():
+    """300 s at rest, then off again 120° to starboard."""
+    rest, run = 300 * 5, 60 * 5
+    for seed in range(6):
+        course = math.radians(60.0 * seed - 180.0)
+        speed = np.r_[np.full(run, 1.3), np.linspace(1.3, 0.0, 25), np.zeros(rest), np.linspace(0.0, 1.3, 25)]
+        speed = np.r_[speed, np.full(run, 1.3)]
+        cog = np.where(np.arange(len(speed)) < run + 25 + rest // 2, course, course + math.radians(120.0))
+        scene = sailed(speed, cog)
+        motion = FiveStateFilter(SMALL).filter(scene.fixes(0.1, seed))
+        still = slice(run + 75, run + 25 + rest)
+        assert not (motion.sog < 0.0).any()
+        assert np.mean(motion.status[still] == NO_COURSE) > 0.95
+        assert np.isnan(motion.cog[still][motion.status[still] == NO_COURSE]).all()
+        assert worst(angle_error(motion.cog, scene.cog), len(speed) - run + 50, None) < 30.0

@@ -1,12 +1,15 @@
 """What every smoother owes, whatever is inside: it betters the filter, and troubles cost it next to nothing."""
 
+import math
+
 import numpy as np
 import pytest
 
 import steerway
-from steerway.core import InputError, wrap_array
-from steerway.estimation import FiveStateFilter
+from steerway.core import Fixes, InputError, wrap_array
+from steerway.estimation import FiveStateFilter, Profile
 from steerway_studies.testing import CELLS, errors
+from tests.scenes import straight, turning
 from tests.troubles import TROUBLES
 
 ENDS = 100
@@ -92,3 +95,63 @@ def test_troubles_cost_next_to_nothing(trouble):
         for given, there in ((fixes, voyage), (disturbed, truth))
     )
     assert np.all(troubled < 1.3 * usual)
+
+
+def backwards(fixes: Fixes) -> Fixes:
+    """The same voyage as a film that runs backwards."""
+    time = fixes.time[0] + fixes.time[-1] - fixes.time[::-1]
+    return Fixes(time, fixes.latitude[::-1].copy(), fixes.longitude[::-1].copy())
+
+
+@pytest.mark.parametrize("kind", ["one motion model", "two motion models"])
+def test_it_knows_no_direction_of_time(kind):
+    """Backwards the boat sails the opposite courses and turns the other way; RMS of the difference in deviations.
+
+    Not to the last digit: filters begin at one end, and a fix that seems wild from one side need not from the other."""
+    profile = profile_of("o05", kind)
+    _, fixes = CELLS["o05"].sailed(0)
+    there, back = (steerway.estimate(each, profile, smooth=True) for each in (fixes, backwards(fixes)))
+    mirrored = np.stack([back.sog, back.cog + math.pi, -back.course_rate])[:, ::-1]
+    difference = apart(output(there), mirrored) / deviations(there)
+    assert np.all(np.sqrt(np.nanmean(difference[:, MIDDLE] ** 2, axis=1)) < 0.3)
+
+
+ALIKE, ALIKE_DEVIATIONS = 0.03, 0.01
+"""How far apart estimates (in deviations) and deviations (as a part of them) may be that should be the same."""
+ONE_MODEL = Profile(speed_noise=1e-4, course_rate_noise=1e-6, course_rate_decay=0.2, position_std=0.14)
+SAME_TWICE = {
+    "turn_time": 20.0,
+    "straight_time": 50.0,
+    "turn_speed_noise": ONE_MODEL.speed_noise,
+    "turn_course_rate_noise": ONE_MODEL.course_rate_noise,
+    "turn_course_rate_decay": ONE_MODEL.course_rate_decay,
+}
+BUT_ONE = {
+    "both models alike": SAME_TWICE,
+    "both alike, changing all the time": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1.0},
+    "turns next to never": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1e12, "turn_course_rate_noise": 1e-3},
+}
+
+
+@pytest.mark.parametrize("two", BUT_ONE)
+def test_where_there_is_one_motion_model_it_is_the_smoother_of_one(two):
+    """At a speed and with fixes at which the form of a correction does not matter, and with no fix near the gate."""
+    profile = ONE_MODEL.model_copy(update=BUT_ONE[two])
+    for scene in (straight(5.0, 0.7, 300.0), turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6)):
+        fixes = scene.fixes(0.1, 1)
+        one, other = (steerway.estimate(fixes, each, smooth=True) for each in (ONE_MODEL, profile))
+        difference = apart(output(one), output(other)) / deviations(one)
+        assert np.max(np.abs(difference[:, MIDDLE])) < ALIKE
+        assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
+
+
+def test_the_time_of_a_fix_is_as_uncertain_where_modes_are_alike():
+    """Way along the course is then less certain than across it, by half as much as the fixes are."""
+    one = ONE_MODEL.model_copy(update={"time_std": 0.1})
+    fixes = turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6).fixes(0.1, 0)
+    surely, plain, two = (
+        steerway.estimate(fixes, each, smooth=True) for each in (ONE_MODEL, one, one.model_copy(update=SAME_TWICE))
+    )
+    assert np.all(np.abs(deviations(two) / deviations(plain) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
+    assert np.mean(two.sog_std[MIDDLE] / surely.sog_std[MIDDLE]) > 1.05
+    assert np.max(np.abs(apart(output(plain), output(two)) / deviations(plain))[:, MIDDLE]) < ALIKE

@@ -155,3 +155,13 @@ def test_a_vessel_of_two_modes_is_forecast_by_her_average():
         spread = [[found.variance_north[0], found.covariance[0]], [found.covariance[0], found.variance_east[0]]]
         scores.append(miss @ np.linalg.solve(spread, miss))
     assert np.median(scores) < 3.0 and np.quantile(scores, 0.9) < 8.0
+
+
+def test_vessels_of_one_log_are_each_estimated_by_the_structures(sortie):
+    _, tuned = sortie
+    one, two = one_mode(11, 100.0), one_mode(12, 100.0)
+    columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("time", "latitude", "longitude")}
+    both = steerway.Fixes(**columns, mmsi=np.repeat([7, 8], [len(one), len(two)]))
+    motion = steerway.estimate(both, tuned.profile, causal=True)
+    np.testing.assert_array_equal(motion.mmsi, both.mmsi)
+    np.testing.assert_array_equal(motion.sog[len(one) :], steerway.estimate(two, tuned.profile, causal=True).sog)

@@ -30,7 +30,7 @@ HEAVE = Profile(
 )
 STIFFNESS, FOLLOWS, DECAY = (2.0 * math.pi / 9.0) ** 2, 1.0 / 12.0, 0.05
 DYNAMICS = np.array([[0.0, 1.0, 0.0], [0.0, -DECAY, -STIFFNESS], [0.0, 1.0, -FOLLOWS]])
-"""1σ of course, course rate and deviation from the course held."""
+"""Dynamics of course, course rate and deviation from the course held."""
 
 
 def predicted(x, p, dt, profile):

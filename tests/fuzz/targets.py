@@ -204,7 +204,7 @@ SCHEMES = ("http", "https", "ws", "wss")
 
 
 def controls():
-    """Rows to an autopilot with a route of two points."""
+    """Controls of an autopilot with a route of two points."""
     from steerway.estimation import Profile
     from steerway.live.testing import Controls, GeodeticRoute, Supervisor
 

@@ -53,3 +53,11 @@ def test_the_lyapunov_function_falls_as_promised():
     )
     assert way[0] - way[1] == pytest.approx(CRUISE_SPEED * ideal.time[later], rel=1e-5)
     assert closed > 0.0 and ship.promised(0.0, CRUISE_SPEED) == 0.0
+
+
+@pytest.mark.parametrize("angle", [0.0, 135.0, 180.0, 285.0])
+def test_the_product_finishes_however_the_scene_is_turned(angle, truth):
+    turned = measured(ShipCase("product", turned=math.radians(angle)))
+    assert turned["finished"] == 1.0
+    assert turned["duration_s"] == pytest.approx(truth["duration_s"], rel=0.05)
+    assert turned["cog_rms_deg"] < 4.0 and turned["sog_rms_mps"] < 0.25

@@ -51,7 +51,7 @@ HISTORY = record_of(
     fast=_RUN_OF_WRONG,
     away=_RUN_OF_WRONG,
 )
-"""What is known of a track, zero before its first row. The row before and how many there were; the mode (of MODES),
+"""A track's history, zero before its first row: the row before and the number of rows; the mode (of MODES),
 when and where it began, the distance sailed since and the greatest speed; where the vessel may have stopped; the turn
 it is in; the report before and the one before that, with the transmitted SOG, and how many there were; the runs of
 wrong SOG and COG: when they began, rows, largest difference."""

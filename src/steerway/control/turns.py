@@ -22,7 +22,7 @@ _CUT, _INSIDE = 1.8, 1.5
 """Least distance from the waypoint, and largest from the legs, over the largest outside of them. Chosen: a path that
 turns at a right angle and stays as far inside as outside has 1.4 and 1, but paths are carried outwards."""
 _STEPS = 10
-"""Tolerance of the search for the offset: 1 % of the turn's size."""
+"""Steps of the search for the offset: they find it to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 

@@ -35,7 +35,7 @@ T = TypeVar("T")
 
 
 class Context(NamedTuple):
-    """What an output is opened for.
+    """The service that an output belongs to.
 
     every_tick: rows at a rate, else a row a fix.
     lossless:   a log is replayed, which waits for slow outputs.

@@ -38,6 +38,13 @@ from steerway.live.service import LOG, RATE, Service
 from steerway.live.settings import LONGEST_LAG, EstimatorSettings, Settings
 from steerway.live.uri import Address, address, token_of
 
+if TYPE_CHECKING:
+    from steerway.live.recording import Recorder
+
+SLOWEST_STEERING = 5.0
+"""Hz, the least rate with an autopilot."""
+_COLLECTIONS = 200, 5, 20
+"""Thresholds of the garbage collector: small collections often, so that each is short."""
 _WARM_SECONDS = 30
 _WARM_RATE = 5.0
 """Tick rate, Hz: the lowest that runs every code path."""
@@ -80,21 +87,12 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
 
 
 def _infer() -> None:
-    """What the first inference compiles; more fixes compile no more."""
+    """Infer from a few generated fixes, so that the kernels of an inference are compiled."""
     from steerway.estimation.log.run import infer_log
 
     chance = np.random.default_rng(0)
     latitude = math.radians(54.0) + _WARM_STEP * np.arange(12.0) + chance.normal(0.0, 1e-8, 12)
     infer_log(Fixes(1.7e9 + np.arange(12.0), latitude, np.full(12, math.radians(10.0))))
-
-
-if TYPE_CHECKING:
-    from steerway.live.recording import Recorder
-
-SLOWEST_STEERING = 5.0
-"""Hz, the least rate with an autopilot."""
-_COLLECTIONS = 200, 5, 20
-"""Thresholds of the garbage collector: small collections often, so that each is short."""
 
 
 def launch(settings: Settings) -> None:

@@ -110,7 +110,7 @@ def take_fix(bank, model, north, east, excess):
 
     A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
     (a step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
-    correction is their mean, see `take_shares`. Of a rounded fix the variance includes that of its last digit, except
+    correction is their mean, see `take_shares`. The variance of a rounded fix includes that of its last digit, except
     where it counts as a cell, see `cells`.
     excess: how many times its usual variance the white noise of this fix has.
     """
@@ -199,9 +199,9 @@ def take_shares(bank, k, seen, weighed, whole, receiver, mean):
 
 @lean_kernel
 def share(probability, mean, spread, s):
-    """What a hypothesis of probability β adds: β (S⁻¹ − S⁻¹ V S⁻¹ − s sᵀ) and β s with s = S⁻¹ a.
+    """The summands of a hypothesis of probability β: β (S⁻¹ − S⁻¹ V S⁻¹ − s sᵀ) and β s with s = S⁻¹ a.
 
-    By it the innovation, of which the covariance S was expected, has mean a and covariance V.
+    Under the hypothesis the innovation has mean a and covariance V; its expected covariance was S.
     """
     information = inverse(s)
     pull = times(information, mean)

@@ -102,7 +102,7 @@ DEMO_GAINS = ObserverGains((1.04,) * 3, (0.1, 0.1, 0.01), (0.1, 0.1, 0.01), 100.
 
 
 class Seen(NamedTuple):
-    """What the observer compares itself with."""
+    """The measurement of a step, and the innovation of the observer."""
 
     measured: Floats  # (3,) position and heading
     error: Floats  # (3,) innovation that corrects

@@ -62,7 +62,7 @@ _wrap = part_of_kernels(without_compiling(wrap))
 
 
 class Assembly(NamedTuple):
-    """What the assembler fills, and what it has to know from call to call.
+    """The arrays that the assembler fills, and those that it keeps from call to call.
 
     memory (MEMORY,); latest (TALKERS, LATEST) the last time of each talker, when that was received and whether it sends
     GST; newest (TALKERS, OPEN) the indices of its newest rows, newest first, −1 for none; rows (most, COLUMNS), with

@@ -33,7 +33,7 @@ def digits(buffer: bytes, first: int, n: int) -> int:
 
 @part_of_kernels
 def number(buffer: bytes, first: int, last: int) -> float:
-    """The number of a field; NaN when empty, infinity when it is none. Rounded once, so equal to Python's float()."""
+    """The number of a field: NaN if it is empty, infinity if it is not a number. Rounded once, so equal to float()."""
     if first == last:
         return math.nan
     i = first

@@ -60,7 +60,7 @@ def read(data: bytes) -> Recording:
 
 
 Rows = dict[int, dict[int, list[dict[str, float]]]]
-"""The latest of each sender, by the number of the message."""
+"""Rows of each sender, by the number of the message."""
 
 
 def _decoder_for(heard: Iterable[Heard]) -> Decoder:

@@ -2,7 +2,7 @@
 
 That estimate explains a receiver that stands still by a current against the boat, and a boat that turns otherwise than
 ordered by a current that changes. Positions that do not scatter as before, and a turn that is not the ordered one, are
-judged here by themselves: the turn by a gyro, or by the track where there is none.
+judged here by themselves. A gyro shows the turn; without a gyro the track does.
 """
 
 import math
@@ -307,7 +307,7 @@ class TurnMonitor:
         self.limit.turned(row.yaw_rate, row.time - self._fixed)
         self._fixed = row.time
         self._response.fix(row.time, row.yaw_rate)
-        if math.isnan(row.yaw_rate):  # a gyro tells it sooner
+        if math.isnan(row.yaw_rate):  # with a gyro the response monitor notices a wrong turn sooner
             self._track.fix(row.time, row.latitude, row.longitude, error)
 
     @property

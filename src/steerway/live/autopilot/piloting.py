@@ -87,6 +87,12 @@ def limit_turns(pilot: Pilot, rate: float) -> None:
         pilot.in_current.limit, pilot.in_current.turn_rate = rate, _TURN_SHARE * rate
 
 
+def limit_thrust(pilot: Pilot, most: float) -> None:
+    """Order at most a share of full thrust from now on."""
+    actuation: Any = pilot.actuation
+    actuation.max_thrust = most
+
+
 def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
     """The boat of a mission as the controllers see it; `takes`: one of `ACTUATIONS`."""
     table, settings, cruise = route.settings.boat, route.settings, float(np.mean(route.speed))

@@ -24,7 +24,7 @@ from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.mission_items import MissionItem
-from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_turns, pilot_of
+from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_thrust, limit_turns, pilot_of
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.live.settings import EstimatorSettings
@@ -190,7 +190,7 @@ class Supervisor:
             self._turns.order(self.estimator.ordered, self._thrust, dt)
             limit_turns(self.pilot, self._turns.limit.rate)
         # A boat that seems to stand still is not driven faster before it is known to.
-        self.pilot.actuation.max_thrust = max(self._thrust, 0.0) if self._receiver.doubt else 1.0  # type: ignore[attr-defined]
+        limit_thrust(self.pilot, max(self._thrust, 0.0) if self._receiver.doubt else 1.0)
         if self._is_new and self._is_finished:
             self.guide.restart()
         self.guide.row = row

@@ -191,7 +191,7 @@ _LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # pixels around the plot
 
 
 class Point(NamedTuple):
-    """A value, a float or None, and how far the truth may be from it; None where there is none."""
+    """A value at a time and the half-width of its band; None where it is unknown."""
 
     time: float
     value: Any

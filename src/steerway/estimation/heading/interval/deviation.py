@@ -34,9 +34,9 @@ PSI, Q, RHO = range(3)
 
 
 class _Part(NamedTuple):
-    """What the kernels need for steps of one length."""
+    """Parameters of the kernels for steps of one length."""
 
-    motion: Floats  # (4,) two poles, and what an input of 1 adds to h1 and h2
+    motion: Floats  # (4,) two poles, and the changes of h1 and h2 by an input of 1
     noise: Floats  # (2, 2)
     variance: float  # of a reading
     deviation: float
