@@ -162,6 +162,20 @@ def test_a_smoothed_record_of_few_rows_is_known_better():
     assert np.all(smoothed < filtered)
 
 
+def test_after_unbroken_rejections_the_position_is_taken_anew():
+    estimator = observers.product()
+    north, nis = [], []
+    for k in range(20):
+        estimator.predict((0.0, 0.0, 0.0), 1.0)
+        estimator.update_heading(0.0)
+        nis.append(estimator.update(30.0 if k >= 8 else 0.0, 0.0))
+        north.append(estimator.motion.north)
+    moved = next(k for k in range(20) if north[k] > 15.0)
+    assert 8 + 2 <= moved < 8 + 10
+    assert min(nis[8 : moved + 1]) > 13.8 > max(nis[moved + 1 :])
+    assert north[-1] == pytest.approx(30.0, abs=0.5)
+
+
 def unlimited():
     printed = scenario.PRINTED_GAINS
     return PositioningGains(printed.proportional, printed.integral, printed.derivative)
