@@ -1,8 +1,8 @@
-"""The pictures of the README: docs/images/closed-loop.png, the figure of its tutorial, demo.png and helm.png.
+"""The pictures of the README: docs/images/closed-loop.png, the figure of its tutorial, demo.png, helm.png and helm.gif.
 
 python docs/pictures.py   (make pictures; needs chromium and chromedriver)
 
-The last two show a page in a real browser, on a laptop and on a phone, beside each other.
+demo.png and helm.png show a page in a real browser, on a laptop and on a phone, beside each other.
 """
 
 import shutil
@@ -21,14 +21,18 @@ from urllib.request import urlopen
 import numpy as np
 from build import DOCS, ROOT, executed
 from matplotlib.image import imread, imsave
+from PIL import Image
 from selenium import webdriver
 
 IMAGES = DOCS / "images"
 STEERWAY = (sys.executable, "-c", "from steerway.commands.cli import main; main()")
 LAPTOP, PHONE = (1200, 940), (390, 940)
 GAP, GROUND = 24, (0.88, 0.90, 0.92)
-HALFWAY_AROUND = 110.0
-"""Seconds in which the boat of the desk starts and sails the first two legs of the square."""
+HALFWAY_AROUND, AROUND = 110.0, 240.0
+"""Seconds in which the boat of the desk starts and sails two legs of the square, and the whole of it."""
+FRAME, SHOWN = 2.0, 0.12
+"""Seconds from one frame of helm.gif to the next, as sailed and as shown."""
+FRAME_SIZE = (800, 627)
 
 
 @contextmanager
@@ -92,7 +96,7 @@ def demo(folder: Path) -> np.ndarray:
 
 
 def helm(_: Path) -> np.ndarray:
-    """The helm page, with the boat of the desk on its square."""
+    """The helm page, with the boat of the desk half-way around its square; helm.gif shows the whole way."""
     link, address = "127.0.0.1:14550", "http://127.0.0.1:8080"
     boat = ("simulate", "examples/otter-square.toml", "--live", "--mavlink", f"udpout:{link}")
     pilot = ("--from", f"mavlink:udpin:{link}", "--to", f"mavlink:udpin:{link}", "--helm", "--engage")
@@ -105,8 +109,22 @@ def helm(_: Path) -> np.ndarray:
             for page in (laptop, phone):
                 answered(address)
                 page.get(address)
-            time.sleep(HALFWAY_AROUND)
-            return beside(screen(laptop), screen(phone))
+            frames: list[Image.Image] = []
+            begin = time.monotonic()
+            for at in np.arange(FRAME, AROUND, FRAME):
+                time.sleep(max(begin + at - time.monotonic(), 0.0))
+                frames.append(Image.open(BytesIO(laptop.get_screenshot_as_png())).convert("RGB").resize(FRAME_SIZE))
+                if at == HALFWAY_AROUND:
+                    halfway = beside(screen(laptop), screen(phone))
+            animate(frames, IMAGES / "helm.gif")
+            return halfway
+
+
+def animate(frames: list[Image.Image], path: Path) -> None:
+    """Write frames as one GIF, in the colours of the middle one."""
+    colours = frames[len(frames) // 2].quantize(64)
+    first, *rest = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
+    first.save(path, save_all=True, append_images=rest, duration=round(1000 * SHOWN), loop=0)
 
 
 def answered(address: str, patience: float = 120.0) -> None:
