@@ -12,10 +12,10 @@ MODULES = (
     "steerway",
     *(
         f"steerway.{name}"
-        for name in ("estimation", "simulation", "vessels", "sensors", "guidance", "control", "pilot", "build")
+        for name in ("estimation", "simulation", "vessels", "sensors", "guidance", "control", "pilot")
     ),
     *(f"steerway.{name}" for name in ("identification", "archive", "report", "core")),
-    *(f"steerway.estimation.{name}" for name in ("course", "heading", "heading.interval", "speed", "positioning")),
+    *(f"steerway.estimation.{name}" for name in ("heading", "heading.interval", "speed", "positioning", "steering")),
     "steerway_studies.papers",
 )
 

@@ -153,7 +153,8 @@ class GnssStream:
 
     def __init__(self, gnss: Gnss, seed: Seed) -> None:
         self.gnss = gnss
-        self._source = Errors(gnss, seed)
+        velocity_std = gnss.velocity_std or 0.0
+        self._source = Errors(gnss.rate, gnss.white, velocity_std, gnss.markov, gnss.settled, gnss.faults, seed)
         self._errors, self._outcome = np.empty((0, 4)), np.empty(0, dtype=np.uint8)
         self._clock = Clock(gnss.rate)
         self._last = np.full(2, math.nan)

@@ -7,7 +7,7 @@ drawn for an epoch whatever happens in it, so that a run in blocks of any length
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,6 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.noise import Seed, markov_decay, markov_step
 from steerway.core.settings import NotNegative, Number, Table, in_radians
-
-if TYPE_CHECKING:
-    from steerway.sensors.gnss import Gnss
 
 DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
 Kind = Literal["dropout", "jump", "burst", "step", "frozen"]
@@ -127,17 +124,25 @@ class FaultTable(Table):
 
 
 class Errors:
-    """The error sequence of a `Gnss`, continued from block to block."""
+    """The errors of a receiver, continued from block to block; the arguments are fields of `sensors.Gnss`."""
 
-    def __init__(self, gnss: "Gnss", seed: Seed) -> None:
+    def __init__(
+        self,
+        rate: float,
+        white: float,
+        velocity_std: float,
+        markov: Sequence[tuple[float, float]],
+        settled: bool,
+        faults: Sequence[Fault],
+        seed: Seed,
+    ) -> None:
         self._gaussian, self._chance = np.random.default_rng(seed).spawn(2)
-        step = 1.0 / gnss.rate
-        decays = [markov_decay(time_constant, step) for _, time_constant in gnss.markov]
-        self._std = np.array([gnss.white, gnss.velocity_std or 0.0])
-        self._markov = np.array([decays, [std for std, _ in gnss.markov]]).T.reshape(-1, 2).copy()
-        self._wander = self._gaussian.standard_normal((len(decays), 2)) * self._markov[:, 1:] * gnss.settled
-        self._faults = table(gnss.faults, gnss.rate)
-        self._troubles = np.zeros((len(gnss.faults), 3))
+        decays = [markov_decay(time_constant, 1.0 / rate) for _, time_constant in markov]
+        self._std = np.array([white, velocity_std])
+        self._markov = np.array([decays, [std for std, _ in markov]]).T.reshape(-1, 2).copy()
+        self._wander = self._gaussian.standard_normal((len(decays), 2)) * self._markov[:, 1:] * settled
+        self._faults = table(faults, rate)
+        self._troubles = np.zeros((len(faults), 3))
         self._epoch = 0
 
     def draw(self, n: int) -> tuple[np.ndarray, np.ndarray]:
