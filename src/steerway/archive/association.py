@@ -44,6 +44,7 @@ from steerway.archive.tracks import (
     STEADY,
     TRACK,
     VESSEL,
+    Reports,
     conclude_report,
     place_in_plane,
     predict_to,
@@ -59,19 +60,6 @@ from steerway.estimation.filter.vectors import Vec2
 
 GOES_ON, SET_DOWN, ANEW = range(3)
 """How a filter goes on from the row before: as it does; at another position, in the same motion; not at all."""
-
-
-class Reports(NamedTuple):
-    """Rows of vessels that stand behind one another, by time; (n,) each."""
-
-    time: np.ndarray  # s
-    latitude: np.ndarray  # rad, NaN of a row that is no report but asks for output
-    longitude: np.ndarray
-    digit: np.ndarray  # rad, the last one in which positions are written; 0: too fine to matter
-    aids: np.ndarray  # (n or 0, aids)
-    hull: np.ndarray
-    mobile: np.ndarray  # class of the vessel
-    asked: np.ndarray  # of a row that asks: the track, or CURRENT_TRACK, that of the last report
 
 
 class Fleet(NamedTuple):

@@ -1,7 +1,7 @@
 """The tables and counts that a unit writes, and the trips that go on after its last report."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -17,10 +17,6 @@ from steerway.core.files import complete_or_absent
 from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
 from steerway.core.slow_error import USUAL_STD
 from steerway.formats.ais_tables import MOBILES
-
-if TYPE_CHECKING:
-    from steerway.archive.unit import UnitRows
-
 
 UNFINISHED = "unfinished.parquet"
 COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
@@ -41,7 +37,23 @@ _SINGLE = (
 )
 
 
-def estimate_table(rows: "UnitRows", found: Found, order: NDArray[np.int64], estimate: Floats) -> pl.DataFrame:
+class UnitRows(NamedTuple):
+    """Reports by vessel and time, with rows that only ask for output (NaN latitude)."""
+
+    mmsi: np.ndarray
+    time: np.ndarray
+    latitude: np.ndarray  # rad
+    longitude: np.ndarray
+    digit: np.ndarray  # rad, as in Reports
+    reported: np.ndarray  # (n, 4) latitude, longitude, SOG, COG
+    aids: np.ndarray
+    hull: np.ndarray
+    mobile: np.ndarray  # class of the vessel
+    wanted: np.ndarray  # rows that go out
+    asked: np.ndarray  # track of a row that only asks, or CURRENT_TRACK
+
+
+def estimate_table(rows: UnitRows, found: Found, order: NDArray[np.int64], estimate: Floats) -> pl.DataFrame:
     """The rows that go out, in `order`, with the columns of `steerway estimate`."""
     chosen = order if rows.wanted.all() else order[rows.wanted[order]]
     places, single = np.empty((2, len(chosen))), np.empty((len(_SINGLE), len(chosen)), np.float32)
@@ -118,7 +130,7 @@ def _of_tracks(tracks: NDArray[np.int64], rows: np.ndarray) -> dict[str, np.ndar
     return {"mmsi": of_row[:, 0], "track": of_row[:, 1].astype(np.int16)}
 
 
-def numbers(rows: "UnitRows", found: Found, bounds: NDArray[np.int64]) -> dict[str, Any]:
+def numbers(rows: UnitRows, found: Found, bounds: NDArray[np.int64]) -> dict[str, Any]:
     """Counts of a unit for the page: by class and interval the rows and the NIS at rest and under way, and by vessel.
 
     bounds: of the vessels in the rows.

@@ -1,7 +1,7 @@
 """The tracks under one number: which of them a report belongs to, when another begins, and what that tells."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,13 +11,23 @@ from steerway.core.earth import displacement
 from steerway.core.gaps import LONGEST_GAP
 from steerway.core.statistics import FIX_GATE
 
-if TYPE_CHECKING:
-    from steerway.archive.association import Reports
-
 
 def record_of(names: str, **inner: np.dtype) -> np.dtype:
     """Records of numbers with these names, and of inner records."""
     return np.dtype((np.record, [*((name, np.float64) for name in names.split()), *inner.items()]))
+
+
+class Reports(NamedTuple):
+    """Rows of vessels that stand behind one another, by time; (n,) each."""
+
+    time: np.ndarray  # s
+    latitude: np.ndarray  # rad, NaN of a row that is no report but asks for output
+    longitude: np.ndarray
+    digit: np.ndarray  # rad, the last one in which positions are written; 0: too fine to matter
+    aids: np.ndarray  # (n or 0, aids)
+    hull: np.ndarray
+    mobile: np.ndarray  # class of the vessel
+    asked: np.ndarray  # of a row that asks: the track, or CURRENT_TRACK, that of the last report
 
 
 SLOTS = 4
@@ -91,7 +101,7 @@ def between(track: np.record, latitude: float, longitude: float) -> tuple[float,
 
 @called_kernel
 def track_of(
-    vessel: np.record, tracks: np.ndarray, states: State, reports: "Reports", k: int, filters: Filters
+    vessel: np.record, tracks: np.ndarray, states: State, reports: Reports, k: int, filters: Filters
 ) -> tuple[int, bool]:
     """(slot of the track that row k belongs to, whether it is the only one).
 
@@ -125,7 +135,7 @@ def slot_of(tracks: np.ndarray, number: int, otherwise: int) -> int:
 
 
 @called_kernel
-def choose(tracks: np.ndarray, states: State, reports: "Reports", k: int, filters: Filters) -> int:
+def choose(tracks: np.ndarray, states: State, reports: Reports, k: int, filters: Filters) -> int:
     """The slot that report k belongs to; −1 out of the reach of all."""
     time, latitude, longitude, hull = reports.time[k], reports.latitude[k], reports.longitude[k], reports.hull[k]
     best, least = -1, math.inf

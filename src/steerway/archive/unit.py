@@ -3,20 +3,20 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from steerway.archive.association import Fleet, Found, Reports, associate, empty_fleet, empty_found
+from steerway.archive.association import Fleet, Found, associate, empty_fleet, empty_found
 from steerway.archive.filters import Filters, State, empty_states
 from steerway.archive.histories import EVENT, HISTORY, TRIP, history
 from steerway.archive.levels import filters as filters_of_levels
 from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
 from steerway.archive.store import DAY, BucketState, Store
-from steerway.archive.tables import estimate_table, event_table, numbers, trip_table
-from steerway.archive.tracks import CURRENT_TRACK, MOVED, TRACK, TRACKED, VESSEL
+from steerway.archive.tables import UnitRows, estimate_table, event_table, numbers, trip_table
+from steerway.archive.tracks import CURRENT_TRACK, MOVED, TRACK, TRACKED, VESSEL, Reports
 from steerway.core.arrays import Floats
 from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED
@@ -44,22 +44,6 @@ class Work:
     aid: tuple[str, ...] = ()
     smooth: bool = False
     rate: float | None = None
-
-
-class UnitRows(NamedTuple):
-    """Reports by vessel and time, with rows that only ask for output (NaN latitude)."""
-
-    mmsi: np.ndarray
-    time: np.ndarray
-    latitude: np.ndarray  # rad
-    longitude: np.ndarray
-    digit: np.ndarray  # rad, as in Reports
-    reported: np.ndarray  # (n, 4) latitude, longitude, SOG, COG
-    aids: np.ndarray
-    hull: np.ndarray
-    mobile: np.ndarray  # class of the vessel
-    wanted: np.ndarray  # rows that go out
-    asked: np.ndarray  # track of a row that only asks, or CURRENT_TRACK
 
 
 def run_unit(work: Work) -> dict[str, Any]:
