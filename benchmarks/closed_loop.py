@@ -5,10 +5,10 @@ import time
 import numpy as np
 
 from benchmarks.support.harness import Result, interleaved
+from steerway.core.reference import TrackingFilter
 from steerway.estimation import FiveStateFilter
 from steerway.estimation.aboard import FilterEstimator
 from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import TrackingFilter
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission
 from steerway.pilot import Pilot

@@ -11,11 +11,11 @@ from steerway.control.testing import advice
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.testing import FilterEstimator
 from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
+from steerway.pilot import Pilot
 from steerway.sensors import Gnss, Suite
 from steerway.sensors.testing import GnssTable
 from steerway.simulation import Start, parse_scenario, sail
 from steerway.simulation.testing import advise, assembly, steering_loop, tolerated_current
-from steerway.testing import Pilot
 from steerway.vessels import Nomoto
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 

@@ -9,10 +9,10 @@ from steerway.core import wrap
 from steerway.estimation import FiveStateFilter
 from steerway.estimation.testing import FilterEstimator
 from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
+from steerway.pilot import Mode, Pilot
 from steerway.sensors import Suite, low_cost
 from steerway.simulation import Start, parse_scenario, sail, sail_scenario
 from steerway.simulation.testing import course_bound, errors, evaluated
-from steerway.testing import Mode, Pilot
 from steerway.vessels import Current, Environment, Otter
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 

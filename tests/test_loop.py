@@ -10,10 +10,10 @@ from steerway.core import InputError
 from steerway.estimation import FiveStateFilter
 from steerway.estimation.testing import FilterEstimator
 from steerway.guidance import LineOfSight, Mission, ReferenceModel, Route
+from steerway.pilot import Mode, Pilot
 from steerway.sensors import Gnss, Suite, low_cost
 from steerway.sensors.testing import Fault
 from steerway.simulation import Start, sail
-from steerway.testing import Mode, Pilot
 from steerway.vessels import Current, Environment, Otter
 
 STEP = 0.02

@@ -126,12 +126,12 @@ def test_without_the_extras_a_log_is_estimated_a_scenario_simulated_and_what_is_
 PACKAGES = [
     *(
         f"steerway.{room}"
-        for room in "core control guidance sensors vessels simulation report identification estimation".split()
+        for room in "core control guidance pilot sensors vessels simulation report identification estimation".split()
     ),
     *(f"steerway.estimation.{room}" for room in "heading speed positioning steering".split()),
 ]
 MODULES = [
-    *("steerway.build", "steerway.pilot", "steerway.estimation.heading.composite"),
+    "steerway.estimation.heading.composite",
     "steerway.estimation.heading.interval.arithmetic",
 ]
 """That are public themselves."""

@@ -8,7 +8,7 @@ import pytest
 from steerway.core import InputError, Measurements, wrap
 from steerway.estimation.testing import AtFaceValue, HeadingTracker
 from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
-from steerway.testing import Lookout, Mode, Pilot
+from steerway.pilot import Lookout, Mode, Pilot
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 UNDER_WAY = Measurements(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)

@@ -20,7 +20,7 @@ from steerway.control.speed_force import ForceLoop, speed_loop
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.control.spot_turn import SpotTurn
 from steerway.control.station import StationGains, StationKeeper
-from steerway.guidance.reference import ReferenceModel
+from steerway.core.reference import ReferenceModel
 
 _SLOWEST = 0.6
 """Share of the cruise speed, through the water, that is kept in a following current. Chosen: a rudder has a third of

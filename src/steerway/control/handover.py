@@ -14,7 +14,7 @@ from steerway.control.course import AnglePID
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
 from steerway.core.errors import InputError
-from steerway.guidance.reference import Reference, ReferenceModel
+from steerway.core.reference import Reference, ReferenceModel
 
 if TYPE_CHECKING:
     from steerway.control.heading_steering import SampledSteering

@@ -18,8 +18,8 @@ from steerway.core.checks import positive
 from steerway.core.estimate import Estimate
 from steerway.core.kinematics import heading_for, water_speed_for
 from steerway.core.leg import LegState
-from steerway.guidance.reference import Reference, ReferenceModel
-from steerway.guidance.wheel_over import ahead_on, in_line, off_path, wheel_over
+from steerway.core.reference import Reference, ReferenceModel
+from steerway.core.wheel_over import ahead_on, in_line, off_path, wheel_over
 
 _ORDERED_NOISE = 0.3
 """Share of the largest rate that the noise of the estimate may order. Chosen, as the numbers below; `steerway

@@ -13,7 +13,7 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.kinematics import heading_for
-from steerway.guidance.wheel_over import in_line, passing, turn_path, wheel_over
+from steerway.core.wheel_over import in_line, passing, turn_path, wheel_over
 
 _ONE_SIDE = math.radians(100.0)
 """Turn of the bow below which the other side, of more than 260°, is not simulated."""

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from steerway.core.gaps import LONGEST_GAP
     from steerway.core.kalman import Fix, correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
+    from steerway.estimation.estimator_tables import HeadingEstimatorTable
     from steerway.estimation.filter import five_state
     from steerway.estimation.filter import voyages as inference_forecast
     from steerway.estimation.filter.bank import advance
@@ -53,6 +54,5 @@ if TYPE_CHECKING:
     from steerway.estimation.vessel.inferred import WeighedStructure, prior_profile
     from steerway.estimation.vessel.profile import BUILT_IN
     from steerway.estimation.vessel.structures import MODES, model_of, parameters_of
-    from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 __getattr__, __dir__ = on_demand(__name__)

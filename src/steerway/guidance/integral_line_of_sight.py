@@ -11,8 +11,8 @@ from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.leg import LegState
+from steerway.core.reference import Reference
 from steerway.guidance.line_of_sight import cross_track_rate
-from steerway.guidance.reference import Reference
 
 
 @kernel

@@ -12,7 +12,7 @@ from steerway.core.angles import wrap
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.leg import LegState
-from steerway.guidance.reference import Reference
+from steerway.core.reference import Reference
 
 
 class GuidanceLaw(Protocol):

@@ -12,8 +12,8 @@ from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.leg import LegState
+from steerway.core.reference import Reference
 from steerway.guidance.line_of_sight import cross_track_rate
-from steerway.guidance.reference import Reference
 
 
 @kernel

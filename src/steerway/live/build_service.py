@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from steerway.build import DEFAULT_KINDS
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.estimation.learning import LearningFilter
@@ -37,6 +36,7 @@ from steerway.live.rows import InputRow
 from steerway.live.service import LOG, RATE, Service
 from steerway.live.settings import LONGEST_LAG, EstimatorSettings, Settings
 from steerway.live.uri import Address, address, token_of
+from steerway.pilot import DEFAULT_KINDS
 
 if TYPE_CHECKING:
     from steerway.live.recording import Recorder

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, ValidationError
 
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml, refusal
+from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.estimation.vessel.aids import AIDS
 from steerway.live.uri import DEFAULT
-from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 
 
 def _several(value: Any) -> Any:

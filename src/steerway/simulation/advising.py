@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.build import response_of
 from steerway.control.bandwidth import COMFORTABLE, advice, carried_bandwidth
 from steerway.control.boats import Boat
 from steerway.control.course import AnglePIDGains, YawResponse
@@ -29,6 +28,7 @@ from steerway.estimation.steering.motion import ERROR_TIME
 from steerway.estimation.steering.prediction import bias_density, rate_density
 from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
+from steerway.pilot import response_of
 from steerway.sensors.gnss import GnssTable
 from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario

@@ -5,12 +5,12 @@ from dataclasses import replace
 from datetime import datetime
 from typing import NamedTuple
 
-from steerway.build import ANGLE_STD, DEFAULT_KINDS, build_pilot, response_of
 from steerway.control.boats import Boat
 from steerway.control.handover import Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
+from steerway.core.reference import SHAPERS
 from steerway.core.settings import kind_of
 from steerway.core.slow_error import USUAL_STD
 from steerway.estimation.aboard import AtFaceValue, ComposedEstimator, FilterEstimator
@@ -22,11 +22,10 @@ from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.ordered import Order, Ordered, orders_of
-from steerway.guidance.reference import SHAPERS
 from steerway.guidance.route_table import route_of
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
-from steerway.pilot import LegSource, Pilot, SteadyForce
+from steerway.pilot import ANGLE_STD, DEFAULT_KINDS, LegSource, Pilot, SteadyForce, build_pilot, response_of
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
 from steerway.simulation.manoeuvres import Manoeuvre, ManoeuvringPilot, manoeuvre_of

@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 
-from steerway.build import response_of
 from steerway.core.arrays import Floats
 from steerway.estimation.steering.correction import velocity_of
 from steerway.estimation.steering.motion import (
@@ -28,6 +27,7 @@ from steerway.estimation.steering.motion import (
     YAW_RATE,
 )
 from steerway.estimation.steering.prediction import predict_bank
+from steerway.pilot import response_of
 from steerway.simulation import assembly
 from steerway.simulation.loop import Run
 from steerway.simulation.outcome import evaluated

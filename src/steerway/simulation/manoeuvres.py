@@ -16,9 +16,9 @@ from steerway.control.boats import Boat
 from steerway.core.angles import wrap
 from steerway.core.errors import InputError
 from steerway.core.estimate import Measurements
+from steerway.core.reference import Reference
 from steerway.estimation.aboard import AtFaceValue
 from steerway.guidance.ordered import Order, Ordered
-from steerway.guidance.reference import Reference
 from steerway.pilot import Mode, Orders
 from steerway.simulation.loop import Run
 

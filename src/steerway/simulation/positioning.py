@@ -12,12 +12,12 @@ from steerway.control.allocation import Thrusters
 from steerway.control.positioning import PositionPID, by_bandwidth
 from steerway.core.estimate import NOTHING_KNOWN, Estimate, Estimator, Measurements
 from steerway.core.kinematics import in_body, over_ground
+from steerway.core.reference import Reference
 from steerway.core.settings import Flag, NotNegative, Positive, Table
 from steerway.estimation.positioning.changing_noise import TimeVaryingNoise
 from steerway.estimation.positioning.passive import ObserverGains, PassiveObserver
 from steerway.estimation.positioning.vessel_filter import Observer, VesselFilter, VesselNoise
 from steerway.guidance.ordered import Ordered
-from steerway.guidance.reference import Reference
 from steerway.pilot import Mode, Orders
 from steerway.vessels.vessel import Positioned
 

@@ -9,16 +9,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
+from steerway.core.reference import ReferenceTable
 from steerway.core.settings import NotNegative, Number, Positive, Table, in_radians
+from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.estimation.vessel.aids import AIDS
 from steerway.guidance.laws import GuidanceTable
 from steerway.guidance.ordered import OrderTable
-from steerway.guidance.reference import ReferenceTable
 from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable
 from steerway.sensors.gnss import GnssTable
 from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.kinds import INSTRUMENTS
-from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.simulation.positioning import KINDS as POSITIONING_KINDS
 from steerway.simulation.positioning import PositioningEstimatorTable, PositioningTable
 from steerway.vessels.environment import Current, Environment, Waves, Wind

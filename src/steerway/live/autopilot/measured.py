@@ -6,12 +6,12 @@ from dataclasses import replace
 
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.angles import wrap
+from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.speed.fusion import SurgeFusion
 from steerway.estimation.speed.surge import SurgeTuning
 from steerway.live.rows import InputRow
 from steerway.live.source_choice import SourceChoice
-from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 
 LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from steerway.build import DEFAULT_KINDS, build_pilot, response_of
 from steerway.control.allocation import TwoPropellers
 from steerway.control.boats import Boat
 from steerway.control.course import YawResponse
 from steerway.control.handover import Steerageway
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.checks import one_of
+from steerway.estimation.estimator_tables import HeadingEstimatorTable
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 from steerway.live.autopilot.guide import Guide
@@ -24,8 +24,7 @@ from steerway.live.autopilot.limits import UNTOLD
 from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
 from steerway.live.autopilot.steering_estimate import SteeringEstimate
-from steerway.pilot import Observer, Pilot
-from steerway.simulation.estimator_tables import HeadingEstimatorTable
+from steerway.pilot import DEFAULT_KINDS, Observer, Pilot, build_pilot, response_of
 
 YAW_RATE, PROPELLERS = ACTUATIONS = ("yaw-rate", "propellers")
 """What takes the commands: a vehicle with a yaw-rate loop, or two propellers side by side."""

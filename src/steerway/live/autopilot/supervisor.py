@@ -8,15 +8,14 @@ import logging
 import math
 from collections.abc import Sequence
 
-from steerway.build import DEFAULT_KINDS
 from steerway.control.turns import Turn
 from steerway.core.angles import wrap
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate
 from steerway.core.leg import Leg, LegState
+from steerway.core.reference import Reference
 from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
-from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import POSITION, ROUTE
 from steerway.live.autopilot.integrity import ReceiverMonitor, TurnMonitor
@@ -28,7 +27,7 @@ from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_thrust, li
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.live.settings import EstimatorSettings
-from steerway.pilot import Mode, Pilot, Steered
+from steerway.pilot import DEFAULT_KINDS, Mode, Pilot, Steered
 
 LOG = logging.getLogger("steerway.live")
 _SLOWEST = 1.5

@@ -11,7 +11,7 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
-from steerway.guidance.reference import third_order
+from steerway.core.reference import third_order
 
 _MOST_POINTS = 3000
 """Maximum number of path points, 0.02/ω apart: enough for half a turn at a rate of ω/19, a lower one is cut off there.

@@ -13,9 +13,8 @@ from steerway.control.station import StationKeeper
 from steerway.core.estimate import Estimator
 from steerway.estimation.steering import Response
 from steerway.guidance.line_of_sight import GuidanceLaw
-from steerway.pilot import LegSource, Observer, Pilot, SpeedLoop
-
-__all__ = ["ANGLE_STD", "DEFAULT_KINDS", "build_pilot", "response_of"]
+from steerway.pilot.orders import LegSource, SpeedLoop
+from steerway.pilot.pilot import Observer, Pilot
 
 DEFAULT_KINDS = "pole-placement", "pi"
 """Kinds of autopilot and speed controller."""

@@ -6,7 +6,6 @@ simulation a `Lookout`, aboard the supervisor of links, clocks and fences. `buil
 """
 
 import math
-from dataclasses import dataclass
 from typing import Protocol
 
 from steerway.control.allocation import Actuation
@@ -15,84 +14,66 @@ from steerway.control.holding import PositionHold
 from steerway.control.in_current import SURE, InCurrent
 from steerway.control.spot_turn import SpotTurn
 from steerway.control.station import StationKeeper
-from steerway.core.checks import one_of
+from steerway.core.checks import one_of, positive
 from steerway.core.estimate import Estimate, Estimator, Measurements
 from steerway.core.kinematics import heading_for
 from steerway.core.leg import LegState
+from steerway.core.reference import Reference
 from steerway.guidance.line_of_sight import GuidanceLaw
-from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
-from steerway.observing import Lookout, Mode, Observer, Orders, Steered
-
-__all__ = [
-    "Actuation",
-    "LegSource",
-    "Lookout",
-    "Mode",
-    "Observer",
-    "Orders",
-    "Pilot",
-    "SpeedLoop",
-    "SteadyForce",
-    "Steered",
-]
-
-
-class LegSource(Protocol):
-    """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`, aboard a `Guide`."""
-
-    lead: float
-    preview: float
-
-    @property
-    def phase(self) -> Phase: ...
-
-    @property
-    def given_course(self) -> float:
-        """Course (rad) that is steered in place of that of a guidance law; NaN for none."""
-
-    @property
-    def following(self) -> float: ...
-
-    def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState: ...
-
-
-class SpeedLoop(Protocol):
-    """What makes a surge force (N) of a desired speed: `control.speed_pi.SpeedPI`, `SteadyForce`."""
-
-    def step(self, desired: float, speed: float, dt: float) -> float: ...
-
-    def limited_to(self, achieved: float) -> None: ...
-
-    def restart(self) -> None: ...
-
-    def speed_of(self, force: float) -> float: ...
-
-
-@dataclass
-class SteadyForce:
-    """The same thrust always (N), as the papers do instead of speed control."""
-
-    force: float = 0.0
-
-    def step(self, desired: float, speed: float, dt: float) -> float:
-        """The force while the desired speed is above 0."""
-        return self.force if desired > 0.0 else 0.0
-
-    def speed_of(self, force: float) -> float:
-        """Not known."""
-        return math.nan
-
-    def limited_to(self, achieved: float) -> None:
-        """Does nothing: there is no integral."""
-
-    def restart(self) -> None:
-        """Does nothing: there is no state."""
-
+from steerway.pilot.orders import LegSource, Mode, Orders, SpeedLoop, Steered
 
 UNKNOWN = Reference(math.nan, 0.0, 0.0)
 _LEAST_SHARE = 0.7
 """Share of the route's speed that the boat is taken to have through the water, as in `InCurrent.heading`."""
+
+
+class Observer(Protocol):
+    """What is called between the stages of a step: `Lookout`, aboard `live.autopilot.supervisor.Supervisor`."""
+
+    def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
+        """What the pilot does in this step, with the leg known."""
+
+    def ask(
+        self, pilot: "Pilot", desired: Reference, speed: float, estimate: Estimate
+    ) -> tuple[Reference, float, Estimate]:
+        """Before control: the course or heading, the speed (m/s) and the estimate that it goes by."""
+
+    def allows(self, pilot: "Pilot", steered: Steered, estimate: Estimate) -> bool:
+        """After control: whether the commands may be carried out."""
+
+
+class Lookout:
+    """The observer of a simulation: no engines without a position for too long, nor where no way is made."""
+
+    def __init__(self, max_dead_reckoning: float):
+        self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
+        self._blind = 0.0
+
+    def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
+        """The mode, by what is known and by the phase of the mission."""
+        pilot.measured_shaft(measurements.shaft)
+        self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
+        phase = pilot.mission.phase
+        if math.isnan(estimate.north):
+            return Mode.WAITING
+        if self._blind > self.max_dead_reckoning:
+            return Mode.BLIND
+        if phase is Phase.STOPPED or (phase is Phase.HOLDING and pilot.station is None):
+            return Mode.STOPPED
+        if pilot.mode is Mode.OVERPOWERED or (pilot.in_current is not None and pilot.in_current.trouble):
+            return Mode.OVERPOWERED
+        return Mode.HOLDING if phase is Phase.HOLDING else Mode.UNDER_WAY
+
+    def ask(
+        self, pilot: "Pilot", desired: Reference, speed: float, estimate: Estimate
+    ) -> tuple[Reference, float, Estimate]:
+        """What guidance wants."""
+        return desired, speed, estimate
+
+    def allows(self, pilot: "Pilot", steered: Steered, estimate: Estimate) -> bool:
+        """Always."""
+        return True
 
 
 class Pilot:
