@@ -15,7 +15,7 @@ MODULES = (
         for name in ("estimation", "simulation", "vessels", "sensors", "guidance", "control", "pilot", "build")
     ),
     *(f"steerway.{name}" for name in ("identification", "archive", "report", "core")),
-    *(f"steerway.estimation.{name}" for name in ("course", "heading", "heading.interval", "speed", "positioning")),
+    *(f"steerway.estimation.{name}" for name in ("heading", "speed", "steering", "positioning")),
     "steerway_studies.papers",
 )
 
