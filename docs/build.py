@@ -120,7 +120,7 @@ def home(readme: str) -> str:
 
 
 def within(page: str) -> str:
-    """A page of docs/ as one of the site: links to examples lead to the site's copy, other links out of docs are text."""
+    """A page of docs/ as one of the site: links to examples lead to its copy, others out of docs become text."""
     page = re.sub(r"\]\(\.\./((?:\.\./)?examples/)", r"](\1", page)
     return re.sub(r"\[([^\]]*)\]\((?:\.\./)+integrations/[^)]*\)", r"\1", page)
 

@@ -126,7 +126,7 @@ def test_every_number_in_a_schema_has_a_unit(kind):
 def test_the_pages_of_the_site_link_within_it():
     page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/demo.png)")
     assert page == "[a](live.md) [b](architecture.md) c ![d](images/demo.png)"
-    page = within("[a](../examples/p0.toml) [b](../../examples/p1.toml) [c](../integrations/x/README.md) [d](../faq.md)")
+    page = within("[a](../examples/p0.toml) [b](../../examples/p1.toml) [c](../integrations/x.md) [d](../faq.md)")
     assert page == "[a](examples/p0.toml) [b](../examples/p1.toml) c [d](../faq.md)"
 
 
