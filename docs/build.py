@@ -95,7 +95,8 @@ def build(site: Path) -> None:
     for page in sorted(pages.rglob("*.md")):
         place = page.relative_to(pages).as_posix()
         print(f"runs {place}", flush=True)
-        page.write_text(executed(page.read_text("utf-8"), place, folder, pages / "images" / "made"), "utf-8")
+        page.write_text(executed(within(page.read_text("utf-8")), place, folder, pages / "images" / "made"), "utf-8")
+    shutil.copytree(ROOT / "examples", pages / "examples")
     reference.write(pages / "reference")
     reference.write_schemas(pages / "schemas")
     (pages / "index.md").write_text(home((ROOT / "README.md").read_text("utf-8")), "utf-8")
@@ -116,6 +117,12 @@ def home(readme: str) -> str:
     page = re.sub(r"\]\(docs/", "](", readme)
     page = re.sub(r"\]\((ARCHITECTURE|CHANGELOG|CONTRIBUTING)\.md\)", lambda found: f"]({found[1].lower()}.md)", page)
     return re.sub(r"\[([^\]]*)\]\((?!https?:|#|[\w/.-]+\.(?:md|png|html)(?:#|\)))([^)]*)\)", r"\1", page)
+
+
+def within(page: str) -> str:
+    """A page of docs/ as one of the site: links to examples lead to its copy, others out of docs become text."""
+    page = re.sub(r"\]\(\.\./((?:\.\./)?examples/)", r"](\1", page)
+    return re.sub(r"\[([^\]]*)\]\((?:\.\./)+integrations/[^)]*\)", r"\1", page)
 
 
 if __name__ == "__main__":

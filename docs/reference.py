@@ -15,7 +15,7 @@ MODULES = (
         for name in ("estimation", "simulation", "vessels", "sensors", "guidance", "control", "pilot")
     ),
     *(f"steerway.{name}" for name in ("identification", "archive", "report", "core")),
-    *(f"steerway.estimation.{name}" for name in ("heading", "heading.interval", "speed", "positioning", "steering")),
+    *(f"steerway.estimation.{name}" for name in ("heading", "speed", "steering", "positioning")),
     "steerway_studies.papers",
 )
 

@@ -2,11 +2,12 @@
 
 import re
 import shlex
+from importlib import import_module
 
 import pytest
 import typer
 from docs import papers, reference
-from docs.build import ROOT, home, run_python, snippets
+from docs.build import ROOT, home, run_python, snippets, within
 
 from steerway.commands.testing import KINDS, command_tree, schema_of
 
@@ -104,11 +105,9 @@ def test_every_page_is_in_the_contents():
     assert missing == []
 
 
-def test_the_reference_has_every_public_name(tmp_path):
-    import steerway.guidance
-
-    page = reference.module("steerway.guidance")
-    assert all(f"## {name}\n" in page for name in steerway.guidance.__all__)
+def test_the_reference_has_every_public_name():
+    pages = {name: reference.module(name) for name in reference.MODULES}
+    assert all(f"## {public}\n" in page for name, page in pages.items() for public in import_module(name).__all__)
     assert "`course`" in reference.keys("scenario") or "| `law` |" in reference.keys("scenario")
     assert "| (54)–(59) | `steerway.control.course" in papers.paper_pages()["paper-p0"]
     assert "## steerway estimate" in reference.commands() and "position_std_m" in reference.columns()
@@ -124,9 +123,11 @@ def test_every_number_in_a_schema_has_a_unit(kind):
                 assert value.get("unit"), f"{kind} {name} {key}"
 
 
-def test_the_front_page_of_the_site_links_beside_itself():
+def test_the_pages_of_the_site_link_within_it():
     page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/demo.png)")
     assert page == "[a](live.md) [b](architecture.md) c ![d](images/demo.png)"
+    page = within("[a](../examples/p0.toml) [b](../../examples/p1.toml) [c](../integrations/x.md) [d](../faq.md)")
+    assert page == "[a](examples/p0.toml) [b](../examples/p1.toml) c [d](../faq.md)"
 
 
 @pytest.mark.parametrize("label", papers.papers())
