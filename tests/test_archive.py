@@ -131,7 +131,7 @@ def test_what_cannot_be_run_is_refused_in_one_sentence(files, whole, tmp_path):
     manifest = re.sub('"kernels": "[0-9a-f]+"', '"kernels": "of before"', (whole / "manifest.json").read_text())
     (tmp_path / "older").mkdir()
     (tmp_path / "older" / "manifest.json").write_text(manifest)
-    with pytest.raises(InputError, match=r"older was begun by another version of steerway, .* expected another dir"):
+    with pytest.raises(InputError, match=r"older was made by another version of steerway, .* expected another dir"):
         steerway.archive.run(files[:1], tmp_path / "older")
     wrong = {"rate": 11.0, "buckets": 0, "memory": 1e6, "aid": ("sog", "yaw_rate")}
     for (name, value), words in zip(wrong.items(), ("11.0", "0", "0.001 GB", "'yaw_rate' is unknown"), strict=True):
@@ -170,7 +170,7 @@ def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(files, whole, tmp_pat
         return real(path)
 
     monkeypatch.setattr(unit, "complete_or_absent", refused)
-    with pytest.raises(running.DiskFull, match="the same command goes on"):
+    with pytest.raises(running.DiskFull, match="repeat the command to go on"):
         steerway.archive.run(files, tmp_path, buckets=1, workers=1)
     assert len(Store(tmp_path).done()) == 1
     monkeypatch.setattr(unit, "complete_or_absent", real)
@@ -260,7 +260,7 @@ def test_a_column_says_of_which_vessel_a_row_is(tmp_path):
     inputs = [tmp_path / name for name in ("fleet.csv", "seven.parquet", "no.gpx")]
     report = steerway.archive.run(inputs, tmp_path / "out", workers=1, vessel_column="boat")
     assert report.left_out == {"no vessel": len(time)} and report.rows == 2 * len(time)  # seven came twice
-    assert report.failed == {str(inputs[2]): "is no table, expected CSV or Parquet with the column 'boat'"}
+    assert report.failed == {str(inputs[2]): "not a table, expected CSV or Parquet with the column 'boat'"}
     names = Store(tmp_path / "out").names()
     assert sorted(names.values()) == ["7", "Alma"] and names[7] == "7" and min(names) == 7 < 1 << 52 < max(names)
     speeds = {

@@ -104,7 +104,7 @@ def test_reports_of_a_ship_at_rest_are_smoothed_as_by_least_squares(by_class):
             filters.predict(one, level, state, time[k] - time[k - 1])
         filters.take(one, level, state, north[k], east[k])
         filters.copy_state(state, filters.state_at(into.kept.states, k))
-    into.kept.plane[:], into.kept.link[:], into.which[:], into.estimate[:] = plane, association.GOES_ON, level, 0.0
+    into.kept.plane[:], into.kept.link[:], into.which[:], into.estimate[:] = plane, association.CONTINUED, level, 0.0
     back = smoothed(one, time, into)
 
     model = filters.model_of(one, level)
@@ -142,7 +142,8 @@ def test_a_ship_whose_reports_go_on_elsewhere_is_there_after_two_of_them_at_its_
     north, elsewhere = 5.0 * time, np.where(time < 120.0, 0.0, 400.0)
     into = found(by_class, time, *displaced_all(0.9, 0.2, north, elsewhere))
     assert np.flatnonzero(into.status == REJECTED).tolist() == [12, 13]
-    assert into.kept.link.tolist() == [association.SET_DOWN if k == 13 else association.GOES_ON for k in range(24)]
+    repositioned, continued = association.REPOSITIONED, association.CONTINUED
+    assert into.kept.link.tolist() == [repositioned if k == 13 else continued for k in range(24)]
     for estimate in (into.estimate, smoothed(by_class, time, into)):
         places = np.array([displacement(*each[:2], 0.9, 0.2) for each in estimate])
         assert np.abs(places[:12, 1]).max() < 15.0 and np.abs(places[13:, 1] - 400.0).max() < 15.0

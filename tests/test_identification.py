@@ -325,7 +325,7 @@ def test_a_log_of_sentences_is_no_table_of_a_manoeuvre(tmp_path):
     log.write_text("$GPHDT,1.0,T*0E\n$GPGGA,120000,6326.0,N,01023.0,E,1,8,1.0,1,M,1,M,,*00\n")
     for arguments, columns in ((("yaw", log, "--bandwidth", "0.5"), "for time, rudder"), (("surge", log), "time_s")):
         code, _, err = run("identify", *arguments)
-        assert code == 2 and "is no table, expected a CSV" in err and f"columns {columns}" in err, err
+        assert code == 2 and "not a table, expected a CSV" in err and f"columns {columns}" in err, err
 
 
 CARD = np.radians([2.0, 5.0, -3.0, 1.0, 0.5])

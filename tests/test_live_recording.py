@@ -199,7 +199,7 @@ def test_a_bag_of_ros_2(tmp_path):
     np.testing.assert_array_equal(read(path.parent).latitude, fixes.latitude)
     with contextlib.closing(sqlite3.connect(tmp_path / "other.db3")) as other, other:
         other.execute("CREATE TABLE a(b)")
-    with pytest.raises(InputError, match="is no ROS 2 bag"):
+    with pytest.raises(InputError, match="not a ROS 2 bag"):
         read(tmp_path / "other.db3")
 
 

@@ -171,7 +171,7 @@ def test_checksums():
     assert nmea0183.read(wrong).skipped == {"checksum wrong": 1}
     assert len(only(good[:-2] + gga(START + 1, 54.0, 10.0))) == 2
     after_one_with = nmea0183.read(good + gga(START + 1, 54.0, 10.0).split(b"*")[0] + b"\r\n")
-    assert after_one_with.skipped == {"checksum missing where its talker sends one": 1}
+    assert after_one_with.skipped == {"checksum missing, unlike the talker's other sentences": 1}
 
 
 def test_the_date_is_carried_over_midnight_and_back_to_the_start():
@@ -265,7 +265,7 @@ def test_of_many_headings_in_an_epoch_without_times_the_first_is_kept_and_the_re
     headings = b"".join(sealed(f"HEHDT,{heading:.1f},T") for heading in range(100, 110))
     recording = nmea0183.read(gga(START, 54.0, 10.0) + headings + gga(START + 1, 54.0, 10.001) + headings)
     np.testing.assert_allclose(np.degrees(recording.sources["HE"].heading), [100.0, 100.0])
-    assert recording.skipped == {"repeated within an epoch, without a time of its own": 18}
+    assert recording.skipped == {"repeated within an epoch, has no time field": 18}
 
 
 ROLLOVER = 1024 * 7 * DAY
@@ -345,7 +345,7 @@ def test_variation_from_the_sentence_then_rmc_then_the_model():
     assert 103.0 < np.degrees(model.sources["HC"].heading[0]) < 106.0
     assert any("World Magnetic Model 2020" in note for note in model.notes)
     nowhere = nmea0183.read(sealed("GPZDA,120000,01,07,2024,00,00") + sealed("HCHDM,100.0,M"))
-    assert nowhere.skipped == {"magnetic heading without variation or place": 1}
+    assert nowhere.skipped == {"magnetic heading without variation or position": 1}
 
 
 def test_a_live_link_takes_everything_once():

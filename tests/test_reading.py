@@ -142,7 +142,7 @@ def test_speed_of_a_talker_without_positions_joins_the_fixes():
 def test_start_and_stop():
     fixes = read(sortie(60), start=START + 10, stop=START + 20)
     np.testing.assert_allclose(fixes.time, START + np.arange(10, 20), atol=1e-6)
-    with pytest.raises(InputError, match="lies between"):
+    with pytest.raises(InputError, match="is between"):
         read(sortie(60), start=START + 100)
 
 
@@ -166,7 +166,7 @@ def test_progress_ends_at_all(log):
         (lambda folder: b"", "is empty"),
         (lambda folder: b" \r\n", "is empty"),
         (lambda folder: b"a,b,c\n1,2,3\n" * 40, "unrecognized format, expected one of NMEA 0183"),
-        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "of a table, columns time_s, lat_deg and lon_deg"),
+        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "a table needs columns time_s, lat_deg and lon_deg"),
         (
             lambda folder: b"time,lat,lon\n1,99,2\n",
             "no position in it; found 1 × rows (1 × latitude or longitude out of range)",

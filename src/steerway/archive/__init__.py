@@ -1,4 +1,4 @@
-"""Archives of many vessels and days, out of core: estimates, trips and events from files of AIS reports or logs."""
+"""Archives of many vessels and days, larger than memory: estimates, trips and events from AIS reports or logs."""
 
 from typing import TYPE_CHECKING
 

@@ -1,15 +1,15 @@
-"""Reports under one MMSI to ships: the filter of every ship, and which of them a report belongs to.
+"""Assign the reports under one MMSI to ships, and run one filter per ship.
 
-A report goes to the track whose prediction makes it most probable, by the filter's own gate (nearest neighbour;
-Y. Bar-Shalom and X.-R. Li, Multitarget-Multisensor Tracking, 1995, ch. 3), weighed by the hull that is reported. One
-out of the reach of every track begins a tentative track. Where reports go on at both places there are two ships; where
-they go on at the new place alone the ship has moved there: its track goes on, and a jump is noted. All is causal, so
-that it does not matter where a record is cut.
+A report is assigned to the track with the highest likelihood among those whose gate accepts it (nearest neighbour;
+Y. Bar-Shalom and X.-R. Li, Multitarget-Multisensor Tracking, 1995, ch. 3); a different reported hull size lowers the
+likelihood. A report out of reach of every track begins a tentative track. If reports then continue at both places,
+there are two ships. If they continue only at the new place, the ship has moved: its track continues there, and an
+event records the move. The assignment uses earlier reports only, so a record may be cut anywhere.
 
-The noise of a track that is alone has levels, of which the innovation chooses (Y. Bar-Shalom, X.-R. Li and T.
-Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, sec. 11.2): that of a vessel which goes on
-as it does, by the time from report to report and by whether it is under way, and, where the gate refuses the report
-then, that of one which manoeuvres.
+If a number has only one track, the innovation selects its noise level (Y. Bar-Shalom, X.-R. Li and T. Kirubarajan,
+Estimation with Applications to Tracking and Navigation, 2001, sec. 11.2). The steady level comes first; it depends on
+the interval between reports and on whether the vessel is under way. If the gate then rejects the report, the
+manoeuvring level is used.
 """
 
 import math
@@ -58,12 +58,12 @@ from steerway.core.records import REJECTED
 from steerway.core.statistics import FIX_GATE, UNBROKEN_REJECTION
 from steerway.estimation.filter.vectors import Vec2
 
-GOES_ON, SET_DOWN, ANEW = range(3)
-"""How a filter goes on from the row before: as it does; at another position, in the same motion; not at all."""
+CONTINUED, REPOSITIONED, RESTARTED = range(3)
+"""How a filter continues from the row before: unchanged; with a new position and the same velocity; not at all."""
 
 
 class Fleet(NamedTuple):
-    """What is known of vessels: zero at first."""
+    """Vessels, their tracks and the states of the tracks' filters; all zero before the first report."""
 
     vessels: np.ndarray  # (v,) VESSEL
     tracks: np.ndarray  # (v, SLOTS) TRACK
@@ -71,22 +71,22 @@ class Fleet(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What is kept of rows for the smoother; of none where nothing is to be smoothed."""
+    """Filter states of every row, stored for the smoother; zero rows if nothing is smoothed."""
 
-    states: State  # (n or 0, …) of the filter after the row
-    plane: np.ndarray  # (n or 0, 2) origin of its plane, rad
-    link: np.ndarray  # (n or 0,) how it goes on from the row before
+    states: State  # (n or 0, …) filter state after the row
+    plane: np.ndarray  # (n or 0, 2) latitude and longitude of the origin of the filter's plane, rad
+    link: np.ndarray  # (n or 0,) CONTINUED, REPOSITIONED or RESTARTED
 
 
 class Found(NamedTuple):
-    """What every row gives; (n,) each."""
+    """Results of every row; arrays (n,) unless a shape is given."""
 
     estimate: np.ndarray  # (n, OUTPUTS)
     nis: np.ndarray
     status: np.ndarray
     track: np.ndarray
     event: np.ndarray
-    which: np.ndarray  # of the models: that by which the row was predicted
+    which: np.ndarray  # index of the model that predicted the row
     kept: Kept
 
 
@@ -94,9 +94,9 @@ class Found(NamedTuple):
 def associate(
     bounds: NDArray[np.int64], reports: Reports, filters: Filters, fleet: Fleet, found: Found, spare: State
 ) -> None:
-    """Run over reports, those of vessel v in rows bounds[v] to bounds[v + 1]; fills `found`, goes on with `fleet`.
+    """Run over reports, with vessel v in rows bounds[v] to bounds[v + 1]; fills `found` and updates `fleet`.
 
-    spare: State of two filters, workspace.
+    spare: workspace, State of two filters.
     """
     for v in range(len(bounds) - 1):
         rows = bounds[v], bounds[v + 1]
@@ -114,11 +114,11 @@ def follow(
     found: Found,
     spare: State,
 ) -> None:
-    """Run over the rows of a vessel, from rows[0] to rows[1]. It counts no references to arrays, as a kernel does."""
+    """Run over the rows of a vessel, from rows[0] to rows[1]."""
     time, before, ahead = reports.time, state_at(spare, 0), state_at(spare, 1)
     ahead_of, ahead_time = -1, 0.0
     for k in range(rows[0], rows[1]):
-        fixed, tentative, accepted, link = math.isfinite(reports.latitude[k]), False, False, GOES_ON
+        fixed, tentative, accepted, link = math.isfinite(reports.latitude[k]), False, False, CONTINUED
         found.event[k], found.nis[k] = NOTHING, math.nan
         if fixed:
             round_to(filters.models.receiver, reports.digit[k], reports.latitude[k])
@@ -133,8 +133,8 @@ def follow(
             found.event[k], tentative = conclude_report(vessel, tracks, chosen)
         if tentative:
             chosen, accepted = int(vessel.current), False
-            track, link = tracks[chosen], GOES_ON
-        if tentative or not fixed:  # shown is where the track is now; the track itself goes on from its last report
+            track, link = tracks[chosen], CONTINUED
+        if tentative or not fixed:  # predict a copy: the track itself continues from its last report
             if ahead_of != chosen:
                 copy_state(state_at(states, chosen), ahead)
                 ahead_of, ahead_time = chosen, track.now
@@ -156,7 +156,7 @@ def follow(
 
 @lean_kernel
 def keep(kept: Kept, k: int, track: np.record, state: State, link: int) -> None:
-    """Keep the filter of a track after row k."""
+    """Store the filter of a track after row k."""
     copy_state(state, state_at(kept.states, k))
     kept.plane[k, 0], kept.plane[k, 1], kept.link[k] = track.latitude, track.longitude, link
 
@@ -165,10 +165,10 @@ def keep(kept: Kept, k: int, track: np.record, state: State, link: int) -> None:
 def take_report(
     filters: Filters, track: np.record, state: State, reports: Reports, k: int, alone: bool, before: State
 ) -> tuple[int, float, bool, int]:
-    """Take row k: of a track that is alone as of a vessel that goes on as it does, else as of one that manoeuvres.
+    """Update a track with row k. If it is `alone`, the steady noise level is tried before the manoeuvring level.
 
-    Returns the model by which it was predicted, its NIS, whether it is no outlier, and how the filter goes on. before:
-    workspace.
+    Returns the index of the model that predicted the row, the NIS, whether the fix was accepted, and the link to the
+    row before. before: workspace.
     """
     time, first = reports.time[k], int(track.mobile) * LEVELS
     level = COMPETING
@@ -181,15 +181,15 @@ def take_report(
             predict_to(filters, which, track, state, time)
         north, east = place_in_plane(track, state, reports.latitude[k], reports.longitude[k])
         nis, wrong = take(filters, which, state, north, east)
-        # The NIS of a rounded fix has the variance of its last digit, and lets pass what its cell refuses.
+        # The NIS of a rounded fix includes the rounding variance and can pass where the rounding cell does not fit.
         passes = nis <= FIX_GATE and not (wrong > 0.5 and reports.digit[k] > 0.0)
         if level < STEADY or passes:
             break
         copy_state(before, state)
         level = MANOEUVRING
-    link = GOES_ON
+    link = CONTINUED
     if wrong > 0.5:
-        link = after_refusal(filters, which, track, state, time, Vec2(north, east))
+        link = after_rejection(filters, which, track, state, time, Vec2(north, east))
     else:
         track.refused_from, track.resets = math.inf, 0.0
     track.now = time
@@ -200,16 +200,17 @@ def take_report(
 
 
 @called_kernel
-def after_refusal(filters: Filters, which: int, track: np.record, state: State, time: float, place: Vec2) -> int:
-    """Where reports have been refused for long, take this one, at a place (m), nevertheless. Returns how it goes on.
+def after_rejection(filters: Filters, which: int, track: np.record, state: State, time: float, place: Vec2) -> int:
+    """Accept a rejected report at `place` (m) if rejections have lasted UNBROKEN_REJECTION. Returns the link.
 
-    The position moves there, and the motion is kept; if that does not help, the filter begins anew.
+    The first time the filter takes the new position and keeps its velocity. If reports are still rejected after that,
+    the filter restarts.
     """
     if not time - track.refused_from >= UNBROKEN_REJECTION - 1e-6:
         track.refused_from = min(track.refused_from, time)
-        return GOES_ON
-    link = ANEW if track.resets > 0.0 else SET_DOWN
-    if link == ANEW:
+        return CONTINUED
+    link = RESTARTED if track.resets > 0.0 else REPOSITIONED
+    if link == RESTARTED:
         state.run[0].started = 0
     else:
         free_position(state)
@@ -220,7 +221,7 @@ def after_refusal(filters: Filters, which: int, track: np.record, state: State, 
 
 @lean_kernel
 def note_report(track: np.record, estimate: Floats, accepted: bool, reports: Reports, k: int) -> None:
-    """Note what row k says of a track, when its filter has dealt with it."""
+    """Update the record of a track from row k, after its filter has processed the row."""
     note_velocity(track, estimate, accepted, reports.time[k] - track.last)
     if accepted:
         track.last, track.last_latitude, track.last_longitude = (
@@ -238,7 +239,7 @@ def empty_fleet(count: int, filters: Filters) -> Fleet:
 
 
 def empty_found(rows: int, kept: int, filters: Filters) -> Found:
-    """Where so many rows are found, and so many kept."""
+    """Uninitialised results for `rows` rows, with filter states stored for `kept` of them."""
     kinds = np.float64, np.uint8, np.int64, np.uint8, np.uint8
     room = Kept(empty_states((kept,), filters), np.empty((kept, 2)), np.empty(kept, np.int8))
     nis, status, track, event, which = (np.empty(rows, kind) for kind in kinds)

@@ -1,6 +1,6 @@
-"""Encounters: the closest point of approach of pairs of vessels, at equal times, and how sure it is.
+"""Encounters: the closest point of approach (CPA) of pairs of vessels, with its standard deviation.
 
-Both vessels are brought to one time before their distance is taken, by the estimates before and after it.
+Before a distance is computed, both positions are interpolated to the same time between two estimates.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,26 +16,26 @@ from steerway.core.earth import NAUTICAL_MILE, radii
 from steerway.core.errors import InputError
 
 STEP = 60.0
-"""s between the times at which pairs are looked for; in between both go on as they do."""
+"""s between the times at which pairs are searched; between them, both vessels move at constant velocity."""
 _LONGEST_INTERVAL = 600.0
-"""s between two estimates of a vessel beyond which it is not known where it is."""
+"""s; the longest interval between two estimates of a vessel in which its position is interpolated."""
 _APART_AGAIN = 900.0
-"""s for which a pair is farther apart than asked for before the next encounter of it."""
+"""s that a pair must be farther apart than the distance before its next approach counts as a new encounter."""
 _FASTEST = 30.0
-"""m/s; a faster vessel may be missed. Chosen: 58 kn."""
+"""m/s (58 kn); encounters of faster vessels can be missed."""
 _EARTH_RADIUS = 6.371e6
-"""m, mean (IUGG): a chord is shorter than the ellipsoid's distance by half a percent at most."""
+"""m, mean (IUGG). Chords at this radius are at most 0.5 % shorter than distances on the ellipsoid."""
 _COLUMNS = ("mmsi", "track", "time_s", "lat_deg", "lon_deg", "sog_mps", "sog_std_mps", "position_std_m", "status")
 
 
 def encounters(
     directory: str | Path, distance: float = NAUTICAL_MILE, progress: Callable[[float], None] | None = None
 ) -> pl.DataFrame:
-    """Pairs that come within `distance` (m) of each other, a row an encounter, in order of time.
+    """Pairs of vessels that come within `distance` (m) of each other: one row per encounter, in order of time.
 
-    Columns: both mmsi and track, `start_s` from when on they are within the distance, `cpa_time_s`, `tcpa_s` between
-    the two, `cpa_m` with its standard deviation, the speed at which they pass, where that is, and both speeds. Raises
-    InputError for a distance that is not positive, and where there is no archive.
+    Columns: MMSI and track of both; `start_s` and `end_s`, first and last time within the distance; `cpa_time_s`;
+    `tcpa_s`, the time from `start_s` to the CPA; `cpa_m` and its standard deviation; relative speed, position and both
+    speeds at the CPA. Raises InputError if the distance is not between 0 and 50 km, or if there is no archive.
     """
     if not 0.0 < distance <= 50e3:
         raise InputError(f"distance is {distance:g} m, expected more than 0 and at most 50 km")
@@ -63,7 +63,7 @@ _NEAR = dict.fromkeys(_PAIR, pl.Int64) | dict.fromkeys(("time_s", *_OF_CLOSEST),
 
 
 def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFrame]:
-    """Pairs near each other at the times of a day, with the closest approach within half a step of each."""
+    """Pairs near each other at each search time of a day, with their closest approach within half a STEP of it."""
     frame = frame.sort("mmsi", "track", "time_s")
     if len(frame) < 2:
         return
@@ -73,8 +73,7 @@ def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFra
     number = np.cumsum(~same.fill_null(False).to_numpy()) - 1
     columns |= {"latitude": np.radians(columns["lat_deg"]), "longitude": np.radians(columns["lon_deg"])}
     time = columns["time_s"]
-    # rows of all tracks in one order that searches: the track, then the time
-    span = DAY * 4.0
+    span = DAY * 4.0  # one sorted key for all rows: the track, then the time
     origin = (day - 1) * DAY
     order = number * span + (time - origin)
     tracks = np.arange(len(ids))
@@ -92,7 +91,11 @@ def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFra
 def _approaches(
     columns: dict[str, np.ndarray], ids: np.ndarray, after: np.ndarray, moment: float, distance: float
 ) -> Iterator[pl.DataFrame]:
-    """The pairs of vessels that come within a distance (m) about a moment; each is between rows after − 1 and after."""
+    """Pairs that come within a distance (m) around a moment (s).
+
+    Each vessel is between rows after − 1 and after. The search radius adds what two vessels at `_FASTEST` close in half
+    a step.
+    """
     from scipy.spatial import cKDTree
 
     time, row = columns["time_s"], after - 1
@@ -143,7 +146,7 @@ def _approaches(
 
 
 def _std(columns: dict[str, np.ndarray], row: np.ndarray, after: np.ndarray, away: Floats) -> np.ndarray:
-    """1σ of a position between two estimates: theirs, and σ of the speed times the time from the nearer one."""
+    """1σ (m) of an interpolated position: the larger position σ, and speed σ times `away`, s to the nearer estimate."""
     position = np.maximum(columns["position_std_m"][row], columns["position_std_m"][after])
     return np.hypot(position, np.nan_to_num(columns["sog_std_mps"][row]) * away)
 

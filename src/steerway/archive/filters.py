@@ -1,7 +1,7 @@
-"""The filters of an archive's tracks: `estimation`'s, with a model for each class of vessels and level of noise.
+"""Filters of an archive's tracks: those of `estimation`, with one model per class of vessel and noise level.
 
-A track keeps the state of its filter alone. What predictions compute from their length is kept for each model, since
-intervals of whole seconds come again and again; the workspace is common.
+A track stores only the state of its filter. Discretised models are stored by step length, because intervals of whole
+seconds recur; all filters share one workspace.
 """
 
 import math
@@ -40,33 +40,33 @@ from steerway.estimation.log.run import UNKNOWN_SPEED
 from steerway.estimation.vessel.aids import NO_AIDS
 
 OUTPUTS = 9
-"""Columns of an estimate: latitude, longitude, SOG, COG, course rate, the deviations of these three, of position."""
+"""Columns of an estimate: latitude, longitude, SOG, COG, course rate, 1σ of SOG, COG, course rate and position."""
 _SLOTS, _SLOTS_PER_SECOND = 128, 7.0
-"""Steps kept by their length; intervals of whole seconds, as AIS has them, meet in no slot up to two minutes:
-128 is a power of 2, 7 has no factor with it."""
+"""Slots for stored steps, and slots per second of step length. 7 and 128 share no factor, so steps of 1 to 128 whole
+seconds, as in AIS, each get a slot of their own."""
 _LEAST_DENSITY = 1e-300
 _ANYWHERE = 1e10
-"""m²: 100 km, further than a report within reach can be."""
+"""m², position variance of (100 km)²: farther than any report within reach."""
 _ALONE = np.ones(1)
 """Weights of one structure."""
 
 
 class State(NamedTuple):
-    """State of a filter, what a Bank has to keep; of many filters with further axes in front."""
+    """State of a filter: the part of a Bank that a track stores. States of many filters have leading axes."""
 
-    x: np.ndarray  # (m, n)
+    x: np.ndarray  # (m modes, n states)
     p: np.ndarray  # (m, n, n)
     probability: np.ndarray  # (m,)
     run: np.ndarray  # (1,) RUN
 
 
 class Filters(NamedTuple):
-    """The models of all classes and levels, stacked along a first axis, and the arrays that their predictions share."""
+    """Models of all classes and levels, stacked along a first axis, and the arrays that their predictions share."""
 
-    models: Model  # its arrays with an axis of models in front
-    change: np.ndarray  # (models,) (m/s)² along either axis by which velocity changes before a prediction
-    steerageway: np.ndarray  # (models,) m/s
-    steps: np.ndarray  # (models, _SLOTS, m) STEP by length, and what belongs to them in a Bank
+    models: Model  # arrays with a leading axis of models
+    change: np.ndarray  # (models,) (m/s)² per axis, variance added to the velocity before a prediction
+    steerageway: np.ndarray  # (models,) m/s, lowest speed with a defined course
+    steps: np.ndarray  # (models, _SLOTS, m) STEP by length; the next two are the fields of Bank that go with it
     responses: np.ndarray
     changes: np.ndarray
     moments: np.ndarray  # workspace of a Bank
@@ -74,11 +74,11 @@ class Filters(NamedTuple):
     rows: np.ndarray
     product: np.ndarray
     fused: np.ndarray  # (1, FUSED)
-    plain: bool  # whether Table 1 serves all models
+    plain: bool  # whether the five-state filter serves all models
 
 
 def filters_of(models: Sequence[Model], change: Floats, steerageway: Floats) -> Filters:
-    """The filters of models of one size; change, steerageway: (models,) as there."""
+    """Filters of models of equal size; change and steerageway as in Filters."""
     first, space = models[0], (len(models), _SLOTS)
     m, n = len(first.modes), first.states
     parts = (np.stack(each) for each in zip(*(model[:5] for model in models), strict=True))
@@ -102,7 +102,7 @@ def filters_of(models: Sequence[Model], change: Floats, steerageway: Floats) -> 
 
 
 def empty_states(shape: tuple[int, ...], filters: Filters) -> State:
-    """States of so many filters that have seen nothing."""
+    """States of filters, an array of them with this shape, before the first fix."""
     m, n = filters.models.modes.shape[1], filters.models.states
     return State(
         np.zeros((*shape, m, n)), np.zeros((*shape, m, n, n)), np.zeros((*shape, m)), np.zeros((*shape, 1), RUN)
@@ -111,7 +111,7 @@ def empty_states(shape: tuple[int, ...], filters: Filters) -> State:
 
 @jitable
 def model_of(filters: Filters, which: int) -> Model:
-    """One of the models."""
+    """The model with index `which`."""
     all_ = filters.models
     return Model(
         all_.modes[which],
@@ -126,7 +126,7 @@ def model_of(filters: Filters, which: int) -> Model:
 
 @jitable
 def bank_of(filters: Filters, which: int, slot: int, state: State) -> Bank:
-    """The Bank of a state, with one of the steps that are kept."""
+    """The Bank of a state, with the step stored in a slot."""
     return Bank(
         state.x,
         state.p,
@@ -144,7 +144,7 @@ def bank_of(filters: Filters, which: int, slot: int, state: State) -> Bank:
 
 @jitable
 def state_at(states: State, k: int) -> State:
-    """One of many states."""
+    """The state with index k along the first axis."""
     return State(states.x[k], states.p[k], states.probability[k], states.run[k])
 
 
@@ -163,7 +163,7 @@ def copy_state(state: State, out: State) -> None:
 
 @lean_kernel
 def slot_for(filters: Filters, which: int, h: float) -> int:
-    """The slot that keeps a step of h seconds; a step of another length in it is marked as unknown."""
+    """The slot for a step of h seconds; if it holds a step of another length, that step is marked as invalid (dt 0)."""
     slot = int(_SLOTS_PER_SECOND * h) % _SLOTS
     step = filters.steps[which, slot, 0]
     if step.dt != h:
@@ -175,7 +175,7 @@ def slot_for(filters: Filters, which: int, h: float) -> int:
 def add_variance(p: Floats, i: int, variance: float) -> None:
     """Add a variance to the states i and i + 1 of every mode, p (m, n, n).
 
-    As a kernel of its own: what a kernel writes to arrays that it takes from `bank_of` itself, numba 0.68 leaves out.
+    This must be a separate kernel: numba 0.68 drops what a kernel writes to arrays that it gets from `bank_of`.
     """
     for k in range(len(p)):
         p[k, i, i] += variance
@@ -184,7 +184,7 @@ def add_variance(p: Floats, i: int, variance: float) -> None:
 
 @lean_kernel
 def free_position(state: State) -> None:
-    """Let the position lie anywhere, so that the next fix sets it and the motion stays."""
+    """Make the position unknown, so that the next fix sets the position and the velocity stays."""
     add_variance(state.p, NORTH, _ANYWHERE)
     run = state.run[0]
     run.outliers = run.was_outlier = 0.0
@@ -192,7 +192,7 @@ def free_position(state: State) -> None:
 
 @lean_kernel
 def predict(filters: Filters, which: int, state: State, dt: float) -> None:
-    """Predict a filter by dt seconds by one of the models."""
+    """Predict a filter by dt seconds with model `which`; a filter that has not started stays as it is."""
     if not (dt > 0.0 and state.run[0].started == 1):
         return
     model = model_of(filters, which)
@@ -212,7 +212,10 @@ def predict(filters: Filters, which: int, state: State, dt: float) -> None:
 
 @lean_kernel
 def round_to(receivers: np.ndarray, digit: float, latitude: float) -> None:
-    """Tell the receivers (models, 1) of all models the last digit (rad) of the next fix, at a latitude; 0: of none."""
+    """Set the rounding step of the next fix in the receivers (models, 1) of all models.
+
+    digit: last written digit (rad), 0 if it does not matter. latitude: rad.
+    """
     if digit == 0.0 and receivers[0, 0].quantum_north == 0.0:
         return
     north, east = displacement(latitude + digit, digit, latitude, 0.0)
@@ -222,7 +225,7 @@ def round_to(receivers: np.ndarray, digit: float, latitude: float) -> None:
 
 @lean_kernel
 def take(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
-    """Take a fix (m) at the present time. Returns its NIS and the probability of an outlier, NaN for the first."""
+    """Update with a fix (m) at the filter's time. Returns its NIS and outlier probability, NaN for the first fix."""
     model, bank, row = model_of(filters, which), bank_of(filters, which, 0, state), Row(0.0, north, east, 1.0)
     if filters.plain and model.receiver[0].quantum_north == 0.0:
         taken = five_state.take(bank, model, row)
@@ -235,7 +238,7 @@ def take(filters: Filters, which: int, state: State, north: float, east: float) 
 
 @called_kernel
 def aid(filters: Filters, which: int, state: State, aids: Floats) -> None:
-    """Take the aids (a,) that are known."""
+    """Update with the aids (a,) that are not NaN."""
     model, bank = model_of(filters, which), bank_of(filters, which, 0, state)
     if filters.plain:
         fill_lower(state.p[0])
@@ -244,7 +247,7 @@ def aid(filters: Filters, which: int, state: State, aids: Floats) -> None:
 
 @called_kernel
 def weigh(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
-    """−log density (1/m²) of a fix, and its least NIS in a mode."""
+    """Negative log-likelihood of a fix (density in 1/m²), and its lowest NIS over the modes."""
     model = model_of(filters, which)
     receiver, fix, total, least = model.receiver[0], Vec2(north, east), 0.0, math.inf
     variance = receiver.fix_variance + (receiver.quantum_north**2 + receiver.quantum_east**2) / 24.0
@@ -260,7 +263,10 @@ def weigh(filters: Filters, which: int, state: State, north: float, east: float)
 
 @lean_kernel
 def recentre(track: np.record, state: State, place: tuple[float, float], at: tuple[float, float]) -> None:
-    """Move the origin of a track's plane to the estimate, by its distance from a place (rad) at (m) in the plane."""
+    """Move the origin of a track's plane to the estimated position.
+
+    place: latitude and longitude (rad) of a point; at: its north and east (m) in the old plane.
+    """
     north, east = state.x[0, NORTH], state.x[0, EAST]
     track.latitude, track.longitude = displaced(place[0], place[1], north - at[0], east - at[1])
     for k in range(len(state.x)):
@@ -270,7 +276,7 @@ def recentre(track: np.record, state: State, place: tuple[float, float], at: tup
 
 @lean_kernel
 def write(filters: Filters, which: int, latitude: float, longitude: float, state: State, estimate: Floats) -> None:
-    """Write the estimate (OUTPUTS,) of a filter with the origin of its plane; NaN for a course that is undefined."""
+    """Write the estimate (OUTPUTS,) of a filter whose plane has its origin at a position; undefined courses are NaN."""
     model, bank = model_of(filters, which), bank_of(filters, which, 0, state)
     if filters.plain:
         five_state.write_estimate(bank, model, filters.steerageway[which], estimate)
@@ -285,7 +291,7 @@ def write(filters: Filters, which: int, latitude: float, longitude: float, state
 
 @lean_kernel
 def note_velocity(track: np.record, estimate: Floats, accepted: bool, interval: float) -> None:
-    """Note whether the velocity is known and the vessel under way, `interval` s after the fix taken before."""
+    """Set `known` and `underway` of a track from its estimate, `interval` seconds after the last accepted fix."""
     if accepted and interval > LONG:
         track.known = 0.0
     if estimate[SOG_STD] < UNKNOWN_SPEED:
@@ -295,7 +301,7 @@ def note_velocity(track: np.record, estimate: Floats, accepted: bool, interval: 
 
 @lean_kernel
 def status_of(track: np.record, estimate: Floats, fixed: bool, accepted: bool) -> int:
-    """Status of a row, as a code of records.STATUSES, by its estimate; a velocity that is not known yet goes."""
+    """Status code of a row (index of records.STATUSES). While starting, the velocity in `estimate` is set to NaN."""
     if track.known == 0.0:
         for i in range(SOG, len(estimate) - 1):
             estimate[i] = math.nan

@@ -1,7 +1,7 @@
-"""What the estimates of a ship tell: trips and stops, turns, gaps, jumps, and where transmitted SOG and COG are wrong.
+"""Trips, stops and events of ships, from their estimates: turns, gaps, jumps, and wrong transmitted SOG and COG.
 
-One pass over the rows of every track, with a carry of some numbers from one day to the next, so that it does not matter
-where a record is cut.
+Each track is processed in one pass. A record of a few numbers (HISTORY) is carried from one day to the next, so the
+result does not depend on where a record is cut.
 """
 
 import math
@@ -14,28 +14,27 @@ from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import OK, REJECTED
 
 EVENTS = ("jump", "moved", "another ship", "gap", "dark period", "turn", "speed", "course")
-"""Kinds of events. `value` is: m from where the ship was to be, for jumps; m between its ends, for gaps; degrees to
-starboard, for turns; the largest difference of the transmitted from the derived, m/s or degrees, for the last two."""
+"""Kinds of events. `value`: for a jump, a move or another ship the distance (m) from the estimate or last position; for
+a gap or dark period the distance (m) between its ends; for a turn the angle (degrees, starboard positive); for the last
+two the largest difference, transmitted minus estimated (m/s or degrees)."""
 _JUMP, _MOVED, _ANOTHER, _GAP, _DARK, _TURN, _SPEED, _COURSE = range(8)
 MODES = ("unknown", "stop", "trip")
 _UNKNOWN, _STOP, _TRIP = range(3)
 
-GAP = 1800.0
-"""s without a report that are a gap, as for the filter; of a vessel under way, or that is elsewhere afterwards, a dark
-period."""
 STOP_RADIUS, STOP_TIME = 250.0, 900.0
-"""A vessel that stays within so many metres for so many seconds has stopped."""
+"""m, s: a vessel that stays within the radius for the time has stopped."""
 _DARK_SPEED, _DARK_DISTANCE = 1.0, 2000.0
+"""m/s, m: a gap is a dark period if the vessel was faster before it, or is farther away after it."""
 _TURN_RATE, _TURN_LEAST = math.radians(0.1), math.radians(45.0)
 _EXCURSION, _EXCURSION_TIME, _BACK = 500.0, 7200.0, 0.3
-"""m there and back, within so many seconds, that are a jump; at most the last part of it separates both ends."""
-_LIMIT = 4.0
-"""Combined σ beyond which a transmitted value differs from the derived one, and how many such reports in a row make an
-event."""
-_RUN = 5
+"""m, s, ratio: a report is a jump if the distances to it and back both exceed the first, within the second, and the
+reports before and after it are closer together than the third times the shorter distance."""
+_LIMIT, _RUN = 4.0, 5
+"""Combined σ above which a transmitted value is wrong, and the number of such reports in a row that make an event."""
 _SOG_STD, _SOG_MARGIN = 0.2, 0.5
 _COG_STD, _COG_MARGIN, _COG_LEAST_SPEED = math.radians(3.0), math.radians(5.0), 2.0
 
@@ -51,10 +50,10 @@ HISTORY = record_of(
     fast=_RUN_OF_WRONG,
     away=_RUN_OF_WRONG,
 )
-"""A track's history, zero before its first row: the row before and the number of rows; the mode (of MODES),
-when and where it began, the distance sailed since and the greatest speed; where the vessel may have stopped; the turn
-it is in; the report before and the one before that, with the transmitted SOG, and how many there were; the runs of
-wrong SOG and COG: when they began, rows, largest difference."""
+"""History of a track, zero before its first row. It holds the row before and the number of rows; the mode (of MODES),
+its start, the distance since then and the highest speed; the anchor, where a stop may have begun; the turn in progress;
+the last report with its SOG, the report before that, and the number of reports; and the runs of wrong SOG (`fast`) and
+COG (`away`): start, rows, largest difference."""
 
 
 @kernel
@@ -66,12 +65,12 @@ def history(
     events: np.ndarray,
     trips: np.ndarray,
 ) -> tuple[int, int]:
-    """Run over tracks that stand behind one another in an order of rows. Returns how many events and trips there are.
+    """Find the events and trips of tracks; returns the number of each, which can exceed the room given.
 
     Args:
-        bounds: (tracks + 1,) where in `order` (n,) each begins.
-        rows: (time, latitude, longitude, estimate, status, event, reported), as of `association.associate`; reported
-            (n, 4): latitude, longitude, SOG, COG, SI, NaN where unknown.
+        bounds: (tracks + 1,) where in `order` (n,), row numbers by track and time, each track begins.
+        rows: (time, estimate, status, event, reported), the first four as in `association.associate`; reported (n, 4):
+            latitude, longitude, SOG, COG in SI units, NaN where unknown.
         carry: (tracks,) HISTORY, updated. events: (any,) EVENT. trips: (any,) TRIP.
     """
     time, estimate, status, event, reported = rows
@@ -96,7 +95,7 @@ def history(
             if c.rows > 0.0:
                 step = _apart(latitude, longitude, c.latitude, c.longitude)
                 elapsed = time[k] - c.time
-                if elapsed > GAP:
+                if elapsed > LONGEST_GAP:
                     dark = c.sog > _DARK_SPEED or step > _DARK_DISTANCE
                     kind = _DARK if dark else _GAP
                     e = _emit(events, e, i, kind, c.time, time[k], c.latitude, c.longitude, step, 0.0)
@@ -120,7 +119,10 @@ def history(
 
 @called_kernel
 def _excursion(events: np.ndarray, e: int, track: int, c: np.record, time: float, reported: Floats) -> int:
-    """A jump within the reach of a ship shows when the next report is back: none sails there and back so fast."""
+    """Emit a jump if the last report is out and back faster than the ship's speed allows; remember this report.
+
+    Such a jump is within reach of the track and is recognised only when the next report is back.
+    """
     if c.reports >= 2.0 and time - c.former_time <= _EXCURSION_TIME:
         there = _apart(c.last_latitude, c.last_longitude, c.former_latitude, c.former_longitude)
         back = _apart(reported[0], reported[1], c.last_latitude, c.last_longitude)
@@ -140,7 +142,7 @@ def _excursion(events: np.ndarray, e: int, track: int, c: np.record, time: float
 
 @kernel
 def unfinished(carry: np.ndarray, trips: np.ndarray) -> int:
-    """Fill `trips` with the trip or stop that every track is at; returns how many."""
+    """Fill `trips` with the current trip or stop of every track; returns the number written."""
     t = 0
     for i in range(len(carry)):
         c = carry[i]
@@ -205,7 +207,7 @@ def _end(
 def _sailing(
     trips: np.ndarray, t: int, track: int, c: np.record, time: float, latitude: float, longitude: float
 ) -> int:
-    """Stops and the trips between them: a stop begins where the vessel came to its place, and ends where it left."""
+    """Update the mode. A stop begins at the first row within the radius and ends at the last; trips are in between."""
     inside = _apart(latitude, longitude, c.anchor_latitude, c.anchor_longitude) <= STOP_RADIUS
     if c.mode == _STOP:
         if not inside:
@@ -230,8 +232,8 @@ def _sailing(
 def _turning(
     events: np.ndarray, e: int, track: int, c: np.record, time: float, estimate: Floats, status: int, elapsed: float
 ) -> int:
-    """A turn is a run of rows with a course rate of one sign."""
-    rate = estimate[4] if status == OK and math.isfinite(c.cog) and elapsed <= GAP else 0.0
+    """Update the turn in progress, a run of rows whose course rate has one sign; emit it at its end."""
+    rate = estimate[4] if status == OK and math.isfinite(c.cog) and elapsed <= LONGEST_GAP else 0.0
     turns = abs(rate) > _TURN_RATE
     if c.turned != 0.0 and not (turns and rate * c.turned > 0.0):
         if abs(c.turned) >= _TURN_LEAST:
@@ -251,7 +253,7 @@ def _turning(
 def _wrong(
     events: np.ndarray, e: int, track: int, c: np.record, run: np.record, kind: int, time: float, value: float
 ) -> int:
-    """A run of rows that differ, by a value that is 0 in one that does not."""
+    """Update a run of wrong values, and emit it at its end. value: the difference, 0 if the row is within limits."""
     if value != 0.0:
         if run.rows == 0.0:
             run.began, run.most = time, 0.0

@@ -1,7 +1,7 @@
-"""Inputs of an archive: which they are, and their reports by day and bucket of vessels on the disk.
+"""Inputs of an archive: find the files, and sort their reports on disk by day and bucket of vessels.
 
-The reports of one input are shuffled through files by polars' streaming engine, so that memory does not grow with them;
-rows that are left out are counted by reason.
+Polars' streaming engine writes the reports of an input to files, so memory does not grow with the input. Rows that
+are left out are counted by reason.
 """
 
 import glob
@@ -28,22 +28,22 @@ from steerway.formats.reading import plain, read, survey
 
 _LEFT_OUT = -1
 _FIRST_NAMED = 1 << 52
-"""Numbers of vessels that have a name and no number: above all MMSI and serial numbers, exact in JSON."""
+"""First ID of vessels that have a name but no number: above all MMSI and serial numbers, and exact in JSON."""
 _ROWS_A_BYTE = {".parquet": 1 / 25, ".gz": 1 / 20, ".zip": 1 / 20, ".zst": 1 / 20}
-"""Rows that a packed input holds for each byte, to choose the number of buckets; see `rows_in`."""
+"""Estimated rows per byte of a compressed input, to choose the number of buckets; see `rows_in`."""
 _TEXT_ROW = 110
-"""Bytes of a row of text. Chosen: a short row of AIS; rows that are overestimated only make more buckets."""
+"""Bytes per row of text: a short AIS row. An overestimate of the rows only makes more buckets."""
 
 _FIRST = 10_000
-"""Reports of an input by which it is known in how many digits positions are written there."""
+"""Number of first reports from which the resolution of an input's positions is determined."""
 _FEW = 10
 _FINE, _COARSE = 1.5e-5, 2e-4
-"""° of a last digit that matters: 0.001′ (1.9 m), 4 decimals (11 m), 0.01′ (19 m). Chosen by generated ships: with 5
-decimals (1.1 m) SOG and COG under way are as without rounding, and a coarser digit may be chance."""
+"""°, range of resolutions that matter: 0.001′ (1.9 m), 4 decimals (11 m), 0.01′ (19 m). On generated ships, 5 decimals
+(1.1 m) gave the SOG and COG of unrounded positions; an apparently coarser resolution can be chance."""
 
 
 def found(paths: Iterable[str | Path]) -> list[Path]:
-    """The files that paths and patterns name, in order. Raises InputError for one that names none."""
+    """The files that paths, folders and patterns name, in order. Raises InputError for a path that matches no file."""
     files: dict[Path, None] = {}
     for path in paths:
         matches = sorted(glob.glob(str(path), recursive=True)) if glob.has_magic(str(path)) else [str(path)]
@@ -57,12 +57,12 @@ def found(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def rows_in(path: Path) -> float:
-    """About how many rows an input holds, by its size."""
+    """Approximate number of rows in an input, from its size."""
     return path.stat().st_size * _ROWS_A_BYTE.get(path.suffix.lower(), 1.0 / _TEXT_ROW)
 
 
 def identity(path: Path, known: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Size, time of change and hash of a file; the hash of one that has not changed since `known` is not taken anew."""
+    """Size, modification time and SHA-256 of a file; the hash is reused if size and time are those of `known`."""
     try:
         stat = path.stat()
         if known and known["size"] == stat.st_size and known["changed_ns"] == stat.st_mtime_ns:
@@ -78,11 +78,11 @@ def identity(path: Path, known: dict[str, Any] | None = None) -> dict[str, Any]:
 def stage(
     path: Path, store: Store, key: str, buckets: int, vessel_column: str | None = None
 ) -> tuple[Path, dict[str, Any]]:
-    """Write the reports of an input by day and bucket into a directory beside their place.
+    """Write the reports of an input, by day and bucket, into a temporary directory beside their final one.
 
-    Returns the directory, and what the manifest says of the input: the rows kept, those left out by reason, the numbers
-    of vessels that have names, and the last digit (°) of positions, 0 where it is too fine to matter.
-    Raises InputError for an input that cannot be read, or has no such column.
+    Returns the directory and the input's entry in the manifest: number of rows, rows left out by reason, IDs of named
+    vessels, and resolution of the positions (°, 0 where it is too fine to matter). Raises InputError for an input that
+    cannot be read or lacks the column.
     """
     part = store.root / "staged" / f".{key}.part"
     shutil.rmtree(part, ignore_errors=True)
@@ -112,7 +112,7 @@ def stage(
 
 
 def _digit_of(kept: list[Path]) -> float:
-    """The last digit (°) in which an input's positions are written, by its first reports, however they are divided."""
+    """Resolution (°) of an input's positions, from its first reports; the number of buckets does not change it."""
     first = pl.scan_parquet(kept, glob=False).bottom_k(_FIRST, by=["time_s", "mmsi", "lat_deg", "lon_deg"])
     places = first.select("lat_deg", "lon_deg").collect().to_numpy()
     digit = math.degrees(last_digit(np.radians(places.ravel())))
@@ -123,22 +123,22 @@ Numbers = TypeVar("Numbers", pl.Expr, pl.Series)
 
 
 def bucket_of(mmsi: Numbers, buckets: int) -> Numbers:
-    """A stable hash of a vessel's number."""
+    """Bucket of a vessel, by a stable hash of its MMSI or ID."""
     return (mmsi % 9_999_999_967 * 40_503 // 256) % buckets
 
 
 def vessel_number(name: str) -> int:
-    """The number of a vessel that is named: a whole number is its own, a text has one above all those."""
+    """ID of a named vessel: the name itself if it is a whole number, else a hash above all those numbers."""
     if re.fullmatch(r"[1-9][0-9]{0,14}", name):
         return int(name)
     return _FIRST_NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:6])
 
 
 def _fleet(path: Path, vessel_column: str) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
-    """A table of several vessels, numbered by the values of a column, and their numbers by name."""
+    """(reports, left out by reason, IDs by name) of a table of several vessels, which a column names."""
     data = plain(path)
     if not table.recognises(data):
-        raise InputError(f"{path}: is no table, expected CSV or Parquet with the column {vessel_column!r}")
+        raise InputError(f"{path}: not a table, expected CSV or Parquet with the column {vessel_column!r}")
     try:
         recordings, skipped = table.read_vessels(data, vessel_column)
     except InputError as error:
@@ -152,7 +152,7 @@ def _fleet(path: Path, vessel_column: str) -> tuple[pl.LazyFrame, dict[str, int]
 
 
 def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
-    """A log of any format that `steerway.read` knows: raw AIS, or one vessel, numbered by the name of its file."""
+    """(reports, left out by reason, IDs by name) of a log: raw AIS, or one vessel with an ID from the file name."""
     names: dict[str, int] = {}
     recordings = [log.recording for log in survey(path)]
     recording = next((each for each in recordings if "AIS" in each.sources), None)
@@ -169,7 +169,7 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
 
 
 def _reports(fixes: Fixes, mmsi: np.ndarray, mobile: np.ndarray, skipped: dict[str, int]) -> pl.DataFrame:
-    """The positions among fixes, with SCHEMA; those that have none are counted."""
+    """The fixes that have a position, with SCHEMA; fixes without one are added to `skipped`."""
     placed = fixes.has_position
     if lacking := int((~placed).sum()):
         skipped["no position"] = skipped.get("no position", 0) + lacking
@@ -179,5 +179,5 @@ def _reports(fixes: Fixes, mmsi: np.ndarray, mobile: np.ndarray, skipped: dict[s
 
 
 def staged_units(directory: Path) -> set[tuple[int, int]]:
-    """(day, bucket) of the reports of an input."""
+    """The (day, bucket) pairs that have reports of an input."""
     return {(int(each.parent.name[4:]), int(each.name[7:])) for each in directory.glob("day=*/bucket=*")}

@@ -1,4 +1,4 @@
-"""An archive looked into: what it was made of, how far it is, and one digest of its results in whatever files."""
+"""Status of an archive (settings, inputs, progress), and a digest of its results, whatever files they are in."""
 
 import hashlib
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from steerway.core.errors import InputError
 
 
 def status(directory: str | Path) -> dict[str, Any]:
-    """Settings, inputs and progress, as words and numbers. Raises InputError where there is no archive."""
+    """Settings, inputs and progress, as text and numbers. Raises InputError if there is no archive."""
     store = Store.opened(directory)
     manifest = store.manifest()
     done, todo = sorted(store.done()), sum(map(len, chains(store, manifest)))
@@ -42,10 +42,10 @@ def status(directory: str | Path) -> dict[str, Any]:
 
 
 def digest(directory: str | Path, progress: Callable[[float], None] | None = None) -> tuple[str, int]:
-    """(SHA-256, rows of the estimate) of an archive.
+    """(SHA-256 of all tables, number of rows in the estimate) of an archive.
 
-    Every track has a hash of its rows in order of time, over all days; the digest is that of the sorted hashes. Raises
-    InputError where there is no archive, or a file of it is damaged or missing.
+    The rows of each track are hashed in order of time, over all days; the digest is the hash of these hashes, sorted by
+    track. Raises InputError if there is no archive, or one of its files is damaged or missing.
     """
     store = Store.opened(directory)
     units = sorted(store.done(), key=lambda unit: (unit[1], unit[0]))
@@ -84,7 +84,7 @@ def _update(hashes: dict[tuple[str, int, int], "hashlib._Hash"], table: str, fra
 
 
 def _bytes(series: pl.Series) -> np.ndarray:
-    """(n, size) uint8 of a column; unknown is NaN."""
+    """The values of a column as bytes (n, size) uint8; unknown values are NaN."""
     if series.dtype.is_float():
         values = series.fill_null(float("nan")).to_numpy().copy()
         values[np.isnan(values)] = np.nan

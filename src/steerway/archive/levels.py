@@ -1,9 +1,10 @@
-"""Levels of noise of AIS reports, by class: of vessels that manoeuvre, and of those that go on as they do.
+"""Noise levels of AIS reports by class of vessel: manoeuvring, and steady motion at rest or under way.
 
-The profile of its class is that of a vessel that manoeuvres, with white noise of the speed in the place of acceleration
-that persists: over minutes it disperses the speed as far, and the filter has the five states of Table 1. The others
-depend on the time from report to report: the most probable ones over half of the vessels of 145,000 recorded reports
-(the Solent, the United States, San Francisco, a stream from many stations) among those with a mean NIS of 2.
+A manoeuvring vessel has the built-in profile of its class, but with white speed noise instead of persistent
+acceleration. Both have the same diffusion of speed over minutes, and the filter keeps its five states. The steady
+levels depend on the interval between reports. Among values with a mean NIS of 2, they have the highest likelihood on
+half of the vessels in 145,000 recorded reports (the Solent, the United States, San Francisco, a stream from many
+stations).
 """
 
 import math
@@ -22,11 +23,11 @@ PROFILES = ("ais", "ais-class-a", "ais-class-b")
 """Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
 
 _CHANGE_STD = 2.0
-"""m/s along either axis by which a manoeuvre has changed the velocity since the last report."""
+"""m/s per axis, 1σ of the change of velocity by a manoeuvre since the last report."""
 _RESTING = range(STEADY, LEVELS, 2)
-"""Levels of a vessel at rest: its noise is speed_noise in any direction, at any speed."""
+"""Levels of a vessel at rest: speed_noise acts in all directions, at any speed."""
 _TURNING_AT_REST = 1e-5
-"""Part of the course-rate noise that is left there: none would be no more exact, but could not be smoothed."""
+"""Factor on the course-rate noise at rest. Zero would be no more accurate, and the smoother could not use it."""
 _AT_REST = ("speed_noise", "position_std")
 _UNDER_WAY = ("speed_noise", "course_rate_noise", "position_std", "time_std")
 _STEADY = {
@@ -46,11 +47,11 @@ _STEADY = {
         ((2.8e-7, 0.6), (2.0e-5, 1.1e-5, 0.31, 0.96)),
     ),
 }
-"""At rest and under way, for each class of `association.INTERVALS`."""
+"""Values of `_AT_REST` and `_UNDER_WAY` for each class of intervals (`tracks.INTERVALS`)."""
 
 
 def levels(profile: Profile | None) -> list[list[Profile]]:
-    """Profiles by class and level (LEVELS); all alike where one is given."""
+    """Profiles by class (PROFILES) and level (LEVELS); a given profile is used for all of them."""
     if profile is not None:
         return [[profile] * LEVELS] * len(PROFILES)
     return [_levels_of(BUILT_IN[name]) for name in PROFILES]
@@ -67,7 +68,7 @@ def _levels_of(profile: Profile) -> list[Profile]:
 
 
 def filters(profiles: Sequence[Sequence[dict[str, Any]]], aid: tuple[str, ...], smooth: bool = False) -> Filters:
-    """The filters of the kernels, by class and level. Smoothing takes the one mode that has two on average."""
+    """The filters of the kernels, by class and level. For smoothing, two modes are averaged into one."""
     models, change, steerageway = [], [], []
     for some in profiles:
         levelled = some[STEADY] != some[MANOEUVRING]
@@ -78,7 +79,7 @@ def filters(profiles: Sequence[Sequence[dict[str, Any]]], aid: tuple[str, ...], 
                 model.modes["drift_speed"] = math.inf
                 model.modes["rate_noise"] *= _TURNING_AT_REST
             elif levelled and level < STEADY:
-                model.modes["manoeuvres"] = 1  # a vessel at rest is at rest still, if less certainly
+                model.modes["manoeuvres"] = 1  # else the noise of this level would give a vessel at rest a mean speed
             models.append(model)
             change.append(_CHANGE_STD**2 if levelled and level == MANOEUVRING else 0.0)
             steerageway.append(least_course_speed([WeighedModel(1.0, model)], profile.steerageway))

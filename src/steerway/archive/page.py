@@ -1,4 +1,4 @@
-"""The page of an archive: a map, counts, coverage in time, intervals, consistency by class, the worst vessels."""
+"""The HTML page of an archive: map, counts, coverage in time, intervals, consistency by class, worst vessels."""
 
 import itertools
 from collections import Counter
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 _MAP_POINTS = 200_000
 _WORST = 20
 _LEAST_FIXES = 100
-"""Minimum fixes to show a mean NIS; its standard deviation is 0.2 then."""
+"""Minimum number of fixes to show a mean NIS; with so many its standard deviation is 0.2."""
 
 
 def write(store: Store, manifest: dict[str, Any]) -> None:
-    """Write index.html."""
+    """Write index.html; nothing if no unit is done."""
     units = sorted(store.done())
     if not units:
         return
@@ -38,9 +38,9 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
     days = sorted({day for day, _ in units})
     counts = [
         ("days", f"{date_of(days[0])} to {date_of(days[-1])}, {len(days)}"),
-        ("reports", f"{totals['reports']:,}, of which {totals['doubled']:,} were received twice"),
+        ("reports", f"{totals['reports']:,}, of which {totals['doubled']:,} were duplicates"),
         ("rows", f"{totals['rows']:,}"),
-        ("rejected, no manoeuvre explains them", f"{totals['rejected']:,}"),
+        ("rejected even as a manoeuvre", f"{totals['rejected']:,}"),
         *((f"left out: {reason}", f"{count:,}") for reason, count in left_out_of(manifest).most_common()),
     ]
     names = store.names()
@@ -64,8 +64,8 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
     def figures() -> list[tuple["Figure", str]]:
         return [
             (_map(store, totals["rows"]), "Estimated positions; lighter where there are more."),
-            (_coverage(numbers, days), "Rows a day."),
-            (_intervals(intervals), "Time from report to report."),
+            (_coverage(numbers, days), "Rows per day."),
+            (_intervals(intervals), "Intervals between reports."),
         ]
 
     count = len(manifest["inputs"])
@@ -109,7 +109,7 @@ def _named(rows: Iterable[Sequence[Any]], names: dict[int, str]) -> list[tuple[A
 
 
 def _drawing(height: float) -> tuple["Figure", "Axes"]:
-    """A figure with one pair of axes: margins that are given take no time to find."""
+    """A figure with one pair of axes. Fixed margins save the time of a layout engine."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.0, height))

@@ -1,4 +1,4 @@
-"""`run`: from files of reports to an archive of estimates; what is done is not done again."""
+"""`run`: make an archive of estimates from files of reports; finished units are not run again."""
 
 import errno
 import os
@@ -24,24 +24,27 @@ from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 
 UNIT_ROWS = 400_000
-"""Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
+"""Target number of rows per unit; below 200,000, reading and writing cost more than filtering."""
 _BYTES_A_ROW, _BYTES_A_WORKER = 700, 250e6
-"""Memory that a unit takes for each of its rows, and a worker without one."""
+"""Memory per row of a unit, and memory of an idle worker."""
 Tell = Callable[[float, str], None]
-"""Told the part done and what is being done."""
+"""Called with the fraction done (0 to 1) and the current step."""
 _MOST_LOSSES = 3
-"""Workers that a unit may lose before it is given up; then only what depends on it waits."""
+"""Lost workers after which a unit is given up, with the later days of its bucket."""
 _AIDS = ("sog", "cog", "heading")
 _SETTINGS = ("version", "kernels", "buckets", "profiles", "aid", "smooth", "rate")
 
 
 class DiskFull(InputError):
-    """The disk is full; what is done is kept, and the next run goes on."""
+    """The disk is full. Finished units are kept, and the next run continues."""
 
 
 @dataclass
 class Report:
-    """What a run did: `left_out` rows by reason, `failed` inputs and `given_up` units with the reason."""
+    """Result of a run: new `inputs`, and `rows` and `units` of this run; `units_before` were done before it.
+
+    left_out: rows left out of all inputs, by reason. failed: reasons by input. given_up: units whose workers were lost.
+    """
 
     directory: Path
     inputs: int = 0
@@ -77,28 +80,28 @@ def run(
 ) -> Report:
     """Estimate SOG, COG and course rate of every vessel in files of reports, a day and a bucket of vessels at a time.
 
-    The same call again goes on where the last one ended; further files are added, and what they touch is run again.
+    Repeating a call continues where the last one ended. New files are added, and the units they affect are run again.
 
     Args:
         paths: files, folders and patterns: AIS tables (CSV, Parquet, GeoParquet; .gz, .zip, .zst), and any log that
-            `steerway.read` knows. directory: of the archive.
-        buckets: parts into which vessels are divided; None chooses by the size of the inputs and `memory` (bytes).
+            `steerway.read` reads. directory: of the archive.
+        buckets: number of groups of vessels; None: chosen from the size of the inputs and `memory` (bytes).
         workers: processes; None: as many as cores and memory allow. scheduler: address of a Dask cluster instead.
-        smooth: use later fixes too, up to an hour into the next day. rate: rows a second (Hz); None: a row a report.
-        aid: of "sog", "cog", "heading". profile: of all vessels; None: of their classes.
-        vessel_column: of all of these tables, the column whose values (texts or numbers) say of which vessel a row is.
-        strict: stop at an input that cannot be read. progress: called with the part done and what is being done.
+        smooth: use later fixes too, up to an hour into the next day. rate: output rate (Hz); None: a row per report.
+        aid: any of "sog", "cog", "heading". profile: for all vessels; None: the profile of each vessel's class.
+        vessel_column: column with the vessel ID (text or number), in every table of `paths`.
+        strict: stop at an input that cannot be read. progress: called with the fraction done and the current step.
 
     Raises InputError for wrong arguments, an archive made with other settings or being written by another process and,
-    if `strict`, an input that cannot be read; DiskFull.
+    if `strict`, an input that cannot be read; DiskFull if the disk is full.
     """
     for name in aid:
         if name not in _AIDS:
             raise InputError(f"aid {name!r} is unknown, expected some of {', '.join(_AIDS)}")
     if isinstance(profile, InferredProfile):
         raise InputError(
-            f"profile {profile.name} has structures, which archives do not estimate by, expected one of the five-state "
-            "filter (steerway profile list)"
+            f"profile {profile.name} is a profile of structures, which archives do not support; expected one of the "
+            "five-state filter (steerway profile list)"
         )
     if rate is not None and not 1e-6 <= rate <= 10.0:
         raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 10")
@@ -129,18 +132,15 @@ def run(
             if isinstance(error, DiskFull) or os.strerror(errno.ENOSPC) not in str(error):
                 raise
             store.remove_unfinished()
-            raise DiskFull(f"{directory}: the disk is full; what is done is kept, the same command goes on") from None
+            raise DiskFull(f"{directory}: disk full; finished units are kept, repeat the command to go on") from None
     return report
 
 
 def _manifest(
     store: Store, wanted: dict[str, Any], buckets: int | None, choose_buckets: Callable[[], int]
 ) -> dict[str, Any]:
-    """The manifest, read or created; raises InputError if it has other settings."""
-    wanted |= {
-        "version": version("steerway"),
-        "kernels": source_digest("steerway.archive.unit"),  # of all that results depend on
-    }
+    """The manifest, read or created. Raises InputError if its settings differ from `wanted`."""
+    wanted |= {"version": version("steerway"), "kernels": source_digest("steerway.archive.unit")}
     if not store.manifest_path.exists():
         wanted["buckets"] = buckets or choose_buckets()
         manifest = {name: wanted[name] for name in _SETTINGS} | {"inputs": {}}
@@ -152,7 +152,7 @@ def _manifest(
         if manifest.get(name) != wanted[name]:
             if name in ("version", "kernels"):
                 raise InputError(
-                    f"{store.root} was begun by another version of steerway, whose results differ: expected another "
+                    f"{store.root} was made by another version of steerway, whose results differ: expected another "
                     "directory"
                 )
             shown = (manifest.get(name), wanted[name]) if name != "profiles" else (profile_names(manifest), "others")
@@ -170,7 +170,7 @@ def _bucket_count(files: list[Path], memory: float, workers: int) -> int:
 
 
 def _forget_orphans(store: Store, manifest: dict[str, Any]) -> None:
-    """Remove reports of inputs that were staged by a run that was killed before it noted them."""
+    """Remove staged reports of inputs that are not in the manifest: a run was killed before it added them."""
     known = {each["sha256"][:16] for each in manifest["inputs"].values()}
     for directory in (store.root / "staged").glob("[!.]*"):
         if directory.name not in known:
@@ -179,7 +179,7 @@ def _forget_orphans(store: Store, manifest: dict[str, Any]) -> None:
 
 
 def _undo(store: Store, manifest: dict[str, Any], touched: Iterable[tuple[int, int]]) -> set[tuple[int, int]]:
-    """Forget the units that depend on reports of these: of the same bucket, from their day on."""
+    """Undo the units that depend on reports in `touched` (day, bucket): same bucket, that day and later ones."""
     first: dict[int, int] = {}
     for day, bucket in touched:
         first[bucket] = min(day, first.get(bucket, day))
@@ -199,10 +199,10 @@ def _stage(
     report: Report,
     tell: Tell,
 ) -> None:
-    """Shuffle every input that is new or has changed."""
+    """Sort the reports of every input that is new or has changed by day and bucket."""
     known = manifest["inputs"]
     for i, path in enumerate(files):
-        tell(0.3 * i / len(files), f"shuffling {path.name}")
+        tell(0.3 * i / len(files), f"sorting {path.name}")
         name = str(path.resolve())
         try:
             this = inputs.identity(path, known.get(name))
@@ -216,10 +216,10 @@ def _stage(
         key = this["sha256"][:16]
         same = next((other for other, each in known.items() if each["sha256"] == this["sha256"]), None)
         if same is not None and same != name:
-            report.notes.append(f"{path.name} has the content of {Path(same).name} and counts once")
+            report.notes.append(f"{path.name} has the same content as {Path(same).name} and is left out")
             continue
         try:
-            part, told = inputs.stage(path, store, key, manifest["buckets"], vessel_column)
+            part, entry = inputs.stage(path, store, key, manifest["buckets"], vessel_column)
         except (InputError, OSError) as error:
             shutil.rmtree(store.root / "staged" / f".{key}.part", ignore_errors=True)
             if os.strerror(errno.ENOSPC) in str(error):
@@ -240,7 +240,7 @@ def _stage(
         target = store.staged_directory(key)
         shutil.rmtree(target, ignore_errors=True)
         part.rename(target)
-        known[name] = this | told
+        known[name] = this | entry
         store.write_manifest(manifest)
         report.inputs += 1
     store.write_manifest(manifest)
@@ -255,7 +255,7 @@ def _fail(report: Report, path: Path, error: Exception, strict: bool) -> None:
 
 
 def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
-    """The units that are to be run, of every bucket in the order of days."""
+    """The units still to be run: one list per bucket, in order of days."""
     done = store.done()
     digits = {each["sha256"][:16]: each["digit_deg"] for each in manifest["inputs"].values()}
     of_bucket: dict[int, list[int]] = {}

@@ -1,4 +1,4 @@
-"""Rows of an archive: `scan` as a lazy frame, `export` to files."""
+"""Read rows of an archive: `scan` returns a lazy frame, `export` writes files."""
 
 import json
 import math
@@ -24,10 +24,10 @@ _GEO = {
 
 
 def scan(directory: str | Path, table: str = "estimate") -> pl.LazyFrame:
-    """The rows of an archive: of "estimate", "events" or "trips" (with the trips that go on at the end).
+    """The rows of an archive's table "estimate", "events" or "trips" (including trips unfinished at its end).
 
-    Units appear when they are done; rows are sorted by vessel, track and time within each. Raises InputError where
-    there is no archive, or nothing in it is done.
+    Only finished units are included; within a unit, rows are sorted by vessel, track and time. Raises InputError for
+    another table, if there is no archive, or if no unit is done.
     """
     store = Store.opened(directory)
     if table not in TABLES:
@@ -48,13 +48,13 @@ def export(
     start: float | None = None,
     stop: float | None = None,
 ) -> int:
-    """Write rows of the estimate as GeoParquet, GeoJSON or CSV, by the ending of `path`; returns how many.
+    """Write rows of the estimate to a file (.parquet: GeoParquet, .geojson, .csv); returns the number of rows.
 
     Args:
-        mmsi: of the vessels; none: all. box: west, south, east, north (degrees), west > east across the antimeridian.
-            start ≤ time < stop (Unix s).
+        mmsi: of the vessels; empty: all. box: west, south, east, north (degrees), west > east across the antimeridian.
+            start, stop: Unix s, start ≤ time < stop.
 
-    Raises InputError for another ending, a box that is none, a path that cannot be written, and as `scan`.
+    Raises InputError for another ending, a box out of range, a path that cannot be written, no archive or no such rows.
     """
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
@@ -91,9 +91,7 @@ def _chosen(
     last = math.inf if stop is None else stop // DAY + 1
     files = [each for each in store.files("estimate", buckets) if first <= day_of(each.parent.name[4:]) <= last]
     if not files:
-        raise InputError(
-            f"{directory}: no unit that is done holds such rows, expected a vessel and days of the archive"
-        )
+        raise InputError(f"{directory}: no finished unit contains such rows, expected a vessel and days of the archive")
     frame = pl.scan_parquet(files, glob=False)
     if mmsi:
         frame = frame.filter(pl.col("mmsi").is_in(list(mmsi)))
@@ -114,7 +112,7 @@ def _plain(track: pl.DataFrame) -> list[dict[str, Any]]:
 
 
 def _points(frame: pl.DataFrame) -> pl.Series:
-    """Well-known binary of points: byte order, type, longitude, latitude."""
+    """The positions as points in well-known binary: byte order, type, longitude, latitude."""
     packed = np.zeros(len(frame), dtype=[("order", "u1"), ("type", "<u4"), ("x", "<f8"), ("y", "<f8")])
     packed["order"], packed["type"] = 1, 1
     packed["x"], packed["y"] = frame["lon_deg"].to_numpy(), frame["lat_deg"].to_numpy()

@@ -1,4 +1,4 @@
-"""Fixed-interval smoothing of the tracks of a unit: each from its last row back."""
+"""Fixed-interval smoothing of the tracks of a unit, each backwards from its last row."""
 
 import math
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from steerway.archive.association import ANEW, SET_DOWN, Kept
+from steerway.archive.association import REPOSITIONED, RESTARTED, Kept
 from steerway.archive.filters import (
     OUTPUTS,
     Filters,
@@ -32,9 +32,6 @@ from steerway.estimation.filter.motion import predict
 from steerway.estimation.filter.rauch_tung_striebel import Room, carry, ignore, smooth_row
 from steerway.estimation.log.course import POSITION_STD, SOG
 
-LONGEST_CROSSED = 1800.0
-"""s: beyond it the filter starts anew, and nothing later says anything of before."""
-
 
 @kernel
 def _smooth_pieces(
@@ -47,9 +44,9 @@ def _smooth_pieces(
     spare: State,
     work: tuple[Floats, Room],
 ) -> None:
-    """Smooth what is kept (n, …) of pieces from bounds[i] to bounds[i + 1] in place, and write their estimates anew.
+    """Smooth the rows from bounds[i] to bounds[i + 1] of `kept` (n, …) in place, and overwrite their estimates.
 
-    spare: State of two filters, workspace; work: (OUTPUTS,) and a Room.
+    spare, work: workspace; State of two filters, and (OUTPUTS,) with a Room.
     """
     shown, room = work
     ahead, later = state_at(spare, 0), state_at(spare, 1)
@@ -59,12 +56,12 @@ def _smooth_pieces(
             if state.run[0].started == 0:
                 continue
             fill_lower(state.p[0])
-            if k + 1 < bounds[i + 1] and kept.link[k + 1] != ANEW and kept.states.run[k + 1, 0].started == 1:
+            if k + 1 < bounds[i + 1] and kept.link[k + 1] != RESTARTED and kept.states.run[k + 1, 0].started == 1:
                 copy_state(state, ahead)
                 copy_state(state_at(kept.states, k + 1), later)
                 move(later.x, displacement(kept.plane[k + 1, 0], kept.plane[k + 1, 1], plane[0], plane[1]))
                 if _predict(filters, which[k + 1], ahead, time[k + 1] - time[k], room):
-                    _smooth_by(state, ahead, later, kept.link[k + 1] == SET_DOWN, room)
+                    _smooth_by(state, ahead, later, kept.link[k + 1] == REPOSITIONED, room)
             write(filters, which[k], plane[0], plane[1], state, shown)
             for j in range(len(shown)):
                 if j < SOG or j == POSITION_STD or not math.isnan(estimate[k, SOG]):
@@ -72,21 +69,21 @@ def _smooth_pieces(
 
 
 @lean_kernel
-def move(x: Floats, way: tuple[float, float]) -> None:
-    """Move the positions of x (m, n)."""
+def move(x: Floats, offset: tuple[float, float]) -> None:
+    """Add an offset (north, east; m) to the positions of x (m, n)."""
     for k in range(len(x)):
-        x[k, NORTH] += way[0]
-        x[k, EAST] += way[1]
+        x[k, NORTH] += offset[0]
+        x[k, EAST] += offset[1]
 
 
 @called_kernel
-def _smooth_by(state: State, ahead: State, later: State, set_down: bool, room: Room) -> None:
-    """Smooth the state of a row, predicted as `ahead`, by the later one, smoothed, in the same plane.
+def _smooth_by(state: State, ahead: State, later: State, repositioned: bool, room: Room) -> None:
+    """Smooth the state of a row with its prediction `ahead` and the smoothed state `later` of the next row.
 
-    set_down: whether the position of that has nothing to do with the row.
+    All are in the same plane. repositioned: the later position was set by a fix alone, and is ignored here.
     """
     of_later, of_row = later.run[0], state.run[0]
-    if set_down or of_later.step_north != of_row.step_north or of_later.step_east != of_row.step_east:
+    if repositioned or of_later.step_north != of_row.step_north or of_later.step_east != of_row.step_east:
         ignore(NORTH, later.x[0], ahead.x[0], ahead.p[0])
         ignore(EAST, later.x[0], ahead.x[0], ahead.p[0])
     smooth_row(state.x[0], state.p[0], ahead.x[0], ahead.p[0], later.x[0], later.p[0], room)
@@ -94,9 +91,9 @@ def _smooth_by(state: State, ahead: State, later: State, set_down: bool, room: R
 
 @called_kernel
 def _predict(filters: Filters, which: int, state: State, dt: float, room: Room) -> bool:
-    """Predict a state of one mode as `filters.predict` does, and its covariance with what it was, `room.gain`.
+    """Predict a state of one mode as `filters.predict` does; `room.gain` becomes its covariance with the state before.
 
-    Returns False where the course is lost on the way: the moments that are then matched are no linear prediction.
+    Returns False if the course becomes undefined on the way: the moments matched from there are not linear.
     """
     x, p, model = state.x[0], state.p[0], model_of(filters, which)
     copy_square(p, room.gain)
@@ -140,12 +137,12 @@ def smoothed(
     kept: Sequence[Kept],
     estimate: Floats,
 ) -> np.ndarray:
-    """The estimate (n, OUTPUTS) in the given order of rows, smoothed within pieces.
+    """The smoothed estimate (n, OUTPUTS), in the order of `order`. Each piece of a track is smoothed separately.
 
     Args:
-        order: (n,) rows by track and time. pieces: (m + 1,) where in that order pieces begin. which: (n,) by which of
-            the models each row was predicted. time, estimate: as `association.associate` has them. kept: Kept of parts
-            of the rows.
+        order: (n,) row numbers by track and time. pieces: (m + 1,) where in `order` each piece begins, and n. which:
+            (n,) index of the model that predicted each row. time, estimate: as in `association.associate`. kept: filter
+            states of the rows, one Kept after another.
     """
     n, estimate = filters.models.states, estimate[order]
     joined = [np.concatenate(parts)[order] for parts in zip(*((*k.states, *k[1:]) for k in kept), strict=True)]

@@ -1,12 +1,12 @@
-"""The directory of an archive: what was asked for, the shuffled reports, the results, and what is done.
+"""The directory of an archive: manifest, staged reports, result tables and states.
 
     manifest.json                                  inputs and settings
-    .lock                                          held by the process that writes; says which and since when
+    .lock                                          held by the writing process; contains its number and start
     staged/INPUT/day=N/bucket=N/…parquet           reports of an input by day and bucket of vessels
     estimate|events|trips/day=YYYY-MM-DD/bucket=NN.parquet
-    state/day=YYYY-MM-DD/bucket=NN.npz             filters after the day; its presence means that the unit is done
+    state/day=YYYY-MM-DD/bucket=NN.npz             filters after the day; if it exists, the unit is done
 
-Every file is complete or absent, and the state is written last.
+Every file is complete or absent. The state of a unit is written last.
 """
 
 import datetime
@@ -32,28 +32,28 @@ _EPOCH = datetime.date(1970, 1, 1)
 
 
 def date_of(day: int) -> str:
-    """YYYY-MM-DD of a day since 1970."""
+    """YYYY-MM-DD of a day, counted from 1970-01-01 as 0."""
     return (_EPOCH + datetime.timedelta(days=day)).isoformat()
 
 
 def day_of(date: str) -> int:
-    """Its inverse."""
+    """The inverse of `date_of`: days since 1970-01-01."""
     return (datetime.date.fromisoformat(date) - _EPOCH).days
 
 
 def left_out_of(manifest: dict[str, Any]) -> Counter[str]:
-    """The rows that all inputs of an archive left out, by reason."""
+    """Number of rows left out of all inputs of an archive, by reason."""
     return sum((Counter(each["left_out"]) for each in manifest["inputs"].values()), Counter[str]())
 
 
 @dataclass(frozen=True)
 class BucketState:
-    """The vessels of a bucket after a day, sorted by MMSI, and the histories of their tracks."""
+    """State of a bucket after a day: its vessels, sorted by MMSI, and the histories of their tracks."""
 
     mmsi: np.ndarray  # (v,)
     tracks: np.ndarray  # (t, 2) MMSI and number, sorted
     carry: np.ndarray  # (t,) histories.HISTORY
-    vessels: np.ndarray  # of `association.Fleet`: its vessels, tracks and the arrays of its states
+    vessels: np.ndarray  # from here on the arrays of `association.Fleet`: vessels, tracks, fields of State
     slots: np.ndarray
     x: np.ndarray
     p: np.ndarray
@@ -62,7 +62,7 @@ class BucketState:
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
-        """Those of the vessels."""
+        """The arrays of `association.Fleet`."""
         return self.vessels, self.slots, self.x, self.p, self.probability, self.run
 
 
@@ -74,10 +74,10 @@ class Store:
 
     @classmethod
     def opened(cls, directory: str | Path) -> "Store":
-        """An archive that exists. Raises InputError where there is none."""
+        """The archive in a directory. Raises InputError if there is none."""
         store = cls(Path(directory))
         if not store.manifest_path.is_file():
-            raise InputError(f"{directory} holds no archive, expected a directory that `steerway archive run` has made")
+            raise InputError(f"{directory} holds no archive, expected a directory made by `steerway archive run`")
         return store
 
     @property
@@ -85,7 +85,7 @@ class Store:
         return self.root / "manifest.json"
 
     def manifest(self) -> dict[str, Any]:
-        """Inputs and settings. Raises InputError for a file that is damaged."""
+        """Inputs and settings. Raises InputError if the file is damaged."""
         try:
             return json.loads(self.manifest_path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
@@ -96,11 +96,11 @@ class Store:
             file.write((json.dumps(manifest, indent=1, ensure_ascii=False) + "\n").encode())
 
     def names(self) -> dict[int, str]:
-        """The names of the vessels that have one, by their numbers."""
+        """Names of the named vessels, by ID."""
         return {number: name for each in self.manifest()["inputs"].values() for name, number in each["vessels"].items()}
 
     def staged_directory(self, key: str) -> Path:
-        """Where the reports of an input stand, by the key of the input."""
+        """Directory with the reports of an input. key: first 16 digits of the input's SHA-256."""
         return self.root / "staged" / key
 
     def staged_units(self) -> list[tuple[int, int]]:
@@ -109,7 +109,7 @@ class Store:
         return sorted(unit for unit in found if unit[1] >= 0)
 
     def staged(self, day: int, bucket: int, digits: dict[str, float], until: float = math.inf) -> pl.DataFrame:
-        """The reports of a unit before a time (Unix s), with the last digit (°) of their inputs, by key."""
+        """The reports of a unit before a time (Unix s). digits: position resolution (°) by key of the input."""
         files = sorted((self.root / "staged").glob(f"*/day={day}/bucket={bucket}/*.parquet"))
         if not files:
             return pl.DataFrame(schema={**SCHEMA, "digit": pl.Float64}).drop("reason")
@@ -119,7 +119,7 @@ class Store:
         return pl.concat(of_files).filter(pl.col("time_s") < until).drop("reason").collect()
 
     def path(self, table: str, day: int, bucket: int) -> Path:
-        """The file of a unit in a table; its directory is made."""
+        """Path of a unit's file in a table; creates the directory."""
         ending = "npz" if table == "state" else "parquet"
         path = self.root / table / f"day={date_of(day)}" / f"bucket={bucket:02d}.{ending}"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -131,34 +131,34 @@ class Store:
         return {(day_of(each.parent.name[4:]), int(each.stem[7:])) for each in found}
 
     def files(self, table: str, buckets: Iterable[int] | None = None) -> list[Path]:
-        """The files of a table of units that are done, by day and bucket."""
+        """The files of a table, of finished units only, sorted by day and bucket."""
         done = self.done()
         chosen = sorted(unit for unit in done if buckets is None or unit[1] in set(buckets))
         return [path for unit in chosen if (path := self.path(table, *unit)).is_file()]
 
     def finish(self, day: int, bucket: int, state: BucketState, numbers: dict[str, Any]) -> None:
-        """Write the state of a unit whose tables are written, with its numbers."""
+        """Write the state and the counts of a unit, which marks it as done; its tables must be written before."""
         text = np.frombuffer(json.dumps(numbers).encode(), np.uint8)
         with complete_or_absent(self.path("state", day, bucket)) as file:
             np.savez(file, numbers=text, **vars(state))
 
     def state(self, day: int, bucket: int) -> BucketState:
-        """The state after a day."""
+        """The state of a bucket after a day."""
         with np.load(self.path("state", day, bucket)) as arrays:
             return BucketState(**{name: arrays[name] for name in BucketState.__dataclass_fields__})
 
     def numbers(self, day: int, bucket: int) -> dict[str, Any]:
-        """The numbers of a unit."""
+        """The counts of a unit."""
         with np.load(self.path("state", day, bucket)) as arrays:
             return json.loads(arrays["numbers"].tobytes())
 
     def undo(self, day: int, bucket: int) -> None:
-        """Forget a unit: its state first, since that says that the rest is there."""
+        """Delete the files of a unit: its state first, because the state marks the unit as done."""
         for table in ("state", *TABLES):
             self.path(table, day, bucket).unlink(missing_ok=True)
 
     def remove_unfinished(self) -> None:
-        """Remove what a run that was killed has left."""
+        """Delete unfinished files that a killed run left behind."""
         for part in (*self.root.glob("*/day=*/.*.part"), *self.root.glob(".*.part"), *self.root.glob("staged/.*.part")):
             if part.is_dir():
                 shutil.rmtree(part, ignore_errors=True)

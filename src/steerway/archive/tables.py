@@ -1,4 +1,4 @@
-"""The tables and counts that a unit writes, and the trips that go on after its last report."""
+"""The tables and counts that a unit writes, and the table of trips unfinished at the end of the archive."""
 
 import math
 from typing import Any, NamedTuple
@@ -20,9 +20,9 @@ from steerway.formats.ais_tables import MOBILES
 
 UNFINISHED = "unfinished.parquet"
 COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
-"""s, upper ends of the classes of intervals that are counted."""
+"""s, upper limits of the classes of intervals that are counted."""
 CELLS = len(MOBILES) * (LEVELS - STEADY)
-"""Cells of the table of consistency: by class, interval (of `association.INTERVALS`), at rest or under way."""
+"""Cells of the consistency table: class of vessel × interval (`tracks.INTERVALS`) × at rest or under way."""
 _STATUS, _EVENT, _MODE = (pl.Series(names, dtype=pl.Enum(names)) for names in (STATUSES, EVENTS, MODES))
 _SINGLE = (
     "sog_mps",
@@ -38,7 +38,7 @@ _SINGLE = (
 
 
 class UnitRows(NamedTuple):
-    """Reports by vessel and time, with rows that only ask for output (NaN latitude)."""
+    """Reports by vessel and time, with rows that only request output (NaN latitude)."""
 
     mmsi: np.ndarray
     time: np.ndarray
@@ -49,12 +49,12 @@ class UnitRows(NamedTuple):
     aids: np.ndarray
     hull: np.ndarray
     mobile: np.ndarray  # class of the vessel
-    wanted: np.ndarray  # rows that go out
-    asked: np.ndarray  # track of a row that only asks, or CURRENT_TRACK
+    wanted: np.ndarray  # whether the row is in the output
+    asked: np.ndarray  # as in Reports
 
 
 def estimate_table(rows: UnitRows, found: Found, order: NDArray[np.int64], estimate: Floats) -> pl.DataFrame:
-    """The rows that go out, in `order`, with the columns of `steerway estimate`."""
+    """The output rows in the given order, with the columns of `steerway estimate`."""
     chosen = order if rows.wanted.all() else order[rows.wanted[order]]
     places, single = np.empty((2, len(chosen))), np.empty((len(_SINGLE), len(chosen)), np.float32)
     _fill(chosen, estimate, found.nis, places, single)
@@ -73,7 +73,7 @@ def estimate_table(rows: UnitRows, found: Found, order: NDArray[np.int64], estim
 def _fill(
     chosen: NDArray[np.int64], estimate: Floats, nis: Floats, places: Floats, single: NDArray[np.float32]
 ) -> None:
-    """Columns in degrees from rows in radians."""
+    """Fill positions (2, n) and single-precision columns (9, n) in degrees, from rows in radians."""
     degrees = 180.0 / np.pi
     for j in range(len(chosen)):
         k = chosen[j]
@@ -86,7 +86,7 @@ def _fill(
 
 
 def event_table(tracks: NDArray[np.int64], events: np.ndarray) -> pl.DataFrame:
-    """Events (n,) EVENT: mmsi, track, which, start and end, place, value, reports."""
+    """The table of events, from (n,) EVENT. tracks: (t, 2) MMSI and number of the tracks that events index."""
     return pl.DataFrame(
         _of_tracks(tracks, events)
         | {
@@ -102,7 +102,7 @@ def event_table(tracks: NDArray[np.int64], events: np.ndarray) -> pl.DataFrame:
 
 
 def trip_table(tracks: NDArray[np.int64], trips: np.ndarray) -> pl.DataFrame:
-    """Trips and stops (n,) TRIP: mmsi, track, what, start and end with their places, distance, duration, speeds."""
+    """The table of trips and stops, from (n,) TRIP. tracks: (t, 2) MMSI and number of the tracks that trips index."""
     duration = trips["end"] - trips["start"]
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.where(duration > 0.0, trips["distance"] / duration, np.nan)
@@ -125,15 +125,15 @@ def trip_table(tracks: NDArray[np.int64], trips: np.ndarray) -> pl.DataFrame:
 
 
 def _of_tracks(tracks: NDArray[np.int64], rows: np.ndarray) -> dict[str, np.ndarray]:
-    """Whose events or trips they are."""
+    """Columns with MMSI and track of events or trips."""
     of_row = tracks[rows["track"].astype(np.int64)]
     return {"mmsi": of_row[:, 0], "track": of_row[:, 1].astype(np.int16)}
 
 
 def numbers(rows: UnitRows, found: Found, bounds: NDArray[np.int64]) -> dict[str, Any]:
-    """Counts of a unit for the page: by class and interval the rows and the NIS at rest and under way, and by vessel.
+    """Counts of a unit for the page: fixes and sum of NIS, by cell (CELLS) and by vessel; intervals; rejections.
 
-    bounds: of the vessels in the rows.
+    bounds: (vessels + 1,) where in the rows each vessel begins.
     """
     cells, vessels = np.zeros((2, CELLS)), np.zeros((2, len(bounds) - 1))
     intervals = np.zeros(len(COUNTED_INTERVALS) + 1, np.int64)
@@ -157,7 +157,10 @@ def _count(
     vessels: Floats,
     intervals: NDArray[np.int64],
 ) -> int:
-    """Add to fixes and NIS, (2, n) each, by cell and, under way, by vessel, and to intervals; returns the refused."""
+    """Add fixes and NIS to cells (2, CELLS) and, if under way, to vessels (2, v); count intervals.
+
+    Returns the number of rejected fixes.
+    """
     time, latitude, nis, status, which = record
     rejected = 0
     for v in range(len(bounds) - 1):
@@ -188,18 +191,11 @@ def _count(
     return rejected
 
 
-def last_units(store: Store) -> list[tuple[int, int]]:
-    """(day, bucket) of the last day of every bucket."""
-    last: dict[int, int] = {}
-    for day, bucket in store.done():
-        last[bucket] = max(day, last.get(bucket, day))
-    return sorted((day, bucket) for bucket, day in last.items())
-
-
 def write_unfinished_trips(store: Store) -> None:
-    """trips/unfinished.parquet: the trip or stop of every track that goes on at the end of the archive."""
+    """Write trips/unfinished.parquet: the trip or stop in which each track ends."""
     tables = []
-    for day, bucket in last_units(store):
+    last_days = {bucket: day for day, bucket in sorted(store.done())}
+    for bucket, day in last_days.items():
         state = store.state(day, bucket)
         trips = np.zeros(len(state.tracks), TRIP)
         count = unfinished(state.carry.view(HISTORY), trips)

@@ -1,4 +1,4 @@
-"""Names that the tests of this package need and no user does."""
+"""Internal names of this package that tests use."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The tracks under one number: which of them a report belongs to, when another begins, and what that tells."""
+"""Tracks under one MMSI: assign a report to a track, begin tentative tracks, and confirm them as ships or moves."""
 
 import math
 from typing import NamedTuple
@@ -13,72 +13,73 @@ from steerway.core.statistics import FIX_GATE
 
 
 def record_of(names: str, **inner: np.dtype) -> np.dtype:
-    """Records of numbers with these names, and of inner records."""
+    """The dtype of records with float fields of these names, and with inner records."""
     return np.dtype((np.record, [*((name, np.float64) for name in names.split()), *inner.items()]))
 
 
 class Reports(NamedTuple):
-    """Rows of vessels that stand behind one another, by time; (n,) each."""
+    """Rows of several vessels, one vessel after another, each in order of time; arrays (n,)."""
 
     time: np.ndarray  # s
-    latitude: np.ndarray  # rad, NaN of a row that is no report but asks for output
+    latitude: np.ndarray  # rad, NaN in a row without a report, which only requests output
     longitude: np.ndarray
-    digit: np.ndarray  # rad, the last one in which positions are written; 0: too fine to matter
+    digit: np.ndarray  # rad, resolution of the written positions; 0: too fine to matter
     aids: np.ndarray  # (n or 0, aids)
-    hull: np.ndarray
+    hull: np.ndarray  # code of the reported type and size, 0 if none was reported
     mobile: np.ndarray  # class of the vessel
-    asked: np.ndarray  # of a row that asks: the track, or CURRENT_TRACK, that of the last report
+    asked: np.ndarray  # track of a row that requests output; CURRENT_TRACK: the track of the last report
 
 
 SLOTS = 4
 """Tracks under one MMSI at a time."""
 FREE, TENTATIVE, LEFT, TRACKED = range(4)
-"""Uses of a slot. LEFT: where a ship was before it moved, tentative too."""
+"""Uses of a slot. LEFT: the place that a ship left when it moved; treated as tentative."""
 TRACK = record_of(
     "use number last now hits since hull mobile known underway refused_from resets last_latitude last_longitude"
     " latitude longitude"
 )
-"""A slot. Its use, of those above; number of the track, from 0 on; time of the last report that the filter took; time
-to which the filter is predicted; reports taken since it is tentative, and how many the other tracks had taken when it
-became so; hull, 0 of none reported; class of the vessel; 1 where the velocity is known, and where the vessel is under
-way; time of the first of unbroken refusals, infinite of none, and how often that moved the position since a report was
-taken; place of the last report that the filter took, and the origin of its plane (rad)."""
+"""A slot. `use`: as above. `number` of the track, from 0. `last`: time of the last accepted report, with its position.
+`now`: time to which the filter is predicted. `hits`: reports while tentative; `since`: reports that other tracks had
+taken by the first of them. `hull`: 0 if none was reported. `mobile`: class of the vessel. `known`, `underway`: 1 if the
+velocity is known, and if the vessel is under way. `refused_from`: time of the first of unbroken rejections, else
+infinite; `resets`: 1 after these have moved the position. `latitude`, `longitude`: origin of the plane (rad)."""
 VESSEL = record_of("current next taken")
-"""A vessel: slot of the last report, number of the next track, reports taken by tracks."""
+"""A vessel: slot of the last report, number of the next track, number of reports assigned to confirmed tracks."""
 NOTHING, JUMP, MOVED, ANOTHER = range(4)
-"""What a row tells: nothing; a position out of reach; the ship is there now; there is another ship."""
+"""Event in a row: nothing; a position out of reach; the ship has moved there; another ship."""
 
 CURRENT_TRACK = -1
 
 INTERVALS = (20.0, 100.0)
-"""s from report to report that divide the steady levels."""
+"""s between reports, limits of the classes of the steady levels."""
 COMPETING, MANOEUVRING, STEADY = range(3)
 LEVELS = STEADY + 2 * (len(INTERVALS) + 1)
-"""Levels of noise: of tracks of which there are several, of a vessel that manoeuvres, and from STEADY on of one that
-goes on as it does, at rest and under way for each class of intervals."""
+"""Noise levels: several tracks under one MMSI; a manoeuvring vessel; from STEADY on a vessel in steady motion, at rest
+and under way for each class of intervals."""
 
 _REACH, _REACH_PER_SECOND = 300.0, 25.0
-"""m, and for each second (49 kn), from the last report that a filter took within which another may be of the ship."""
+"""m, and m/s (49 kn): a report farther from the last accepted one than this allows is not of the same ship."""
 _NEAR = _REACH / 6.4e6
-"""rad of latitude and longitude together that are less, whatever the latitude: no radius of curvature is larger."""
+"""rad, sum of the differences in latitude and longitude: below it, points are less than `_REACH` apart at any latitude,
+because no radius of curvature exceeds 6400 km."""
 _CONFIRMING = 3
-"""Reports that make a tentative track one; two make a velocity of any two."""
+"""Reports that confirm a tentative track; any two reports would fit some velocity."""
 _AMONG = 2
-"""Reports of other tracks meanwhile that make it another ship."""
-_TENTATIVE_TIME = LONGEST_GAP
+"""Reports assigned to other tracks in the meantime that make a confirmed track another ship."""
 _OTHER_HULL = 15.0
-"""Nll of a report whose hull is not that of the track: hulls are sent apart from positions and are mixed up."""
+"""Added to the negative log-likelihood of a report whose hull size differs from the track's. Hulls are sent apart from
+positions and can be mixed up, so a different hull does not exclude a track."""
 _REJECTED = 22.0
-"""Nll of a report within reach that the gate of a track refuses, as in a hard turn."""
+"""Negative log-likelihood of a report within reach that a track's gate rejects, for example in a hard turn."""
 _UNPROVEN = 10.0
-"""… and what it is raised by for a track that is tentative."""
+"""Added to the negative log-likelihood of a report for a tentative track."""
 _UNDETERMINED = 25.0
-"""Nll of a report for a track within reach whose filter has no state: of a uniform density over a square of 300 km."""
+"""Negative log-likelihood of a report for a track whose filter has not started: uniform over a square of 300 km."""
 
 
 @lean_kernel
 def predict_to(filters: Filters, which: int, track: np.record, state: State, time: float) -> None:
-    """Predict the filter of a track to a time; after a long gap it begins anew."""
+    """Predict the filter of a track to a time; after a gap above LONGEST_GAP it restarts."""
     if time - track.last > LONGEST_GAP:
         state.run[0].started = 0
     predict(filters, which, state, time - track.now)
@@ -86,7 +87,7 @@ def predict_to(filters: Filters, which: int, track: np.record, state: State, tim
 
 @lean_kernel
 def place_in_plane(track: np.record, state: State, latitude: float, longitude: float) -> tuple[float, float]:
-    """North and east (m) of a place in the plane of a track, which begins there where its filter does."""
+    """North and east (m) of a position in a track's plane; before the filter starts, the origin is set to it."""
     if state.run[0].started == 0:
         track.latitude, track.longitude = latitude, longitude
     return between(track, latitude, longitude)
@@ -94,7 +95,7 @@ def place_in_plane(track: np.record, state: State, latitude: float, longitude: f
 
 @lean_kernel
 def between(track: np.record, latitude: float, longitude: float) -> tuple[float, float]:
-    """North and east (m) of a place seen from the origin of a track's plane, at the latitude midway."""
+    """North and east (m) of a position from the origin of a track's plane, with the radii at the latitude midway."""
     midway = 0.5 * (latitude + track.latitude)
     return displacement(midway + latitude - track.latitude, longitude, midway, track.longitude)
 
@@ -103,9 +104,9 @@ def between(track: np.record, latitude: float, longitude: float) -> tuple[float,
 def track_of(
     vessel: np.record, tracks: np.ndarray, states: State, reports: Reports, k: int, filters: Filters
 ) -> tuple[int, bool]:
-    """(slot of the track that row k belongs to, whether it is the only one).
+    """(slot of the track that row k is assigned to, whether it is the vessel's only track).
 
-    A vessel's first report begins a track; one out of the reach of all begins another, tentative.
+    A vessel's first report begins a track; a report out of reach of all tracks begins a tentative one.
     """
     time, latitude, longitude = reports.time[k], reports.latitude[k], reports.longitude[k]
     cur = int(vessel.current)
@@ -127,7 +128,7 @@ def track_of(
 
 @called_kernel
 def slot_of(tracks: np.ndarray, number: int, otherwise: int) -> int:
-    """The slot of a track."""
+    """The slot of the track with this number, or `otherwise` if there is none."""
     for s in range(len(tracks)):
         if tracks[s].use == TRACKED and tracks[s].number == number:
             return s
@@ -136,7 +137,7 @@ def slot_of(tracks: np.ndarray, number: int, otherwise: int) -> int:
 
 @called_kernel
 def choose(tracks: np.ndarray, states: State, reports: Reports, k: int, filters: Filters) -> int:
-    """The slot that report k belongs to; −1 out of the reach of all."""
+    """The slot of the track with the highest likelihood of report k; −1 if the report is out of reach of all."""
     time, latitude, longitude, hull = reports.time[k], reports.latitude[k], reports.longitude[k], reports.hull[k]
     best, least = -1, math.inf
     for s in range(len(tracks)):
@@ -144,7 +145,7 @@ def choose(tracks: np.ndarray, states: State, reports: Reports, k: int, filters:
         if track.use == FREE:
             continue
         tracked = track.use == TRACKED
-        if not tracked and time - track.last > _TENTATIVE_TIME:
+        if not tracked and time - track.last > LONGEST_GAP:
             track.use = FREE
             continue
         which = int(track.mobile) * LEVELS + COMPETING
@@ -170,7 +171,7 @@ def choose(tracks: np.ndarray, states: State, reports: Reports, k: int, filters:
 
 @lean_kernel
 def is_alone(vessel: np.record, tracks: np.ndarray) -> bool:
-    """Whether the track of the last report is the only one, as nearly always."""
+    """Whether the track of the last report is the vessel's only track, as it nearly always is."""
     for s in range(len(tracks)):
         if tracks[s].use != (TRACKED if s == int(vessel.current) else FREE):
             return False
@@ -179,7 +180,7 @@ def is_alone(vessel: np.record, tracks: np.ndarray) -> bool:
 
 @lean_kernel
 def is_within_reach(track: np.record, time: float, latitude: float, longitude: float) -> bool:
-    """Whether a ship may have come from the last report that the filter of its track took."""
+    """Whether a ship can have reached a position since the last accepted report of the track."""
     if abs(latitude - track.last_latitude) + abs(longitude - track.last_longitude) < _NEAR:
         return True
     north, east = displacement(latitude, longitude, track.last_latitude, track.last_longitude)
@@ -188,7 +189,7 @@ def is_within_reach(track: np.record, time: float, latitude: float, longitude: f
 
 @lean_kernel
 def steady_level(track: np.record, time: float) -> int:
-    """The level at a time of a vessel that goes on as it does."""
+    """The noise level for steady motion, by the interval to this time and by whether the vessel is under way."""
     level = STEADY
     for edge in INTERVALS:
         if time - track.now > edge:
@@ -198,7 +199,7 @@ def steady_level(track: np.record, time: float) -> int:
 
 @called_kernel
 def begin(track: np.record, state: State, time: float, mobile: int, use: int) -> None:
-    """A track without a report."""
+    """Initialise a track before its first report."""
     track.use, track.mobile, track.last, track.now = use, mobile, time, time
     track.refused_from, track.resets = math.inf, 0.0
     track.number, track.hits, track.since, track.hull, track.known, track.underway = -1.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -207,7 +208,7 @@ def begin(track: np.record, state: State, time: float, mobile: int, use: int) ->
 
 @called_kernel
 def vacant(vessel: np.record, tracks: np.ndarray) -> int:
-    """A slot for a tentative track: a free one, else that of the longest silent tentative one, else track."""
+    """A slot for a new tentative track: a free one, else of the tentative, else confirmed, track silent longest."""
     best, rank, last = -1, 4, math.inf
     for s in range(len(tracks)):
         use = int(tracks[s].use)
@@ -218,7 +219,7 @@ def vacant(vessel: np.record, tracks: np.ndarray) -> int:
 
 @called_kernel
 def conclude_report(vessel: np.record, tracks: np.ndarray, s: int) -> tuple[int, bool]:
-    """After slot s has taken a report: what that tells, and whether the track is tentative still."""
+    """(event, whether the track is still tentative) after a report was assigned to slot s."""
     track, current = tracks[s], tracks[int(vessel.current)]
     if track.use == TRACKED:
         vessel.taken += 1.0
@@ -230,15 +231,15 @@ def conclude_report(vessel: np.record, tracks: np.ndarray, s: int) -> tuple[int,
     if track.hits < _CONFIRMING:
         return JUMP, True
     other = track.hull > 0.0 and current.hull > 0.0 and track.hull != current.hull
-    says = ANOTHER
+    event = ANOTHER
     if other or vessel.taken - track.since >= _AMONG:
         track.number = vessel.next
         vessel.next += 1.0
     else:
-        says = MOVED
+        event = MOVED
         track.number = current.number
         current.use, current.hits = LEFT, 0.0
     track.use = TRACKED
     vessel.taken += 1.0
     vessel.current = s
-    return says, False
+    return event, False

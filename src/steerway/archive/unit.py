@@ -13,41 +13,42 @@ from steerway.archive.association import Fleet, Found, associate, empty_fleet, e
 from steerway.archive.filters import Filters, State, empty_states
 from steerway.archive.histories import EVENT, HISTORY, TRIP, history
 from steerway.archive.levels import filters as filters_of_levels
-from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
+from steerway.archive.smoothing import smoothed
 from steerway.archive.store import DAY, BucketState, Store
 from steerway.archive.tables import UnitRows, estimate_table, event_table, numbers, trip_table
 from steerway.archive.tracks import CURRENT_TRACK, MOVED, TRACK, TRACKED, VESSEL, Reports
 from steerway.core.arrays import Floats
 from steerway.core.files import complete_or_absent
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import REJECTED
 from steerway.estimation.filter.model import RUN
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 
 LOOKAHEAD = 3600.0
-"""s of the next day that smoothing looks at: an estimate depends on fixes of the next minutes."""
+"""s of the next day that smoothing uses; a fix influences the estimates of the minutes before it only."""
 _AT_ONCE = 1e-4
-"""s between a report and a row at the output rate that are one."""
+"""s; a report closer than this to an output time takes the place of the output row."""
 _ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile", "digit")
 _LEAST_EVENTS = 1000
 
 
 @dataclass(frozen=True)
 class Work:
-    """What to do with a unit: all of it travels to a worker."""
+    """A unit and its settings, as sent to a worker."""
 
     directory: str
     day: int  # since 1970
     bucket: int
-    before: int | None  # the day whose state to go on from
-    digits: dict[str, float]  # ° of the positions of inputs, by their keys
-    profiles: tuple[tuple[dict[str, Any], ...], ...]  # of `formats.ais_tables.MOBILES`, each in all levels
+    before: int | None  # day whose state the unit starts from
+    digits: dict[str, float]  # position resolution (°) of inputs, by key
+    profiles: tuple[tuple[dict[str, Any], ...], ...]  # by class (`formats.ais_tables.MOBILES`) and level
     aid: tuple[str, ...] = ()
     smooth: bool = False
     rate: float | None = None
 
 
 def run_unit(work: Work) -> dict[str, Any]:
-    """Filter a unit, write its files and, when they are there, its state; returns its numbers."""
+    """Filter a unit, write its tables and then its state; returns its counts."""
     store = Store(Path(work.directory))
     filters = filters_of_levels(work.profiles, work.aid, work.smooth)
     frame = store.staged(work.day, work.bucket, work.digits)
@@ -87,12 +88,12 @@ def run_unit(work: Work) -> dict[str, Any]:
 
 
 def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
-    """By vessel and time, in an order that no order of files changes; a report received twice counts once."""
+    """The reports by vessel and time, whatever the order of files; duplicates are left out."""
     mmsi, time = frame["mmsi"].to_numpy(), frame["time_s"].to_numpy()
     order, kept = np.lexsort((time, mmsi)), np.ones(len(frame), bool)
     same = (np.diff(mmsi[order]) == 0) & (np.diff(time[order]) == 0)
     tied = np.union1d(np.flatnonzero(same), np.flatnonzero(same) + 1)
-    # Few rows: sorting all of them by all columns takes as long as all else.
+    # Only tied rows are sorted by all columns: sorting all rows so takes as long as everything else.
     ranked = frame[order[tied]].with_columns(place=order[tied]).sort(_ORDER, nulls_last=True)
     again = ranked.select(pl.all_horizontal(pl.col(name) == pl.col(name).shift() for name in _ORDER[:4])).to_series()
     order[tied] = ranked["place"].to_numpy()
@@ -126,9 +127,9 @@ def _rows(frame: pl.DataFrame, work: Work) -> UnitRows:
 def _on_grid(
     rows: UnitRows, work: Work, rate: float, filters: Filters, state: BucketState, reports: UnitRows
 ) -> UnitRows:
-    """With rows at the output rate, of every track between its own reports; of reports those on the grid go out.
+    """Add output rows at a rate (Hz) between the reports of each track; reports off that grid are not output.
 
-    reports: those of the day and the first of the next. Which track each is of shows a first pass of the filters.
+    reports: those of the day and the first ones of the next. A first pass of the filters assigns them to tracks.
     """
     whole = _with_vessels(state, np.unique(reports.mmsi), filters)
     seen = _filtered(reports, filters, whole, False)
@@ -140,7 +141,7 @@ def _on_grid(
     time = np.concatenate([before["last"], reports.time[taken]])
     order = np.lexsort((time, track, mmsi))
     mmsi, track, time = mmsi[order], track[order], time[order]
-    bridged = (np.diff(mmsi) == 0) & (np.diff(track) == 0) & (np.diff(time) <= LONGEST_CROSSED)
+    bridged = (np.diff(mmsi) == 0) & (np.diff(track) == 0) & (np.diff(time) <= LONGEST_GAP)
     low, high = (math.ceil(day * DAY * rate) for day in (work.day, work.day + 1))
     first = np.clip(np.ceil((time[:-1] + _AT_ONCE) * rate), low, high)[bridged].astype(np.int64)
     stop = np.clip(np.floor((time[1:] - _AT_ONCE) * rate) + 1.0, low, high)[bridged].astype(np.int64)
@@ -175,7 +176,7 @@ def _on_grid(
 
 
 def _on_the_grid(time: Floats, rate: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """The nearest places of times on the grid of a rate, and which are there."""
+    """Number of the grid point nearest to each time, at a rate (Hz), and whether the time is on that point."""
     place = np.round(time * rate)
     return place.astype(np.int64), np.abs(time - place / rate) < _AT_ONCE
 
@@ -190,7 +191,7 @@ def _arrays(fleet: Fleet) -> tuple[np.ndarray, ...]:
 
 
 def _with_vessels(state: BucketState, mmsi: NDArray[np.int64], filters: Filters) -> BucketState:
-    """The state with vessels that are new."""
+    """The state, with empty vessels added for new MMSI."""
     new = np.setdiff1d(mmsi, state.mmsi)
     numbers = np.concatenate([state.mmsi, new])
     place = np.argsort(numbers, kind="stable")
@@ -200,7 +201,7 @@ def _with_vessels(state: BucketState, mmsi: NDArray[np.int64], filters: Filters)
 
 
 def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) -> Found:
-    """The rows through the filters of `state`, which go on."""
+    """Run the rows through the filters of `state`, which are updated. keep: store filter states for smoothing."""
     n = len(rows.time)
     found = empty_found(n, n if keep else 0, filters)
     bounds = _bounds(rows.mmsi)
@@ -217,12 +218,12 @@ def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) 
 
 
 def _bounds(mmsi: NDArray[np.int64]) -> np.ndarray:
-    """Where the rows of vessels begin, and where the last one's end."""
+    """Where the rows of each vessel begin, and the number of rows."""
     return np.r_[0, np.flatnonzero(np.diff(mmsi)) + 1, len(mmsi)] if len(mmsi) else np.zeros(1, np.int64)
 
 
 def _by_track(mmsi: NDArray[np.int64], track: NDArray[np.int64]) -> tuple[np.ndarray, np.ndarray]:
-    """The rows by vessel and track, in their order of time, and where tracks begin."""
+    """Row numbers sorted by vessel and track, in order of time, and where each track begins."""
     order = np.lexsort((track, mmsi))
     change = (np.diff(mmsi[order]) != 0) | (np.diff(track[order]) != 0)
     return order, np.r_[0, np.flatnonzero(change) + 1, len(order)] if len(order) else np.zeros(1, np.int64)
@@ -231,7 +232,7 @@ def _by_track(mmsi: NDArray[np.int64], track: NDArray[np.int64]) -> tuple[np.nda
 def _smoothed(
     rows: UnitRows, found: Found, following: pl.DataFrame, filters: Filters, state: BucketState, work: Work
 ) -> np.ndarray:
-    """The estimate, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
+    """The estimate smoothed, with LOOKAHEAD of the next day. Pieces end at gaps and where a ship moved."""
     ahead = _rows(following, work)
     later = _with_vessels(state, np.unique(ahead.mmsi), filters)
     beyond = _filtered(ahead, filters, BucketState(*(np.copy(each) for each in vars(later).values())), True)
@@ -240,7 +241,7 @@ def _smoothed(
         np.concatenate([getattr(f, name) for f in (found, beyond)]) for name in ("track", "event", "which", "estimate")
     )
     whole, bounds = _by_track(mmsi, track)
-    split = (np.diff(time[whole]) > LONGEST_CROSSED) | (event[whole][1:] == MOVED)
+    split = (np.diff(time[whole]) > LONGEST_GAP) | (event[whole][1:] == MOVED)
     pieces = np.union1d(bounds, np.flatnonzero(split) + 1)
     result = np.empty_like(estimate)
     result[whole] = smoothed(whole, pieces, which, time, filters, (found.kept, beyond.kept), estimate)
@@ -256,7 +257,7 @@ def _histories(
     tracks: NDArray[np.int64],
     state: BucketState,
 ) -> tuple[BucketState, np.ndarray, np.ndarray]:
-    """The state with the histories gone on, and the events and trips."""
+    """(state with updated histories, events, trips)."""
     known = {tuple(each): i for i, each in enumerate(state.tracks.tolist())}
     places = np.array([known.get(tuple(each), -1) for each in tracks.tolist()], int)
     carry = np.zeros(len(places), HISTORY)
@@ -265,8 +266,8 @@ def _histories(
     room = _LEAST_EVENTS + len(order) // 8
     while True:
         events, trips = np.empty(room, EVENT), np.empty(room, TRIP)
-        gone_on = carry.copy()
-        e, t = history(bounds, order, record, gone_on, events, trips)
+        updated = carry.copy()
+        e, t = history(bounds, order, record, updated, events, trips)
         if max(e, t) <= room:
             break
         room = max(e, t)
@@ -274,6 +275,6 @@ def _histories(
     kept[places[places >= 0]] = False
     keys = np.concatenate([state.tracks[kept], tracks])
     place = np.lexsort((keys[:, 1], keys[:, 0]))
-    carried = np.concatenate([state.carry[kept], gone_on])[place]
+    carried = np.concatenate([state.carry[kept], updated])[place]
     whole = BucketState(state.mmsi, keys[place], carried, *state.arrays)
     return whole, events[:e], trips[:t]

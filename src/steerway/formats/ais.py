@@ -1,8 +1,8 @@
-"""Raw AIS: !AIVDM and its kin, decoded by pyais; one track a vessel.
+"""Raw AIS: !AIVDM and similar sentences, decoded by pyais; one track per vessel.
 
-A report's time is that of its tag block (`c:`), of a prefix or of a suffix; its own field, the UTC second it was made
-in, then takes out the seconds it was under way (ITU-R M.1371-5, annex 8, table 48). Where reports carry no time, the
-clocks in the same log stand in: RMC sentences of a receiver and reports of base stations (types 4 and 11).
+The time of a report comes from its tag block (`c:`), a prefix or a suffix. The report also contains the UTC second in
+which it was made, which removes the seconds of transmission delay (ITU-R M.1371-5, annex 8, table 48). For reports
+without a time, the clocks in the same log are used: RMC sentences and reports of base stations (types 4 and 11).
 """
 
 import datetime
@@ -33,8 +33,8 @@ _UNIX = re.compile(rb"(?<![\w.:])([12]\d{9}(?:\.\d+)?|[12]\d{12})(?![\d.])")
 _CLASS_B = re.compile(rb"![A-Z]{2}VD[MO],[12],1,\d?,[^,]*,([BC][0-W`-w]{6})")  # messages of type 18 and 19
 _POSITION_TYPES = {1, 2, 3, 18, 19, 27}
 _CLOCK_TYPES = {4, 11}
-_EARLY, _LATE = -3.5, 10.5  # s a report may be received before (a slow clock) and after the second it was made in
-_PATIENCE = 64  # unfinished messages of several parts kept at a time
+_EARLY, _LATE = -3.5, 10.5  # s, plausible delay of a report; negative if the logger's clock is slow
+_PATIENCE = 64  # largest number of incomplete messages in memory
 
 
 def recognises(head: bytes) -> bool:
@@ -43,7 +43,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(data: bytes) -> Recording:
-    """The source "AIS" with the reports of every vessel, sorted by vessel and time; what is left out is counted."""
+    """The source "AIS" with the reports of every vessel, sorted by vessel and time; rejected sentences are counted."""
     counts, skipped, notes = Counter[str](), Counter[str](), []
     reports, stamps, clocks = [], [], []
     for place, stamp, message in _messages(data, counts, skipped):
@@ -61,16 +61,16 @@ def read(data: bytes) -> Recording:
     silent = np.isnan(time)
     if silent.any() and (clocks := sorted([*clocks, *_receiver_clocks(data)])):
         time[silent] = _by_clocks(place[silent], second[silent], np.array(clocks))
-        notes.append(f"{silent.sum()} reports without a time were timed by base stations or RMC before them in the log")
+        notes.append(f"{silent.sum()} reports without a time: time from the base station or RMC before them in the log")
     if np.isnan(time).all():
         notes.append(
-            "no AIS report carries a time (tag block c:, prefix, suffix), nor has the log a clock: none can be used"
+            "no AIS report has a time (tag block c:, prefix, suffix) and the log has no clock: no report can be used"
         )
     return Recording.of("AIS", (_fixes(time, columns, skipped),), counts, skipped, notes)
 
 
 def class_b(data: bytes) -> set[int]:
-    """MMSI of the vessels that report as AIS of class B does, from the first bits of their messages."""
+    """MMSI of the vessels that send class B messages (types 18 and 19), from the first bits of the messages."""
     found = set()
     for match in _CLASS_B.finditer(data):
         number = 0
@@ -81,20 +81,20 @@ def class_b(data: bytes) -> set[int]:
 
 
 Parts = dict[tuple[Any, ...], tuple[str | None, list[AISSentence]]]
-"""The parts of messages that are not whole yet, with the time of the first."""
+"""The parts of incomplete messages, with the stamp of the first part."""
 
 
 def _messages(data: bytes, counts: Counter[str], skipped: Counter[str]) -> Iterator[tuple[int, str | None, Any]]:
-    """(place in the log, stamp, decoded message) of every message of use; the others are counted."""
+    """(byte offset, stamp, decoded message) of every position or clock message; the others are counted."""
     parts: Parts = {}
     last, stamp = 0, None
     for match in _SENTENCE.finditer(data):
         before, text = match.groups()
         body = _BODY.match(text)
-        of_line = stamp if match.start() == last else None  # two sentences run into one line
+        of_line = stamp if match.start() == last else None  # a line can hold two sentences
         stamp, last = _stamp(before, text[body.end() :] if body else b"") or of_line, match.end()
         if body is None:
-            skipped["not a whole AIS sentence"] += 1
+            skipped["AIS sentence incomplete"] += 1
             continue
         try:
             part: Any = NMEASentenceFactory.produce(body.group())
@@ -116,7 +116,7 @@ def _messages(data: bytes, counts: Counter[str], skipped: Counter[str]) -> Itera
 def _joined(
     parts: Parts, stamp: str | None, sentence: AISSentence, skipped: Counter[str]
 ) -> tuple[str | None, AISSentence | None]:
-    """The time of its first part and the message that this part completes, or None."""
+    """(stamp of the first part, message that this part completes or None)."""
     key = (sentence.seq_id, sentence.channel, sentence.talker_id, sentence.frag_cnt)
     if sentence.frag_num == 1:
         if parts.pop(key, None):
@@ -139,7 +139,7 @@ def _joined(
 
 
 def _stamp(before: bytes, after: bytes) -> str | None:
-    """The characters that give a sentence's time: tag block, prefix or suffix; None where there are none."""
+    """The time in a sentence's tag block, prefix or suffix, as text; None if there is none."""
     if not before and not after:
         return None
     for pattern, text in ((_TAG_TIME, before), (_ISO, before), (_UNIX, before), (_UNIX, after), (_ISO, after)):
@@ -149,14 +149,14 @@ def _stamp(before: bytes, after: bytes) -> str | None:
 
 
 def _times(stamps: Sequence[str | None]) -> Floats:
-    """Unix time (n,) of the stamps, which are dates or numbers of s or ms; NaN for None."""
+    """Unix time (n,) of stamps, which are ISO dates or Unix s or ms; NaN for None."""
     numbers = np.array([float(stamp) if stamp and stamp.replace(".", "").isdigit() else math.nan for stamp in stamps])
     dates = unix_times([stamp if np.isnan(number) else None for stamp, number in zip(stamps, numbers, strict=True)])
     return dated(np.where(np.isnan(numbers), dates, np.where(numbers > 1e11, numbers / 1000.0, numbers)))
 
 
 def _row(message: Any) -> tuple[float, ...] | None:
-    """UTC second, mmsi, latitude, longitude (deg), SOG (kn), COG, heading (deg), ROT (deg/min); None if truncated."""
+    """UTC second, MMSI, latitude, longitude (deg), SOG (kn), COG, heading (deg), ROT (deg/min); None if truncated."""
     turn = getattr(message, "turn", math.nan)
     row = (
         getattr(message, "second", 60),
@@ -172,7 +172,7 @@ def _row(message: Any) -> tuple[float, ...] | None:
 
 
 def _utc(message: Any) -> float:
-    """Unix time of a base station's report; NaN where it has none."""
+    """Unix time of a base station's report; NaN if it has none."""
     try:
         clock = (message.year, message.month, message.day, message.hour, message.minute, message.second)
         return datetime.datetime(*clock, tzinfo=datetime.UTC).timestamp()
@@ -181,14 +181,14 @@ def _utc(message: Any) -> float:
 
 
 def _made(received: Floats, second: Floats) -> Floats:
-    """When the reports were made: the UTC second they name, where it lies a plausible delay before reception."""
+    """Time (n,) at which reports were made: their UTC second if the delay is plausible, else the time of reception."""
     delay = (received - second + 30.0) % 60.0 - 30.0
     plausible = (second < 60) & (delay >= _EARLY) & (delay <= _LATE)
     return np.where(plausible, np.round(received - delay), received)
 
 
 def _receiver_clocks(data: bytes) -> Iterator[tuple[int, float]]:
-    """(place in the log, Unix time) of the RMC sentences with a valid fix."""
+    """(byte offset, Unix time) of the RMC sentences with a valid fix."""
     offset, kind, _, values = sentences(data)
     dated = (kind == fields.RMC) & np.isfinite(values[:, (fields.DAY, fields.TOD, fields.LAT)]).all(axis=1)
     time = 86400.0 * values[dated, fields.DAY] + values[dated, fields.TOD]
@@ -196,7 +196,7 @@ def _receiver_clocks(data: bytes) -> Iterator[tuple[int, float]]:
 
 
 def _by_clocks(place: Floats, second: Floats, clocks: Floats) -> Floats:
-    """The instant with a report's UTC second nearest to the clock before it in the log, or to the first."""
+    """Time (n,) with each report's UTC second, nearest to the last clock before the report, else to the first clock."""
     at, time = clocks[np.isfinite(clocks[:, 1])].T
     if len(at) == 0:
         return np.full(len(place), np.nan)
@@ -206,7 +206,7 @@ def _by_clocks(place: Floats, second: Floats, clocks: Floats) -> Floats:
 
 
 def _fixes(time: Floats, columns: Sequence[Floats], skipped: Counter[str]) -> Fixes:
-    """The reports as a table; those without time or position are counted, and those received twice."""
+    """The reports as Fixes; reports without time or position, and duplicates, are left out and counted."""
     mmsi, latitude, longitude, sog, cog, heading, turn = columns
     latitude, longitude = places(latitude, longitude)
     table = Fixes(

@@ -1,8 +1,8 @@
 """AIS reports in tables of any size, as lazy polars frames with one set of columns.
 
-The layouts differ in the names of their columns (see `formats.columns`): those of the Danish authority, of
-MarineCadastre before and since 2025, GeoParquet with points, and any table with MMSI, time and position. Values that
-mean "unknown" (91°, 181°, 102.3 kn, 360°, 511°) are null.
+Layouts: the Danish authority's, MarineCadastre's before and since 2025, GeoParquet with points, and any table with
+columns for MMSI, time and position (see `formats.columns`). Values that mean "unknown" (91°, 181°, 102.3 kn, 360°,
+511°) become null.
 """
 
 import shutil
@@ -36,8 +36,8 @@ SCHEMA = pl.Schema(
         "reason": pl.UInt8,
     }
 )
-"""Columns of `reports`: `mobile` an index of MOBILES, `hull` a number of the type and size that were reported (0:
-none), `reason` an index of REASONS."""
+"""Columns of `reports`. `mobile`: index into MOBILES. `hull`: code of the reported type and size, 0 if none. `reason`:
+index into REASONS."""
 MOBILES = ("unknown", "class A", "class B")
 REASONS = (
     "",
@@ -49,7 +49,7 @@ REASONS = (
     "aircraft or search and rescue",
     "other station",
 )
-"""Why a row is left out; "" for those that are not."""
+"""Reasons to leave out a row; "" for a row that is used."""
 
 _TIMES = (
     "%d/%m/%Y %H:%M:%S",
@@ -62,16 +62,16 @@ _SIZES = ("length", "width")
 _TYPES = ("ship_type", "vessel_type", "vesseltype", "shiptype", "ship_and_cargo_type")
 _CLASSES = ("type_of_mobile", "transceiver_class", "transceiverclass", "transceiver", "class", "ais_class")
 _OTHER_STATIONS = (("base", 4), ("aton", 5), ("sar", 6))
-"""Parts of the texts of other stations, and the index of REASONS."""
+"""Text in the type of other stations, and the index into REASONS."""
 _SAMPLE = 2000
 
 
 @contextmanager
 def reports(path: Path, beside: Path) -> Iterator[pl.LazyFrame | None]:
-    """The rows of a table as a lazy frame with SCHEMA, or None where the file is none with MMSI, time and position.
+    """The rows of a table as a lazy frame with SCHEMA, or None if the file has no MMSI, time and position columns.
 
-    beside: a directory in which an archive may be unpacked meanwhile. Raises InputError for a damaged file
-    and for one that unpacks to far more than a table does.
+    beside: directory for a temporary file, if the input is a ZIP. Raises InputError for a damaged file and for one
+    that unpacks to far more than a table does.
     """
     unpacked = None
     try:
@@ -87,7 +87,7 @@ def reports(path: Path, beside: Path) -> Iterator[pl.LazyFrame | None]:
 
 
 def _unzipped(path: Path, beside: Path) -> Path:
-    """The largest member of a ZIP file, which may come with a text that describes it."""
+    """Unpack the largest file in a ZIP, which can also contain a description; returns its path."""
     target = beside / f".{path.name}.unpacked.part"
     try:
         with packed.opened_zip(path) as archive:
@@ -125,7 +125,7 @@ def _scanned(path: Path) -> pl.LazyFrame | None:
 
 
 def _first_text(path: Path, head: bytes) -> bytes:
-    """The first bytes, unpacked."""
+    """The first bytes of a file, unpacked."""
     if head.startswith(b"\x1f\x8b"):
         try:
             return zlib.decompressobj(wbits=31).decompress(head, 1 << 16)
@@ -211,8 +211,8 @@ def _time(frame: pl.LazyFrame, column: Column, schema: pl.Schema) -> pl.Expr:
 
 
 def _described(texts: pl.Series) -> pl.Series:
-    """Types of stations as indices, of MOBILES for ships and of REASONS for others; there are few different texts."""
-    different = texts.unique()
+    """Codes of station types: an index into MOBILES for ships, into REASONS for other stations."""
+    different = texts.unique()  # only a few
     return texts.replace_strict(different, [_type(text) for text in different], return_dtype=pl.UInt8)
 
 
@@ -224,12 +224,12 @@ def _type(text: str | None) -> int:
 
 
 def _first(*cases: tuple[pl.Expr, pl.Expr | int]) -> pl.Expr:
-    """The number of the first case that holds, 0 where none does."""
+    """The number of the first case that holds, 0 if none does."""
     return pl.coalesce(*(pl.when(holds).then(number) for holds, number in cases), pl.lit(0))
 
 
 def _station() -> pl.Expr:
-    """Index of the reason why a station is no ship, by its type or its number (ITU-R M.585); 0 for a ship."""
+    """Index into REASONS of a station that is not a ship, by its type or MMSI (ITU-R M.585); 0 for a ship."""
     mmsi, described = pl.col("mmsi"), pl.col("described")
     searching = mmsi.is_between(111_000_000, 111_999_999) | mmsi.is_between(970_000_000, 979_999_999)
     return _first(

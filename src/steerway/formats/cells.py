@@ -1,6 +1,6 @@
-"""The cells of a table: Parquet as it is, or CSV (comma, semicolon, tab or bar) as text, through polars.
+"""The cells of a table, read by polars: typed from Parquet, text from CSV (comma, semicolon, tab or bar).
 
-`read_plain` reads any table with a header, whose columns need not be known.
+`read_plain` reads any table with a header, whatever its columns.
 """
 
 import contextlib
@@ -24,14 +24,14 @@ from steerway.formats.columns import EXPECTED, spelled, understood
 
 DELIMITERS = (",", ";", "\t", "|")
 _UNKNOWN = ["", "nan", "NaN", "null", "NA", "-"]
-_MOST_COLUMNS = 2000  # a line with more columns is not taken for a header
-_MOST_ABOVE = 5  # lines above the header that are no comments
-_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case
-_LEAST_ROW = 8  # bytes, on the average of that many rows: a row takes memory however short it is
+_MOST_COLUMNS = 2000  # a line with more columns is not a header
+_MOST_ABOVE = 5  # lines above the header, besides comments
+_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # limits of rows: per byte of Parquet, and for any table
+_LEAST_ROW = 8  # bytes, average of a table with more rows: every row takes memory, however short
 
 
 def parquet(data: bytes) -> pl.DataFrame:
-    """The frame of a Parquet file. Raises InputError for one that is damaged or declares more than it can hold."""
+    """The frame of a Parquet file. Raises InputError if it is damaged or declares more rows than it can hold."""
     parquet_structure.check(data)
     try:
         with _quiet():
@@ -47,7 +47,7 @@ def parquet(data: bytes) -> pl.DataFrame:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Drop what polars writes to standard error when it fails: a backtrace of some 27 lines before its exception."""
+    """Hold back standard error, and drop it if the block fails: polars prints 27 lines before its exception."""
     sys.stderr.flush()
     try:
         kept = os.dup(2)
@@ -68,8 +68,8 @@ def _quiet() -> Iterator[None]:
 def header_of(text: bytes) -> tuple[int, str, list[str], int] | None:
     """(line number, delimiter, names, where the next line begins) of the header; None without a header.
 
-    Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority. Of other
-    lines a few may: a count of rows, a title.
+    Comment lines can precede the header, and the header can itself be a comment, as in tables of the Danish authority.
+    A few other lines can precede it too, such as a title or a number of rows.
     """
     above = 0
     start = 3 if text.startswith(b"\xef\xbb\xbf") else 0
@@ -95,18 +95,21 @@ def header_of(text: bytes) -> tuple[int, str, list[str], int] | None:
 
 
 def _is_sentence(names: Sequence[str]) -> bool:
-    """Whether a line is one of NMEA, where T (true) stands between commas and is no name of a time."""
+    """Whether a line is an NMEA sentence, in which T between commas means true and not a column of times."""
     return "$" in names[0] or "!" in names[0] or "t" in map(str.lower, names)
 
 
 def csv(
     data: bytes, skipped: Counter[str], vessel_column: str | None = None
 ) -> tuple[pl.DataFrame, list[str], int, str]:
-    """(frame of text, column names, line number of its first row, delimiter)."""
+    """(frame of text with the known columns, column names, line number of the first row, delimiter).
+
+    Raises InputError for a table without a known column, or with far too many short lines.
+    """
     header = header_of(data)
     if header is None:
         first = data.split(b"\n", 1)[0][:100].decode("utf-8", "replace").strip()
-        raise InputError(f"line 1 of the table, {first!r}, names no column that is known, expected {EXPECTED}")
+        raise InputError(f"line 1 of the table is {first!r}, expected names of columns: {EXPECTED}")
     number, delimiter, names, start = header
     body = data[start:]
     rows = body.count(b"\n")
@@ -131,7 +134,7 @@ def csv(
 
 
 def _without_stray_quotes(body: bytes, skipped: Counter[str]) -> bytes:
-    """The lines with balanced quotes; a cell never spans lines here, so that a stray quote costs one line only."""
+    """The body with lines of unbalanced quotes made empty. Cells never span lines, so a stray quote costs one line."""
     lines = body.split(b"\n")
     stray = [row for row, line in enumerate(lines) if line.count(b'"') % 2]
     for row in stray:
@@ -142,10 +145,10 @@ def _without_stray_quotes(body: bytes, skipped: Counter[str]) -> bytes:
 
 
 def read_plain(path: str | PathLike[str], columns: str = "") -> pl.DataFrame:
-    """The table in a file, (rows, columns) under the names of its header; lines that begin with # are comments.
+    """The table in a file, with the column names of its header; lines that begin with # are comments.
 
-    Decimal commas are read where the cells are not separated by commas. `columns` says in errors what is expected.
-    Raises InputError for a file that cannot be read and for one that holds no table.
+    Decimal commas are read unless commas separate the cells. columns: the expected columns, for error messages. Raises
+    InputError for a file that cannot be read or is not a table.
     """
     expected = f"expected a CSV or Parquet table{columns and f' with columns {columns}'}"
     try:
@@ -169,12 +172,12 @@ def read_plain(path: str | PathLike[str], columns: str = "") -> pl.DataFrame:
     try:
         frame = pl.read_csv(data, decimal_comma=commas, **options)
     except pl.exceptions.PolarsError:
-        raise InputError(f"{path} is no table, {expected}") from None
+        raise InputError(f"{path}: not a table, {expected}") from None
     return frame.rename({name: name.strip() for name in frame.columns})
 
 
 def numbers(frame: pl.DataFrame, name: str) -> np.ndarray:
-    """A column as (n,) float; NaN for what is no number."""
+    """A column as (n,) float; NaN where a cell is not a number."""
     series = frame[name]
     if series.dtype == pl.String:
         series = series.str.strip_chars()

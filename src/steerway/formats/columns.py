@@ -1,4 +1,4 @@
-"""The meaning of the columns of a table: common spellings of their names, and units in names."""
+"""The meaning of a table's columns, from common spellings of their names and units in the names."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -51,14 +51,14 @@ _KINDS = {"time": "time", "latitude": "angle", "longitude": "angle", "cog": "ang
 _KINDS |= {"sog": "speed", "water_speed": "speed", "yaw_rate": "rate", "position_std": "length"}
 _RADII = ("hacc", "h_acc", "horizontal_accuracy", "position_accuracy", "ehpe", "eph", "accuracy")
 _FACTORS = dict.fromkeys(_RADII, 0.5**0.5) | {"hdop": USUAL_STD}
-"""Factors from a radius, and from a dilution of precision, to 1σ of north and of east."""
+"""Factors that convert a radius, or an HDOP, to 1σ of north and of east (m)."""
 _NO_FIX = frozenset(("no fix", "no_fix", "nofix", "none", "invalid", "void", "v", "no", "false", "0"))
 _NO_FIX_OF = {"status_status": frozenset(("-1",))} | dict.fromkeys(
     ("fix_type", "fixtype", "gps_fix_type"), _NO_FIX | {"1"}
 )
-"""What says that a row has no fix; of NavSatFix, and of u-blox and MAVLink, where 1 is none either."""
+"""Values that mark a row without a fix: of NavSatFix, and of u-blox and MAVLink, where 1 means no fix too."""
 _LOGGERS = ({"index", "tag"}, {"index", "rcr"})
-"""Columns of loggers with a button and no compass: what they call heading is the course."""
+"""Columns of track loggers without a compass; their column "heading" is the course."""
 _UNIT_NAMES = {KNOT: "knots", 1 / 3.6: "km/h", 0.44704: "mph", DEGREE: "degrees", DEGREE / 60: "degrees a minute"}
 _UNIT_NAMES |= {SEMICIRCLE: "semicircles", 1e-7 * DEGREE: "1e-7 degrees"}
 _TIME_UNITS = {1.0: "s", 1e-3: "ms", 1e-6: "µs", 1e-9: "ns"}
@@ -67,17 +67,17 @@ _PLAIN_UNITS = {"time": "s", "angle": "radians", "speed": "m/s", "rate": "rad/s"
 
 @dataclass(frozen=True)
 class Column:
-    """One column understood: its place and name in the file, what it is, and the factor to SI (None: see the data)."""
+    """A known column: its index and name in the file, its meaning, and the factor to SI (None: decided by the data)."""
 
     index: int
     name: str
     meaning: str
     factor: float | None
-    basis: str = ""  # "assumed" where the name states no unit, or how it was inferred
+    basis: str = ""  # how the unit was inferred; "assumed" if the name states none, "" if it does
 
     @property
     def to_si(self) -> float:
-        """The factor of a column that is no time."""
+        """The factor to SI of a column other than a time, 1 if it has none."""
         return 1.0 if self.factor is None else self.factor
 
     @property
@@ -98,10 +98,10 @@ class Column:
 
 
 def understood(names: Iterable[str]) -> dict[str, Column]:
-    """The known columns of a table by meaning; of several alike the most common spelling is used."""
+    """The known columns of a table by meaning. If several have one meaning, the most common spelling is used."""
     best = {each.meaning: each for each in reversed(spelled(names))}
     if "mmsi" in best:
-        best.pop("position_std", None)  # what AIS calls accuracy is yes or no
+        best.pop("position_std", None)  # accuracy in AIS is only high or low
     plain = set(map(plain_name, names))
     if "cog" not in best and "heading" in best and any(each <= plain for each in _LOGGERS):
         best["cog"] = replace(best.pop("heading"), meaning="cog")
@@ -109,7 +109,7 @@ def understood(names: Iterable[str]) -> dict[str, Column]:
 
 
 def spelled(names: Iterable[str]) -> list[Column]:
-    """Every column of a table whose name is known, of one meaning the most common spelling first."""
+    """Every known column of a table, those with more common spellings first."""
     found = [(_meaning(name), index, name) for index, name in enumerate(names)]
     is_ais = any(meaning == "mmsi" for (meaning, *_), *_ in found)
     known = sorted(found, key=lambda each: (each[0][1], each[1]))
@@ -117,12 +117,12 @@ def spelled(names: Iterable[str]) -> list[Column]:
 
 
 def unit_in(meaning: str, text: str) -> float | None:
-    """The factor to SI of a unit beside a number of this meaning; None where it is none."""
+    """The factor to SI of a unit written beside a number of this meaning; None for an unknown unit."""
     return _UNITS[_KINDS.get(meaning, "none")].get(plain_name(text))
 
 
 def no_fix(name: str) -> frozenset[str]:
-    """The values, in lower case, by which a column of this name marks a row without a fix."""
+    """The values (lower case) that mark a row without a fix in a column of this name."""
     return _NO_FIX_OF.get(_plain_field(name), _NO_FIX)
 
 
@@ -133,7 +133,7 @@ def _column(index: int, name: str, meaning: str, unit: float | None, is_ais: boo
 
 
 def _meaning(name: str) -> tuple[str | None, int, float | None]:
-    """(meaning, rank of the spelling, factor the name states or None) of a column name; (None, 0, None) if unknown."""
+    """(meaning, rank of the spelling, factor to SI if the name states one) of a column; (None, 0, None) if unknown."""
     plain = _plain_field(name)
     for meaning, spellings in _SPELLINGS.items():
         units = _UNITS[_KINDS.get(meaning, "none")]
@@ -157,7 +157,7 @@ def plain_name(name: str) -> str:
 
 
 def _default(meaning: str, name: str, is_ais: bool) -> float | None:
-    """The factor of a name that states none: nautical units for nautical terms, SI for others."""
+    """The assumed factor to SI if a name states no unit: nautical units for nautical terms, else SI or degrees."""
     if meaning in ("sog", "water_speed"):
         return 1.0 if not is_ais and re.search("speed|vel", name.lower()) else KNOT
     if meaning == "yaw_rate":

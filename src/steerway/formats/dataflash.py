@@ -1,6 +1,7 @@
 """ArduPilot's data flash log, binary or as text (Mission Planner, mavlogdump): the fixes of each receiver.
 
-Fields: the FMT messages of the log itself; their meaning: ArduPilot, "Onboard message log messages" and LogStructure.h.
+The FMT messages of a log declare its fields. Source of their meaning: ArduPilot, "Onboard message log messages" and
+LogStructure.h.
 """
 
 import re
@@ -36,15 +37,15 @@ _DECLARED = _HEAD + bytes([_FMT, _FMT, _FMT_LAYOUT.size + 3]) + b"FMT\0"
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes declare the messages of a receiver, or are those of a binary log."""
+    """Whether the first bytes declare messages of a GNSS receiver, or begin a binary log."""
     return any(each.search(head) for each in (_FORMAT, _DUMPED)) or _DECLARED in head[:4096]
 
 
 def read(data: bytes) -> Recording:
-    """The sources "GPS", "GPS2", … or "GPS 0", "GPS 1", … of a log. Raises InputError for one without the columns."""
+    """The sources "GPS", "GPS2", … or "GPS 0", "GPS 1", … of a log. Raises InputError if a needed column is missing."""
     skipped, rows = Counter[str](), defaultdict(list)
     for kind, row in _binary(data, skipped) if _DECLARED in data[:4096] else _text(data, skipped):
-        if not row["Status"] >= _LEAST_STATUS:  # NaN where it is damaged
+        if not row["Status"] >= _LEAST_STATUS:  # NaN if damaged
             skipped["no fix"] += 1
             continue
         instance = f" {row['I']:.0f}" if "I" in row else ""
@@ -55,7 +56,7 @@ def read(data: bytes) -> Recording:
 
 
 def _names(text: str) -> list[str]:
-    """The columns that a message declares, by their names of today. Raises InputError where a needed one is missing."""
+    """The columns that a message declares, with old names updated. Raises InputError if a needed one is missing."""
     names = [_OLDER.get(each, each) for each in text.strip().split(",")]
     _expect_columns(names)
     return names
@@ -67,7 +68,7 @@ def _expect_columns(names: Collection[str]) -> None:
 
 
 def _text(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
-    """(kind, fields) of the messages of receivers in a log as text."""
+    """(kind, fields) of the receivers' messages in a text log."""
     columns = {kind: _names(names.decode()) for kind, names in _FORMAT.findall(data)}
     dumped = [(kind.decode(), _pairs(text.decode("ascii", "replace"))) for kind, text in _DUMPED.findall(data)]
     if dumped:
@@ -91,7 +92,7 @@ def _pairs(text: str) -> dict[str, float]:
 
 
 def _binary(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str, float]]]:
-    """(kind, fields) of the messages of receivers in a binary log; what is damaged is counted and passed over."""
+    """(kind, fields) of the receivers' messages in a binary log; damaged messages are skipped and counted."""
     sizes, layouts = {_FMT: _FMT_LAYOUT.size + 3}, {}
     at = data.find(_DECLARED)
     while 0 <= at < len(data) - 3:
@@ -115,12 +116,11 @@ def _binary(data: bytes, skipped: Counter[str]) -> Iterator[tuple[str, dict[str,
         elif kind in layouts and layouts[kind][3].size + 3 <= size:
             name, codes, names, layout = layouts[kind]
             values = zip(names, codes, layout.unpack_from(data, at + 3), strict=False)
-            yield name, {each: value * _FACTORS.get(code, 1.0) for each, code, value in values if _is_number(value)}
+            yield (
+                name,
+                {n: value * _FACTORS.get(code, 1.0) for n, code, value in values if not isinstance(value, bytes)},
+            )
         at += size
-
-
-def _is_number(value: object) -> bool:
-    return not isinstance(value, bytes)
 
 
 def _fixes(name: str, table: Floats, skipped: Counter[str]) -> Fixes:

@@ -8,16 +8,17 @@ from steerway.core.slow_error import ALONE, DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
 __all__ = ["ALONE", "DIFFERENTIAL", "FIXED", "FLOAT", "LARGEST", "OF_FIX_TYPE", "deviation"]
 
 LARGEST = 50.0
-"""HDOP from which on it indicates no fix."""
+"""HDOP at and above which there is no fix."""
 OF_FIX_TYPE = {4: DIFFERENTIAL, 5: FLOAT, 6: FIXED}
-"""Quality of GGA of a type or status of fix of ArduPilot, MAVLink and PX4; of others it is a fix alone."""
+"""GGA quality by fix type of ArduPilot, MAVLink and PX4; other types are fixes without corrections (ALONE)."""
 
 
 @part_of_kernels
 def deviation(dilution: float, quality: float = ALONE) -> float:
-    """1σ of north and of east (m) by HDOP and the quality of the fix; NaN where they are unknown.
+    """1σ of north and of east (m) from HDOP and GGA quality; NaN if either is unknown.
 
-    That of the kind of fix, times an HDOP above 1: satellites in better places do not make the atmosphere better.
+    This is the slow error of the kind of fix, times HDOP. HDOP below 1 counts as 1: better satellite geometry does not
+    reduce the error of the atmosphere.
     """
     if not 0.0 < dilution < LARGEST or not 0 <= quality < len(SLOW_STD):
         return math.nan

@@ -1,6 +1,6 @@
-"""FIT of sports watches and bicycle computers: its record messages, read by fitdecode, an optional package.
+"""FIT files of sports watches and bicycle computers: record messages, read by the optional package fitdecode.
 
-What FitCSVTool of the FIT SDK makes of a file is read too: a line a message, or a table with a column a field.
+CSV files that the FIT SDK's FitCSVTool makes from FIT are read too: a line per message, or a column per field.
 """
 
 import csv
@@ -18,12 +18,12 @@ from steerway.formats.places import number, places
 from steerway.formats.recording import Recording, placed
 
 _TABLES = b"Type,Local Number,Message", b"record.timestamp[s]"
-EPOCH = 631065600.0  # Unix s of 1989-12-31, from which FIT counts
+EPOCH = 631065600.0  # Unix s of 1989-12-31, the origin of FIT times
 _FIELDS = ("position_lat", "position_long", "enhanced_speed", "speed", "gps_accuracy")
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are the header of a FIT file, or of a table of FitCSVTool."""
+    """Whether the first bytes are the header of a FIT file or of a FitCSVTool table."""
     return (head[8:12] == b".FIT" and head[0] in (12, 14)) or _is_table(head)
 
 
@@ -32,7 +32,7 @@ def _is_table(head: bytes) -> bool:
 
 
 def read(data: bytes) -> Recording:
-    """The source "FIT". Raises InputError where fitdecode is not installed, and for a file that it cannot read."""
+    """The source "FIT". Raises InputError if fitdecode is not installed or cannot read the file."""
     counts, skipped = Counter[str](), Counter[str]()
     rows = _tabled(data, counts) if _is_table(data) else _decoded(data, counts, skipped)
     table = np.array(rows, float).reshape(-1, 1 + len(_FIELDS)).T
@@ -59,12 +59,12 @@ def _decoded(data: bytes, counts: Counter[str], skipped: Counter[str]) -> list[t
     except fitdecode.FitError as error:
         if not rows:
             raise InputError(f"the FIT file is damaged ({' '.join(str(error).split())})") from None
-        skipped["damaged from here on"] += 1
+        skipped["rest of the file damaged"] += 1
     return rows
 
 
 def _tabled(data: bytes, counts: Counter[str]) -> list[tuple[float, ...]]:
-    """Rows of the record messages of a table of FitCSVTool."""
+    """Rows of the record messages in a FitCSVTool table."""
     lines = csv.reader(io.StringIO(data.decode("utf-8", "replace")))
     head, rows = next(lines), []
     for line in lines:
@@ -84,6 +84,6 @@ def _tabled(data: bytes, counts: Counter[str]) -> list[tuple[float, ...]]:
 
 
 def _row(frame: Any) -> tuple[float, ...]:
-    """Unix time and the fields, NaN for what it does not have."""
+    """Unix time and `_FIELDS` of a record message, NaN for missing fields."""
     values = (frame.get_value(name, fallback=None) for name in _FIELDS)
     return frame.get_value("timestamp").timestamp(), *(np.nan if each is None else each for each in values)

@@ -1,7 +1,8 @@
-"""GeoJSON (RFC 7946): out, a line for each track and a point for each row with its columns as properties; in, points.
+"""GeoJSON (RFC 7946), read and written.
 
-Properties of points that are read have the names of a table's columns; a line with a time for each of its points
-(`coordTimes`, or `times` of `coordinateProperties`) is read too.
+Written: a line per track, and a point per row with its other columns as properties. Read: points whose properties have
+the names of a table's columns, and lines with a time for each point (`coordTimes`, or `times` in
+`coordinateProperties`).
 """
 
 import io
@@ -20,12 +21,12 @@ from steerway.formats.recording import Recording
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are those of a feature or a collection of features."""
+    """Whether the first bytes begin a feature or a collection of features."""
     return head.lstrip()[:1] == b"{" and b'"Feature' in head and b'"coordinates"' in head
 
 
 def read(data: bytes) -> Recording:
-    """The points of a file, as `table.read` reads their properties. Raises InputError for damaged JSON and as that."""
+    """The points of a file, with properties read by `table.read`. Raises InputError for damaged JSON, and as there."""
     try:
         whole = json.loads(data)
         found = whole["features"] if whole["type"] == "FeatureCollection" else [whole]
@@ -40,7 +41,7 @@ def read(data: bytes) -> Recording:
 
 
 def _rows(feature: dict[str, Any]) -> list[dict[str, Any]]:
-    """A feature's points with their properties; none of a line whose points have no times."""
+    """A feature's points with their properties; empty for a line without times."""
     geometry, properties = feature["geometry"] or {}, feature.get("properties") or {}
     plain = {name: value for name, value in properties.items() if isinstance(value, int | float | str)}
     places = geometry.get("coordinates", ())
@@ -58,10 +59,10 @@ def _rows(feature: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def text(record: Record) -> str:
-    """A FeatureCollection of the rows of `Fixes` or `Motion` that have a place.
+    """A FeatureCollection of the rows of `Fixes` or `Motion` that have a position.
 
-    Coordinates are longitude and latitude in degrees; a track that crosses the antimeridian is a line in parts, as the
-    RFC asks. Numbers stand in their shortest form that reads back the same.
+    Coordinates are longitude and latitude in degrees. A track that crosses the antimeridian is split there, as the RFC
+    requires. Numbers have the fewest digits that read back the same.
     """
     collected = []
     for mmsi, track in record.tracks():
@@ -70,7 +71,7 @@ def text(record: Record) -> str:
 
 
 def features(mmsi: int | None, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Line and points of a track, from its rows (dicts with lon_deg, lat_deg and time_s)."""
+    """The line and the points of a track, from its rows (dicts with lon_deg, lat_deg and time_s)."""
     return [_line(mmsi, rows), *(_point(row) for row in rows)] if rows else []
 
 

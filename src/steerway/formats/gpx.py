@@ -1,7 +1,7 @@
-"""GPX tracks, 1.0 and 1.1, in; GPX 1.0 out, because 1.1 has no place for speed and course.
+"""GPX tracks: 1.0 and 1.1 are read; 1.0 is written, because 1.1 has no elements for speed and course.
 
-Read with expat itself rather than a GPX library: a point costs microseconds, and after damage (a logger that lost its
-power) reading goes on at the next track point, where a library gives up the file.
+Files are parsed with expat instead of a GPX library: a point takes microseconds, and after damage (a logger that lost
+power) reading continues at the next track point, where a library rejects the whole file.
 Schemas: topografix.com/GPX/1/0 and /1/1.
 """
 
@@ -9,7 +9,7 @@ import re
 import xml.parsers.expat
 from collections import Counter
 from collections.abc import Iterator
-from typing import NoReturn
+from typing import Any, NoReturn
 from xml.parsers.expat import XMLParserType
 
 import numpy as np
@@ -27,8 +27,8 @@ _POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")
 _TEXTS = {"time", "speed", "course", "hdop", "name"}
 _INSIDE = b"<trk><trkseg>"
 _CHUNK = 65536  # bytes
-_FIRST_CHUNK = 512  # behind damage, where the next may be near
-_MOST_PARSED = 8  # bytes parsed, over those of the file: each damaged place is parsed again from the next point on
+_FIRST_CHUNK = 512  # after damage: more damage may follow soon
+_MOST_PARSED = 8  # bytes parsed per byte of the file: after each damaged place the parser restarts at the next point
 _PARSED_ANYWAY = 1 << 20
 _MMSI = re.compile(r"(?:MMSI\s*)?([0-9]{9})$")
 
@@ -37,14 +37,14 @@ Point = tuple[*tuple[str | None, ...], str]
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes hold the root element of a GPX file."""
+    """Whether the first bytes contain the root element of a GPX file."""
     return _ROOT.search(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The source "GPX", all tracks in time order; where every track is named by an MMSI, one track a vessel.
+    """The source "GPX", all tracks in time order. If every track is named by an MMSI, there is a track per vessel.
 
-    Speed (m/s) and course are taken where points have them, also as extensions. Points without time are counted.
+    Speed (m/s) and course of points are read, also from extensions. Points without a time are left out and counted.
     """
     skipped = Counter[str]()
     points = _points(data, skipped)
@@ -83,23 +83,23 @@ def _points(data: bytes, skipped: Counter[str]) -> list[Point]:
 
 
 class _Handler:
-    """Collects the track points of what expat makes of a document."""
+    """Collects the track points of a document that expat parses."""
 
     def __init__(self) -> None:
         self.points: list[Point] = []
         self.track, self.parsed = "", 0
 
     def accepts(self, opening: bytes) -> bool:
-        """Whether `opening` is a sound beginning of a document."""
+        """Whether `opening` is a well-formed beginning of a document."""
         try:
-            _parser(None).Parse(opening, False)
+            parser_for(None).Parse(opening, False)
         except xml.parsers.expat.ExpatError:
             return False
         return bool(opening)
 
     def parse(self, opening: bytes, data: bytes, start: int) -> int | None:
-        """Take in `data` from `start` on; None, or where to look for the next point after damage."""
-        self.parser = _parser(self)
+        """Parse `data` from `start` on. Returns None, or after damage the index from which to search the next point."""
+        self.parser = parser_for(self)
         self.point: dict[str, str | None] | None = None
         self.text: list[str] | None = None
         self.path: list[str] = []
@@ -147,7 +147,8 @@ class _Handler:
         self.text = None
 
 
-def _parser(handler: _Handler | None) -> XMLParserType:
+def parser_for(handler: Any) -> XMLParserType:
+    """A parser that calls `start`, `end` and `characters` of a handler (None: of none) and rejects entities."""
     parser = xml.parsers.expat.ParserCreate()
     parser.buffer_text = True
     parser.EntityDeclHandler = _refuse
@@ -158,11 +159,11 @@ def _parser(handler: _Handler | None) -> XMLParserType:
 
 
 def _refuse(*_: object) -> NoReturn:
-    raise InputError("the GPX file declares XML entities, expected none: they are not read")
+    raise InputError("the file declares XML entities, expected none: they are not read")
 
 
 def text(record: Record) -> str:
-    """A GPX 1.0 document with one track a vessel, of the rows of `Fixes` or `Motion` that have a place.
+    """A GPX 1.0 document with a track per vessel, from the rows of `Fixes` or `Motion` that have a position.
 
     The name of a vessel's track is its MMSI. Numbers have the fewest digits that read back the same.
     """

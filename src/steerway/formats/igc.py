@@ -1,4 +1,4 @@
-"""IGC: flight recorders' text. Fields: FAI technical specification for GNSS flight recorders, appendix A."""
+"""IGC text files of flight recorders. Fields: FAI technical specification for GNSS flight recorders, appendix A."""
 
 import re
 from collections import Counter
@@ -23,16 +23,16 @@ _DAY = 86400.0
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes hold the date and a fix of an IGC file."""
+    """Whether the first bytes contain the date and a fix of an IGC file."""
     return head[:1] == b"A" and _DATE.search(head) is not None and _FIX.search(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The source "IGC": fixes with their places to 0.001′, or finer where the file declares further digits."""
+    """The source "IGC": fixes to 0.001′, or finer if the file declares more digits. InputError if it has no date."""
     skipped = Counter[str]()
     date = _DATE.search(data)
     if date is None:
-        raise InputError("there is no date in it, expected a line that begins with HFDTE")
+        raise InputError("the file has no date, expected a line that begins with HFDTE")
     day, month, year = map(int, date.groups())
     century = 1900 if year >= 80 else 2000
     midnight = unix_times([f"{century + year:04d}-{month:02d}-{day:02d}T00:00:00Z"])[0]
@@ -59,13 +59,13 @@ def read(data: bytes) -> Recording:
 
 
 def _places_of_extensions(data: bytes) -> dict[str, tuple[int, int]]:
-    """Where further digits of the clock and of the place stand in a fix's line, by the code of the extension."""
+    """(first, end) columns of more digits of time and position in a fix's line, by the code of the extension."""
     found = _EXTENSIONS.search(data)
     declared = _EXTENSION.findall(found[1]) if found else []
     return {code.decode(): (int(first) - 1, int(end)) for first, end, code in declared}
 
 
 def _degrees(text: bytes, further: float, negative: bool) -> float:
-    """Degrees of DDMMmmm or DDDMMmmm, with a further part of the last digit."""
+    """Degrees from DDMMmmm or DDDMMmmm; `further` is a fraction (0 to 1) of the last digit."""
     thousandths = int(text[-5:]) + further
     return (-1.0 if negative else 1.0) * (int(text[:-5]) + thousandths / 60000.0)

@@ -1,7 +1,7 @@
-"""MCAP: messages of topics in one file, as ROS 2 and Foxglove record and show them. Needs the package `mcap`.
+"""MCAP: a file of messages by topic, as ROS 2 and Foxglove use it. Needs the optional package `mcap`.
 
 Read: `sensor_msgs/msg/NavSatFix` of ROS 2, `foxglove.LocationFix` as JSON, and the inputs of `steerway live --record`.
-Written: `nav_msgs/msg/Odometry`. A file that was cut off is read up to the damage. Format: mcap.dev/spec.
+Written: `nav_msgs/msg/Odometry`. A damaged file is read up to the damage. Format: mcap.dev/spec.
 """
 
 import io
@@ -25,14 +25,14 @@ from steerway.formats.recording import Recording, fixes_of
 
 MAGIC = b"\x89MCAP0\r\n"
 INPUT = "/input"
-"""The topic of the inputs in a recording of `steerway live`."""
+"""Topic of the inputs in a recording of `steerway live`."""
 _LOCATION_FIX = "foxglove.LocationFix"
 _DAMAGE = LookupError, OSError, RuntimeError, TypeError, ValueError, EOFError, OverflowError, struct.error
-"""What damaged bytes raise in the libraries that read them, besides the kinds of `mcap`."""
+"""Exceptions that libraries raise for damaged bytes, besides those of `mcap`."""
 
 
 class Message(NamedTuple):
-    """One message: its topic, the name of its schema, how it is encoded, its log time (ns) and its bytes."""
+    """A message: topic, name of its schema, encoding, log time (ns) and bytes."""
 
     topic: str
     schema: str
@@ -42,19 +42,20 @@ class Message(NamedTuple):
 
 
 def require_mcap(name: str) -> None:
-    """Raises InputError without the package that reads and writes MCAP."""
+    """Raises InputError if the package `mcap` is not installed; `name` begins the message."""
     require(f"{name}:", "mcap")
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are those of MCAP."""
+    """Whether the first bytes are the magic number of MCAP."""
     return head.startswith(MAGIC)
 
 
 def messages(file: BinaryIO, metadata: dict[str, Any] | None = None) -> Iterator[Message]:
-    """The messages of a file in the order of writing, up to its end or to where it is damaged.
+    """The messages of a file in the order of writing, up to its end or to the damage.
 
-    `metadata` is filled with the metadata records by their names.
+    metadata: filled with the metadata records by name. Raises InputError if the file is damaged from the beginning or
+    unpacks to far more than a recording does.
     """
     from mcap.exceptions import McapError
     from mcap.records import Channel, Metadata, Schema
@@ -83,7 +84,7 @@ def messages(file: BinaryIO, metadata: dict[str, Any] | None = None) -> Iterator
 
 
 def _records(file: BinaryIO) -> Iterator[Any]:
-    """The records of a file, those in compressed chunks unpacked. Raises InputError for what unpacks to far more."""
+    """The records of a file, with chunks unpacked. Raises InputError for chunks larger than `packed.allowed`."""
     from mcap.records import Chunk
     from mcap.stream_reader import StreamReader, breakup_chunk
 
@@ -102,7 +103,7 @@ def _records(file: BinaryIO) -> Iterator[Any]:
 
 
 def _unpacked(chunk: Any, most: int) -> bytes:
-    """The records of a chunk, of more than `most` bytes its beginning."""
+    """The unpacked records of a chunk, if compressed at most `most` + 1 bytes of them."""
     if chunk.compression == "zstd":
         import zstandard
 
@@ -118,20 +119,20 @@ def _unpacked(chunk: Any, most: int) -> bytes:
 
 
 def read(data: bytes) -> Recording:
-    """The positions of every topic, each a source. Raises InputError without the package `mcap`."""
+    """The positions of every topic, each topic a source. Raises InputError without the package `mcap`."""
     require_mcap("MCAP")
     rows: dict[str, list[tuple[float, ...]]] = {}
     counts, skipped = Counter[str](), Counter[str]()
     for message in messages(io.BytesIO(data)):
         counts[message.schema or message.topic] += 1
         try:
-            made = _row(message)
+            named_row = _row(message)
         except _DAMAGE:
             skipped["message damaged"] += 1
             continue
-        if made is None:
+        if named_row is None:
             continue
-        name, row = made
+        name, row = named_row
         if np.isfinite(dated(np.asarray(row[0]))):
             rows.setdefault(name, []).append(row)
         else:
@@ -140,7 +141,7 @@ def read(data: bytes) -> Recording:
 
 
 def _row(message: Any) -> tuple[str, tuple[float, ...]] | None:
-    """Source and (time, latitude, longitude, *REPORTED) of a message, time NaN without a fix; None for another kind."""
+    """Source and (time, latitude, longitude, *REPORTED) of a message; time is NaN without a fix. None: other kinds."""
     if message.schema == ros2.NAV_SAT_FIX and message.encoding == "cdr":
         return message.topic, ros2.nav_sat_fix(message.data)
     if message.schema == _LOCATION_FIX and message.encoding == "json" and message.topic != "/position":
@@ -166,7 +167,10 @@ def _number(value: float | None) -> float:
 
 
 def write_odometry(record: Motion, file: BinaryIO) -> None:
-    """An estimate as `nav_msgs/msg/Odometry` on the topic /odometry, for ROS 2 and Foxglove; see `ros2.odometry`."""
+    """Write an estimate as `nav_msgs/msg/Odometry` on the topic /odometry, for ROS 2 and Foxglove; see `ros2.odometry`.
+
+    Raises InputError without the package `mcap`.
+    """
     require_mcap("Odometry")
     from mcap.writer import Writer
 

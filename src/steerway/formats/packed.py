@@ -1,7 +1,7 @@
-"""Compressed logs and tables, unpacked as far as a log can be meant.
+"""Unpack compressed logs and tables, up to a size that logs reach.
 
-What is far denser than logs are unpacks to time and memory, not to fixes. It is refused, so that no input of less than
-1 MB takes longer than seconds.
+Data that is compressed far more than logs costs time and memory and contains no fixes. It is rejected, so that no input
+below 1 MB takes more than a few seconds.
 """
 
 import io
@@ -15,28 +15,28 @@ from typing import BinaryIO
 from steerway.core.errors import InputError
 
 _SMALL, _ALWAYS = 1e6, 16e6
-"""Bytes of a small archive, and to how many it may unpack: so many are read in 5 s."""
+"""Bytes of a small archive, and bytes to which it may unpack, which are read in 5 s."""
 _DENSEST = 100.0
-"""Unpacked over packed size of what is larger. Recorded logs of moving boats reach 12 (of 150), moored ones 18."""
+"""Largest compression ratio above that size. Of 150 recorded logs, those of moving boats reach 12, moored ones 18."""
 MAX_SIZE = 1e9
-"""Bytes to which a compressed log may unpack."""
+"""Bytes to which a compressed log may unpack by default."""
 GZIP, ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
 UTF_16 = b"\xff\xfe", b"\xfe\xff"
 _PIECE = 1 << 16
 _LARGE = 16 << 20
-"""Bytes of a packed table from which it is not unpacked beforehand: that would take as long as to read it."""
+"""Bytes of a gzip or Zstandard table above which its unpacked size is not checked: that takes as long as reading it."""
 
 
 def allowed(size: int) -> int:
-    """Bytes to which so many packed ones may unpack."""
+    """Bytes to which an archive of `size` bytes may unpack."""
     return int(_ALWAYS + _DENSEST * max(0.0, size - _SMALL))
 
 
 def plain(name: str, data: bytes, max_size: float | None = None) -> bytes:
-    """The bytes of a log, unpacked when gzip, UTF-8 when UTF-16; of a damaged archive, what comes before the damage.
+    """The bytes of a log: gzip is unpacked (up to any damage), UTF-16 becomes UTF-8.
 
-    Raises InputError for more than `max_size` bytes (by default MAX_SIZE and no more than `allowed`) and for an archive
-    that is damaged from the beginning.
+    Raises InputError if it unpacks to more than `max_size` bytes (default: the lower of MAX_SIZE and `allowed`), or if
+    the archive is damaged from the beginning. name: begins error messages.
     """
     if not data.startswith(GZIP):
         return data.decode("utf-16", "replace").encode() if data.startswith(UTF_16) else data
@@ -78,16 +78,16 @@ def check(path: Path) -> None:
 
 @contextmanager
 def opened_zip(path: Path) -> Iterator[zipfile.ZipFile]:
-    """A ZIP file. Raises InputError where it, or what is read of it in the block, is damaged, encrypted or unknown."""
+    """A ZIP file. Raises InputError if the file, or a member read in the block, is damaged, encrypted or unknown."""
     try:
         with zipfile.ZipFile(path) as archive:
             yield archive
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
-        raise InputError(f"{path}: the ZIP archive cannot be read ({error}), expected a sound one") from None
+        raise InputError(f"{path}: the ZIP archive cannot be read ({error}), expected an undamaged one") from None
 
 
 def _unzipped(file: BinaryIO) -> Iterator[bytes]:
-    """The archives one after another in a file, in pieces, up to the damage."""
+    """The unpacked bytes of the gzip archives in a file, in pieces, up to any damage."""
     unpacker, packed = zlib.decompressobj(wbits=31), file.read(_PIECE)
     while packed:
         try:
@@ -105,7 +105,7 @@ def _unzipped(file: BinaryIO) -> Iterator[bytes]:
 
 
 def _unzstandard(file: BinaryIO) -> Iterator[bytes]:
-    """Pieces, up to the damage; none without the package `zstandard`."""
+    """The unpacked bytes of a Zstandard file, in pieces, up to any damage; empty without the package `zstandard`."""
     try:
         import zstandard
     except ImportError:

@@ -1,8 +1,8 @@
-"""Whether a Parquet file declares what it can hold: its footer and the headers of its pages.
+"""Check that a Parquet file declares no more than it can hold, in its footer and the headers of its pages.
 
-A decoder that believes an altered count asks for 2⁶¹ bytes, which ends the process: there is no exception to catch.
-Both are in Thrift's compact protocol (thrift-compact-protocol.md of Apache Thrift; parquet.thrift of Apache Parquet
-names the fields by the numbers used here).
+A decoder that uses a corrupted count can request 2⁶¹ bytes, which ends the process without an exception. Footer and
+headers are in Thrift's compact protocol (thrift-compact-protocol.md of Apache Thrift; parquet.thrift of Apache Parquet
+defines the field numbers used here).
 """
 
 from typing import Any
@@ -14,11 +14,11 @@ _DEEPEST = 16
 _TRUE, _FALSE, _BYTE, _DOUBLE, _BINARY, _LIST, _SET, _STRUCT = 1, 2, 3, 7, 8, 9, 10, 12
 _ROW_GROUPS, _COLUMNS, _META_DATA = 4, 1, 3
 _COMPRESSED, _DATA_PAGE, _DICTIONARY_PAGE = 7, 9, 11  # of a column
-_PAGE_SIZE, _PAGE_HEADERS = 3, (5, 7, 8)  # of a page; its headers begin with the number of values
+_PAGE_SIZE, _PAGE_HEADERS = 3, (5, 7, 8)  # of a page; each of these headers begins with the number of values
 
 
 def check(data: bytes) -> None:
-    """Raises InputError for a file whose structure cannot be followed to its end."""
+    """Raises InputError if the structure of the file is damaged."""
     size = int.from_bytes(data[-8:-4], "little")
     if len(data) < 12 or data[-4:] != _MAGIC or not 0 < size <= len(data) - 12:
         raise InputError("the Parquet file is damaged: it does not end in a footer")
@@ -32,7 +32,7 @@ def check(data: bytes) -> None:
 
 
 Struct = dict[int, Any]
-"""A structure of Thrift by the numbers of its fields."""
+"""A Thrift structure: values by field number."""
 
 
 def _check_pages(data: bytes, column: Struct) -> None:
@@ -51,7 +51,7 @@ def _check_pages(data: bytes, column: Struct) -> None:
 
 
 def _varint(data: bytes, at: int, stop: int) -> tuple[int, int]:
-    """(value, index behind it)."""
+    """(value, index after it)."""
     value = shift = 0
     while at < stop and shift < 64:
         value |= (data[at] & 0x7F) << shift
@@ -62,7 +62,7 @@ def _varint(data: bytes, at: int, stop: int) -> tuple[int, int]:
 
 
 def _struct(data: bytes, at: int, stop: int, depth: int) -> tuple[Struct, int]:
-    """(field number → value, index behind it)."""
+    """(values by field number, index after the structure)."""
     if depth > _DEEPEST:
         raise IndexError
     fields: Struct = {}
@@ -77,7 +77,7 @@ def _struct(data: bytes, at: int, stop: int, depth: int) -> tuple[Struct, int]:
         else:
             coded, at = _varint(data, at, stop)
             number = _signed(coded)
-        if kind in (_TRUE, _FALSE):  # of a field they are its value
+        if kind in (_TRUE, _FALSE):  # the type is the value
             fields[number] = kind == _TRUE
         else:
             fields[number], at = _value(data, at, stop, kind, depth)
@@ -105,7 +105,7 @@ def _value(data: bytes, at: int, stop: int, kind: int, depth: int) -> tuple[Any,
             values.append(value)
         return values, at
     if not _BYTE < kind < _DOUBLE:
-        raise IndexError  # maps are in no Parquet file
+        raise IndexError  # Parquet has no maps
     coded, at = _varint(data, at, stop)
     return _signed(coded), at
 

@@ -1,4 +1,4 @@
-"""Numbers as files write them, and their latitudes and longitudes in the radians of `Fixes`."""
+"""Parse numbers, and convert latitudes and longitudes in degrees to the radians of `Fixes`."""
 
 import math
 from collections.abc import Iterable
@@ -13,15 +13,15 @@ from steerway.core.interpreted import without_compiling
 if TYPE_CHECKING:
     import polars as pl
 
-_wrap = without_compiling(wrap)  # a log may have one place, and compiling takes longer than most logs
+_wrap = without_compiling(wrap)  # compiling takes longer than reading most logs
 _MARKS = "[°º'′’\"″”]"
 _NUMBER = r"([0-9]{1,2}(?:\.[0-9]*)?)"
 _DEGREES = rf"^([NSEW])?\s*(-)?([0-9]{{1,3}}(?:\.[0-9]*)?)(?:\s+{_NUMBER})?(?:\s+{_NUMBER})?\s*([NSEW])?$"
-"""Degrees, minutes and seconds, the last of them with decimals, with a sign or the letter of a hemisphere."""
+"""Degrees, minutes and seconds, of which the last can have decimals, with a sign or the letter of a hemisphere."""
 
 
 def number(text: str | None) -> float:
-    """The finite number that a text is, else NaN."""
+    """The finite number in a text; NaN if the text is anything else."""
     try:
         found = float(text or "nan")
     except ValueError:
@@ -35,14 +35,14 @@ def numbers(texts: Iterable[str | None]) -> np.ndarray:
 
 
 def on_earth(latitude: float, longitude: float) -> tuple[float, float]:
-    """A place in rad, longitude in [−π, π); both NaN where the pair is not a place on earth."""
+    """A position in rad with longitude in [−π, π); both are NaN if it is not on earth. Arguments in rad."""
     if not (abs(latitude) <= 0.5 * math.pi and abs(longitude) <= 2.0 * math.pi):
         return math.nan, math.nan
     return latitude, _wrap(longitude)
 
 
 def places(latitude_deg: ArrayLike, longitude_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Latitude and longitude (n,) in rad, longitude in [−π, π); both NaN where the pair is not a place on earth."""
+    """Latitude and longitude (n,) in rad, longitude in [−π, π); both are NaN where the position is not on earth."""
     latitude, longitude = np.asarray(latitude_deg, dtype=float), np.asarray(longitude_deg, dtype=float)
     with np.errstate(invalid="ignore"):
         on_earth = (np.abs(latitude) <= 90.0) & (np.abs(longitude) <= 180.0)
@@ -51,11 +51,11 @@ def places(latitude_deg: ArrayLike, longitude_deg: ArrayLike) -> tuple[np.ndarra
 
 
 def degrees(texts: "pl.Series", hemispheres: str) -> np.ndarray:
-    """Degrees (n,) of texts such as 54°18.5'N, S 54 18 30 or 54.3N; NaN where not one.
+    """Degrees (n,) from texts such as 54°18.5'N, S 54 18 30 or 54.3N; NaN for other texts.
 
-    hemispheres: the letters of the axis, that of positive degrees first: "NS" or "EW".
+    hemispheres: "NS" or "EW", the letter of positive degrees first.
     """
-    import polars as pl  # a live run needs it for no table
+    import polars as pl  # here, because live runs do not need it
 
     plain = texts.str.to_uppercase().str.replace_all(_MARKS, " ").str.strip_chars()
     groups = plain.str.extract_groups(_DEGREES).struct.unnest()

@@ -1,7 +1,7 @@
-"""Reading: any logs in, one record out.
+"""Read any logs into one record.
 
-A log is recognised by its content; a new format is its module and one line in FORMATS. A log of several formats (NMEA
-0183 with UBX, or with AIS) is read by each.
+The format of a log is detected from its content. A log that mixes formats (NMEA 0183 with UBX or AIS) is read by the
+module of each. To add a format, write its module and add a line to FORMATS.
 """
 
 import sys
@@ -64,14 +64,14 @@ Source = Any  # str | PathLike | bytes | BinaryIO | polars.DataFrame | pandas.Da
 DataFrame of polars or pandas."""
 
 Progress = Callable[[int, int], None]
-"""Called with the number of bytes read so far and the number in all (0 when not known)."""
+"""Called with the number of bytes read so far and the total."""
 
 _HEAD = 1 << 16
 
 
 @dataclass(frozen=True)
 class Log:
-    """One log as read by one format, with the quality of each of its sources."""
+    """A log as read by the module of one format, with the quality of each of its sources."""
 
     name: str
     recording: Recording
@@ -86,14 +86,15 @@ def read(
     progress: Progress | None = None,
     max_size: float | None = None,
 ) -> Fixes:
-    """The record that logs hold together, in time order.
+    """Read logs into one record, in time order.
 
-    Positions come from `source`, or from the best one by rate, resolution and continuity; headings, water speed and
-    yaw rates of other instruments on board are merged in. The notes name the chosen source, corrections and omissions.
+    Positions come from `source`, or from the best source by rate, resolution and continuity. Heading, water speed and
+    yaw rate of other instruments on board are merged in. The record's notes list the chosen source, corrections and
+    omissions.
 
-    Parameters: `paths` see Source; `start` ≤ time < `stop` in Unix s; `max_size` bytes to which a compressed log may
-    unpack, by default 1e9. Raises InputError when a log is missing, empty, too large or of an unrecognized format, when
-    there is no position in any, none between start and stop, or no such source.
+    Parameters: `paths`: see Source; `start` ≤ time < `stop` in Unix s; `max_size`: bytes to which a compressed log may
+    unpack (default: 1e9, and less for a small one). Raises InputError if a log is missing, empty, too large or of an
+    unrecognized format, if no log has a position (between `start` and `stop`), or if there is no such source.
     """
     logs = list(_recordings(paths, progress, max_size))
     sources = gather([(Path(name).name, recording.sources) for name, recording in logs])
@@ -106,14 +107,14 @@ def read(
     cut = fixes.between(start, stop)
     if not cut.has_position.any():
         raise InputError(
-            f"no position of {name} lies between {start} and {stop}; the record goes from "
+            f"no position of {name} is between {start} and {stop}; the record goes from "
             f"{fixes.time.min():.3f} to {fixes.time.max():.3f} (Unix s)"
         )
     return cut
 
 
 def survey(*paths: Source, progress: Progress | None = None, max_size: float | None = None) -> list[Log]:
-    """What each log holds, format by format, before anything is chosen. Raises InputError as `read` does."""
+    """The contents of each log by format, with all sources. Raises InputError for a log that `read` cannot read."""
     return [
         Log(name, recording, {key: quality(fixes) for key, fixes in recording.sources.items()})
         for name, recording in _recordings(paths, progress, max_size)
@@ -121,7 +122,7 @@ def survey(*paths: Source, progress: Progress | None = None, max_size: float | N
 
 
 def plain(path: Source, max_size: float | None = None) -> bytes:
-    """The bytes of a log, unpacked. Raises InputError as `read` does."""
+    """The bytes of a log, unpacked. Raises InputError for a log that is missing or unpacks to more than `max_size`."""
     return packed.plain(*_opened(path), max_size)
 
 
@@ -147,7 +148,7 @@ def _is_frame(path: object) -> bool:
 
 
 def _files(path: Source) -> Sequence[Source]:
-    """The files of a ROS 2 bag; of anything else itself."""
+    """The files of a ROS 2 bag; any other source unchanged, in a list."""
     is_directory = isinstance(path, str | PathLike) and Path(path).is_dir()
     return (is_directory and ros2.files_of(Path(path))) or [path]
 
@@ -161,7 +162,7 @@ def _size(path: Source) -> int:
 
 
 def _opened(path: Source) -> tuple[str, bytes]:
-    """A name for messages and the bytes."""
+    """(name for error messages, bytes) of a source."""
     if isinstance(path, bytes | bytearray | memoryview):
         return "bytes", bytes(path)
     if isinstance(path, str | PathLike) and str(path) != "-":
@@ -193,7 +194,7 @@ def _parsed(name: str, data: bytes) -> list[Recording]:
         readers = [reader for reader in FORMATS.values() if reader.recognises(data)]
     if not readers:
         raise InputError(
-            f"{name}: unrecognized format, expected one of {', '.join(FORMATS)}; of a table, columns {EXPECTED}"
+            f"{name}: unrecognized format, expected one of {', '.join(FORMATS)}; a table needs columns {EXPECTED}"
         )
     recordings, refused = [], []
     for reader in readers:

@@ -14,10 +14,10 @@ from steerway.core.records import REPORTED, Fixes
 class Recording:
     """The contents of a log by source.
 
-    `sources` maps a name the user can give to `--source` (a talker such as "GP", "src 52", "UBX", "AIS") to its rows
-    in time order; a compass without positions is a source too. `counts` has the number of messages read
-    of each kind, `skipped` the number left out for each reason, `notes` the corrections (a date, a magnetic heading).
-    `formatters` (n,) of a source, in NMEA 0183: bits of the formatters that gave each row's position.
+    `sources` maps a name that the user can give to `--source` (a talker such as "GP", "src 52", "UBX", "AIS") to its
+    rows in time order; a compass without positions is a source too. `counts`: messages read, by kind. `skipped`:
+    messages and rows left out, by reason. `notes`: corrections (a date, a magnetic heading). `formatters`: for NMEA
+    0183, by source (n,), a bit for each formatter that gave the row's position.
     """
 
     format: str
@@ -36,13 +36,13 @@ class Recording:
         skipped: Mapping[str, int],
         notes: Iterable[str] = (),
     ) -> Self:
-        """A recording of the sources that have rows, by name."""
+        """A recording of the sources that have rows."""
         found = {each.source: each for each in sources if len(each)}
         return cls(format, found, dict(counts), dict(skipped), tuple(notes))
 
 
 def placed(fixes: Fixes, skipped: Counter[str]) -> Fixes:
-    """The rows with a time and a position, in time order; the others are counted."""
+    """The rows with a time and a position, in time order; other rows are counted in `skipped`."""
     for reason, good in (("no time", np.isfinite(fixes.time)), ("no position", fixes.has_position)):
         if lost := int((~good).sum()):
             skipped[reason] += lost
@@ -50,7 +50,7 @@ def placed(fixes: Fixes, skipped: Counter[str]) -> Fixes:
 
 
 def fixes_at(source: str, rows: Mapping[float, Mapping[str, float]]) -> Fixes:
-    """The fixes of values by their names, SI and radians, at each time, in time order; of times with any."""
+    """Fixes, in time order, from values by field name (SI, rad) at each time; times without values are left out."""
     names = ("latitude", "longitude", *REPORTED)
     table = [[row.get(name, np.nan) for name in names] for row in rows.values()]
     time, columns = np.array(list(rows), float), np.array(table, float).reshape(-1, len(names)).T
@@ -60,7 +60,7 @@ def fixes_at(source: str, rows: Mapping[float, Mapping[str, float]]) -> Fixes:
 
 
 def fixes_of(source: str, rows: Sequence[Sequence[float]]) -> Fixes:
-    """The fixes of rows (time, latitude, longitude, *REPORTED), SI and radians, in time order."""
+    """Fixes from rows (time, latitude, longitude, *REPORTED) in SI and radians, in time order."""
     names = ("time", "latitude", "longitude", *REPORTED)
     columns: dict[str, Any] = dict(zip(names, np.array(rows, float).reshape(-1, len(names)).T, strict=True))
     return Fixes(**columns, source=source).in_order()

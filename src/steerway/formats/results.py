@@ -1,4 +1,4 @@
-"""Tracks to compare: tables that `estimate` and `simulate` wrote, and logs with the receiver's own values."""
+"""Tracks to compare: from tables of `estimate` and `simulate`, and from logs, with the receiver's SOG and COG."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ _NEEDED = ("lat_deg", "lon_deg", "sog_mps", "cog_deg")
 
 @dataclass(frozen=True, eq=False)
 class NamedTrack(Motion):
-    """Position and motion over time of one vessel by one source; NaN for what that does not tell, its status too."""
+    """Position and motion of one vessel over time, from one source; columns that the source lacks are NaN, status 0."""
 
     name: str = ""
 
     @classmethod
     def of(cls, name: str, table: Fixes | Motion) -> "NamedTrack":
-        """The track of an estimate, or of a receiver's own values, whose deviations are unknown."""
+        """The track of an estimate, or of fixes with the receiver's own values; these have no standard deviations."""
         known = table.columns()
         if isinstance(table, Fixes):
             known = {each: values for each, values in known.items() if not each.endswith("_std")}
@@ -36,7 +36,7 @@ class NamedTrack(Motion):
 
     @classmethod
     def of_frame(cls, name: str, frame: pl.DataFrame, prefix: str) -> "NamedTrack":
-        """The track of the columns that have a prefix before their outward names."""
+        """The track in the columns of a table whose names begin with a prefix, such as `true_`."""
         known = {}
         for outward, (field, _) in MOTION_COLUMNS.items():
             column = outward if field == "time" else prefix + outward
@@ -47,9 +47,9 @@ class NamedTrack(Motion):
 
 
 def read_tracks(path: str | Path) -> list[NamedTrack]:
-    """The tracks in a file: of a table one, of a run of `simulate` true and estimated, of a log its best source.
+    """The tracks in a file: one of a table, the true and the estimated one of `simulate`, or the best source of a log.
 
-    Raises InputError for a file that cannot be read, or with reports of several vessels.
+    Raises InputError for a file that cannot be read, or that contains reports of several vessels.
     """
     frame = _table(path)
     name = Path(path).name
@@ -70,7 +70,7 @@ def read_tracks(path: str | Path) -> list[NamedTrack]:
 
 
 def _table(path: str | Path) -> pl.DataFrame | None:
-    """The file as a table whose first column is time_s or mmsi, None for any other file."""
+    """The file as a table, if it is Parquet or CSV of this project's columns with time_s; None for any other file."""
     try:
         with Path(path).open("rb") as file:
             head = file.read(16)

@@ -1,4 +1,4 @@
-"""Messages of ROS 2 without ROS: NavSatFix in, Odometry out, in the little-endian CDR of its bags; bags of SQLite.
+"""Messages of ROS 2 without ROS: read NavSatFix, also from bags in SQLite, and write Odometry, both in CDR.
 
 Fields: sensor_msgs/msg/NavSatFix, nav_msgs/msg/Odometry, std_msgs/msg/Header. Axes: REP 103 (x east, y north, yaw from
 east counter-clockwise: π/2 − χ).
@@ -23,9 +23,9 @@ from steerway.formats.recording import Recording, fixes_of
 NAV_SAT_FIX = "sensor_msgs/msg/NavSatFix"
 ODOMETRY = "nav_msgs/msg/Odometry"
 _BAG = b"SQLite format 3\0"
-_STEPS, _STEPS_ANYWAY = 1000, 1 << 20  # of SQLite's machine: some ten a row, of twenty bytes and more
+_STEPS, _STEPS_ANYWAY = 1000, 1 << 20  # of SQLite's virtual machine; a row of 20 bytes or more takes about 10
 _UNKNOWN = 1e6
-"""Variance of what is unknown: consumers expect a number."""
+"""Variance of unknown values: consumers expect a number."""
 _FIELDS = {
     "std_msgs/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
@@ -41,11 +41,11 @@ ODOMETRY_TEXT = (
     "std_msgs/Header header\nstring child_frame_id\n"
     "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n"
 ) + "".join(f"{'=' * 80}\nMSG: {name}\n{fields}" for name, fields in _FIELDS.items())
-"""The definition of Odometry as an MCAP schema holds it."""
+"""The definition of Odometry for an MCAP schema."""
 
 
 class _Cursor:
-    """Reads CDR; alignment counts from behind the four bytes of the header."""
+    """Reads CDR; alignment is relative to the end of the four-byte header."""
 
     def __init__(self, data: bytes):
         self._order = "<" if data[1] & 1 else ">"
@@ -64,7 +64,7 @@ class _Cursor:
 
 
 def nav_sat_fix(data: bytes) -> tuple[float, ...]:
-    """(time, latitude, longitude, *REPORTED) of a serialized NavSatFix; s, rad, m; time NaN where it has no fix."""
+    """(time, latitude, longitude, *REPORTED) of a serialized NavSatFix; s, rad, m; all NaN without a fix."""
     cursor = _Cursor(data)
     (seconds,), (nanoseconds,) = cursor.take("i", 4), cursor.take("I", 4)
     cursor.text()
@@ -82,23 +82,23 @@ def nav_sat_fix(data: bytes) -> tuple[float, ...]:
 
 
 def files_of(bag: Path) -> list[Path]:
-    """The files of a bag, which ROS 2 keeps in a directory; none of another directory."""
+    """The files of a ROS 2 bag, which is a directory; empty for any other directory."""
     if not (bag / "metadata.yaml").is_file():
         return []
     return sorted(each for each in bag.iterdir() if each.suffix in (".db3", ".mcap"))
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are those of SQLite, as ROS 2 bags of that storage are."""
+    """Whether the first bytes are the header of SQLite, the storage of some ROS 2 bags."""
     return head.startswith(_BAG)
 
 
 def read(data: bytes) -> Recording:
-    """The topics of NavSatFix in a bag, each a source. Raises InputError for a database that is no bag."""
+    """The NavSatFix topics of a bag, each a source. Raises InputError for a database that is not a bag."""
     rows: dict[str, list[tuple[float, ...]]] = {}
     counts, skipped = Counter[str](), Counter[str]()
     base = sqlite3.connect(":memory:")
-    # A database may define its tables as queries without end.
+    # A database can define its tables as endless queries.
     steps = iter(range(max(len(data), _STEPS_ANYWAY) // _STEPS))
     base.set_progress_handler(lambda: next(steps, None) is None, _STEPS)
     base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, len(data))
@@ -119,7 +119,7 @@ def read(data: bytes) -> Recording:
                     rows.setdefault(str(name), []).append(row)
     except (sqlite3.Error, MemoryError, OverflowError, ValueError) as error:
         why = " ".join(str(error).split())  # which may quote the file
-        raise InputError(f"is no ROS 2 bag ({why}), expected the tables topics and messages") from None
+        raise InputError(f"not a ROS 2 bag ({why}), expected the tables topics and messages") from None
     finally:
         base.close()
     return Recording.of("ROS 2 bag", [fixes_of(*each) for each in rows.items()], counts, +skipped)
@@ -128,8 +128,9 @@ def read(data: bytes) -> Recording:
 def odometry(record: Motion) -> Iterator[tuple[int, bytes]]:
     """(time in ns, serialized Odometry) of the rows of an estimate that have a position.
 
-    Pose in the frame `map`, m east and north of the first position; yaw is that of the course, π/2 − χ. Twist in the
-    frame `course`, whose x axis is the course: SOG along x, −χ̇ about z. What is unknown is 0 with a variance of 1e6.
+    The pose is in the frame `map`, m east and north of the first position; its yaw is that of the course, π/2 − χ. The
+    twist is in the frame `course`, with its x axis along the course: SOG along x, −χ̇ about z. Unknown values are 0
+    with a variance of 1e6.
     """
     known = np.flatnonzero(record.has_position)
     if not len(known):

@@ -1,4 +1,4 @@
-"""Solutions of RTKLIB (.pos): a line a fix, with its accuracy. Fields: the manual of RTKLIB 2.4.2, appendix B.1."""
+"""RTKLIB solutions (.pos): a line per fix, with its accuracy. Fields: manual of RTKLIB 2.4.2, appendix B.1."""
 
 import math
 import re
@@ -21,15 +21,15 @@ QUALITIES = {1: "fixed", 2: "float", 3: "SBAS", 4: "DGPS", 5: "single", 6: "PPP"
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes hold the header of a solution in latitude and longitude."""
+    """Whether the first bytes contain the header of a solution in latitude and longitude."""
     return _HEAD.search(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The source "RTKLIB"; speed and course where the solution has velocities. Raises InputError for other columns."""
+    """The source "RTKLIB", with SOG and COG if the solution has velocities. Raises InputError for other columns."""
     head = _HEAD.search(data)
     if head is None:
-        raise InputError("there is no header of a solution in it, expected one with latitude and longitude")
+        raise InputError("the file has no header of a solution, expected one with latitude and longitude")
     system, titles = head[1].decode(), head[2].decode("ascii", "replace")
     names = [re.sub(r"\(.*?\)", "", each) for each in re.split(r"[\s,;]+", titles)]
     names = [each for each in names if each]
@@ -62,7 +62,7 @@ def read(data: bytes) -> Recording:
     fixes = placed(fixes, skipped)
     quality = columns.get("Q", np.zeros(0))
     counts = Counter({f"{words} solution": int((quality == kind).sum()) for kind, words in QUALITIES.items()})
-    notes = [] if system == "UTC" else [f"times in {system} were made UTC"]
+    notes = [] if system == "UTC" else [f"times in {system} have been converted to UTC"]
     return Recording.of("RTKLIB", (fixes,), +counts, skipped, notes)
 
 
@@ -74,13 +74,13 @@ def _numbers(cells: Iterable[str]) -> list[float] | None:
 
 
 def _of_minutes(parts: Sequence[float]) -> float:
-    """Degrees of degrees, minutes and seconds; the sign is that of the degrees."""
+    """Degrees from (degrees, minutes, seconds); the sign of the degrees applies to all."""
     degrees, minutes, seconds = parts
     return math.copysign(abs(degrees) + minutes / 60.0 + seconds / 3600.0, degrees)
 
 
 def _times(clocks: Sequence[Sequence[str]], system: str) -> Floats:
-    """Unix s of a date and a clock, or of a week and its seconds."""
+    """Unix s (n,) of pairs (date, time of day) or (GPS week, seconds of the week)."""
     if not clocks:
         return np.zeros(0)
     if "/" not in clocks[0][0] and "-" not in clocks[0][0]:

@@ -1,6 +1,6 @@
-"""Deltas of Signal K, as its server logs them: JSON a line, behind a time and a letter or not.
+"""Deltas of Signal K, as its server logs them: one JSON object per line, with or without a prefix of time and letter.
 
-Paths and units: Signal K specification 1.7. The same meaning of values serves the stream of a server.
+Paths and units: Signal K specification 1.7. Live links use `values_of` too.
 """
 
 import json
@@ -29,12 +29,12 @@ _ANGLES = ("navigation.courseOverGroundTrue", "navigation.headingTrue")
 
 
 def source_of(update: Mapping[str, Any]) -> str:
-    """The source of an update of a delta."""
+    """Name of the source of an update in a delta."""
     return str(update.get("$source") or update.get("source", {}).get("label", "signalk"))
 
 
 def values_of(update: Mapping[str, Any]) -> dict[str, float]:
-    """SI values, by the names of `Fixes`, of an update of a delta; null is no value."""
+    """SI values of an update in a delta, by field of `Fixes`; null values are left out."""
     values: dict[str, float] = {}
     for pair in update.get("values", ()):
         path, value = pair["path"], pair["value"]
@@ -53,12 +53,12 @@ def values_of(update: Mapping[str, Any]) -> dict[str, float]:
 
 
 def recognises(head: bytes) -> bool:
-    """Whether there is a delta in the first bytes of a log."""
+    """Whether the first bytes of a log contain a delta."""
     return _LINE.search(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The sources of the own vessel by name; a row a time."""
+    """The sources of the own vessel by name, with a row per time."""
     rows: dict[str, dict[str, dict[str, float]]] = defaultdict(lambda: defaultdict(dict))
     counts, skipped = Counter[str](), Counter[str]()
     for text in _LINE.findall(data):

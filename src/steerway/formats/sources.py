@@ -1,4 +1,4 @@
-"""From the sources of several logs to one record: joined across logs, the best chosen, others added."""
+"""Make one record from the sources of several logs: join logs, choose the best source, add other instruments."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,12 +15,12 @@ from steerway.core.records import INSTRUMENT_COLUMNS, REPORTED, Fixes
 from steerway.core.statistics import last_digit
 
 _SAME_TIME = 1e-3
-_OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share
-_FINE = 0.1  # m: a finer last digit is no better, the receiver's own noise is larger
-_FAST = 20.0  # Hz
+_OVERLAP = 2.0  # s by which consecutive logs may overlap
+_FINE = 0.1  # m, added to the resolution: a last digit far below this is no better, receiver noise is larger
+_FAST = 20.0  # Hz; a higher rate does not raise the score
 _SAMPLE = 500
 OWN_SHARE = 0.5
-"""Share of its fixes from which on the source of the positions gives an instrument's column itself."""
+"""Least share of its fixes with an instrument's value for which the source of the positions keeps its own values."""
 
 
 @dataclass(frozen=True)
@@ -29,20 +29,20 @@ class Quality:
 
     rows: int
     fixes: int
-    start: float  # of the rows, Unix s; NaN without rows
-    stop: float
+    start: float  # first time of the rows, Unix s; NaN without rows
+    stop: float  # last time of the rows
     rate: float  # Hz, from the median interval of fixes; NaN below two fixes
-    gaps: int  # as of `core.gaps`
+    gaps: int  # number of intervals longer than `core.gaps.shortest_gap`
     longest_gap: float  # s, 0 for none
-    resolution: float  # m: the last decimal of the positions; NaN when it is unknown
-    roughness: float  # m: median distance of a fix from the line between its neighbours; NaN below three fixes
+    resolution: float  # m, last decimal of the positions; NaN if unknown
+    roughness: float  # m, median distance of a fix from the line between its neighbours; NaN below three fixes
     says: tuple[str, ...]  # other columns with values
-    vessels: int  # 0 for the own boat's log
+    vessels: int  # number of vessels; 0 in the own boat's log
     score: float  # rate × continuity over the whole record / (resolution + roughness); 0 without positions
 
 
 def quality(fixes: Fixes, span: float | None = None) -> Quality:
-    """The quality of a source, its continuity taken over `span` (s) or, without one, over its own length."""
+    """The quality of a source; its continuity is relative to `span` (s), by default its own length."""
     reported = tuple(name for name in REPORTED if np.isfinite(getattr(fixes, name)).any())
     ends = (float(fixes.time.min()), float(fixes.time.max())) if len(fixes) else (np.nan, np.nan)
     placed = fixes.rows(fixes.has_position)
@@ -58,7 +58,7 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
     resolution = _resolution(placed)
     roughness = _roughness(placed, usual)
     fineness = 1.0 / (_FINE + np.nan_to_num(resolution) + np.nan_to_num(roughness))
-    with_speed = np.isfinite(placed.sog).mean()  # of equal sources, the one that also reports speed
+    with_speed = np.isfinite(placed.sog).mean()  # prefers, of equal sources, the one that also reports speed
     score = min(1.0 / usual, _FAST) * covered * fineness * (1.0 + 0.1 * with_speed)
     longest = float(gaps.max()) if len(gaps) else 0.0
     return Quality(
@@ -77,21 +77,21 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
 
 
 def _intervals(placed: Fixes) -> Floats:
-    """Positive intervals between fixes, vessel by vessel."""
+    """Intervals (s) between fixes of the same vessel, without those below 1 ms."""
     each = [np.diff(np.unique(track.time)) for _, track in placed.tracks()]
     intervals = np.concatenate(each) if each else np.empty(0)
     return intervals[intervals > _SAME_TIME]
 
 
 def _resolution(placed: Fixes) -> float:
-    """The last decimal in which the positions are written, of minutes or of degrees, m; NaN when there is none."""
+    """The last decimal (of degrees or minutes) of the positions, in m; NaN if there is none."""
     some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
     meridian, _ = radii(float(placed.latitude[0]))
     return last_digit(np.concatenate([some.latitude, some.longitude])) * meridian
 
 
 def _roughness(placed: Fixes, usual: float) -> float:
-    """Median distance (m) of a fix from where its neighbours put it: noise, uneven time stamps and late fixes."""
+    """Median distance (m) of a fix from the line between its neighbours: noise, uneven time stamps and late fixes."""
     time, first = np.unique(placed.time, return_index=True)
     if len(time) < 3 or placed.mmsi is not None:
         return np.nan
@@ -105,10 +105,10 @@ def _roughness(placed: Fixes, usual: float) -> float:
 
 
 def gather(logs: Sequence[tuple[str, Mapping[str, Fixes]]]) -> dict[str, Fixes]:
-    """The sources of several logs, in time order each.
+    """The sources of several logs, each in time order.
 
-    One name in logs that follow one another, or in copies of one log, is one source. In logs of the same hours that
-    differ it is two devices, named also by their log.
+    A name in consecutive logs, or in copies of one log, is one source. In different logs of the same hours it belongs
+    to two devices, so the name of the log is added.
     """
     parts_of: dict[str, list[tuple[str, Fixes]]] = {}
     for log, sources in logs:
@@ -128,7 +128,7 @@ def gather(logs: Sequence[tuple[str, Mapping[str, Fixes]]]) -> dict[str, Fixes]:
 
 
 def _are_one(parts: Sequence[tuple[str, Fixes]]) -> bool:
-    """Whether parts of one name, sorted by their beginning, come from one device."""
+    """Whether parts with one name, sorted by their beginning, come from one device."""
     for k in range(1, len(parts)):
         earlier, later = parts[k - 1][1], parts[k][1]
         if later.mmsi is not None or later.time.min() > earlier.time.max() - _OVERLAP:
@@ -146,13 +146,13 @@ def _keys(fixes: Fixes) -> np.ndarray:
 
 
 def _in_earlier(fixes: Fixes, earlier: Fixes) -> NDArray[np.bool_]:
-    """(n,) bool: the rows that an earlier log also has, with the same values."""
+    """(n,) bool: whether an earlier log contains the row with the same values."""
     known = set(_keys(earlier).tolist())
     return np.array([key in known for key in _keys(fixes).tolist()], bool)
 
 
 def joined(parts: Sequence[Fixes]) -> Fixes:
-    """The rows of several parts in time order, without those that an earlier part has."""
+    """The rows of several parts in time order, without rows that an earlier part contains."""
     whole = parts[0]
     for part in parts[1:]:
         shares = len(part) and len(whole) and part.time.min() <= whole.time.max()
@@ -162,16 +162,16 @@ def joined(parts: Sequence[Fixes]) -> Fixes:
 
 
 def _stacked(first: Fixes, second: Fixes) -> Fixes:
-    """One table under the other. Rows of a log with vessels and of one without never meet here."""
+    """The rows of both tables. Tables with and without MMSI are never combined here."""
     names = first.columns() if first.mmsi is None or second.mmsi is not None else Fixes(*[np.empty(0)] * 3).columns()
     whole: dict[str, Any] = {name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in names}
     return replace(first, **whole)
 
 
 def rank(name: str, wanted: Sequence[str]) -> int | None:
-    """The place of a source among the wanted names, None when it is not wanted; without any, 0.
+    """Index of a source among the wanted names; None if it is not wanted, 0 if no names are given.
 
-    A name also means the sources that it begins ("GP" for "GP RMC" and "GP in tcp://…"); case does not matter.
+    A name also matches sources that begin with it ("GP" matches "GP RMC" and "GP in tcp://…"); case does not matter.
     """
     folded = name.casefold()
     begun = (k for k, each in enumerate(wanted) if f"{folded} ".startswith(f"{each.casefold()} "))
@@ -179,10 +179,10 @@ def rank(name: str, wanted: Sequence[str]) -> int | None:
 
 
 def choose(sources: Mapping[str, Fixes], wanted: str | None = None) -> str:
-    """The source whose positions are taken: the wanted one, else the one of the highest score; own boats before AIS.
+    """Name of the source whose positions are used: the wanted one, else that with the highest score.
 
-    A wanted name also means the sources that it begins, see `rank`, unless one has just this name. Raises InputError
-    when there is none such, or it has no positions.
+    The own boat comes before AIS. A wanted name also matches sources that begin with it (see `rank`), unless one has
+    exactly this name. Raises InputError if no source matches or has positions.
     """
     placed = {name: fixes for name, fixes in sources.items() if fixes.has_position.any()}
     named = placed
@@ -200,11 +200,11 @@ def choose(sources: Mapping[str, Fixes], wanted: str | None = None) -> str:
 
 
 def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, list[str]]:
-    """The chosen source with measurements of other sources of the own boat, as rows without position between its fixes.
+    """The chosen source with other instruments of the own boat added, in its rows or as rows without a position; notes.
 
-    One source a column, so that two compasses are never mixed: the chosen one when it reports the column at half of
-    its fixes or more, else the one that reports it most often. SOG and COG come from another source only if it has no
-    positions itself and the chosen source reports neither.
+    Each column comes from one source, so that two compasses are never mixed: from the chosen source if it reports the
+    column in at least half of its fixes, else from the source that reports it most often. SOG or COG come from another
+    source only if that has no positions and the chosen source does not report the column.
     """
     chosen = sources[name]
     notes: list[str] = []
@@ -222,7 +222,7 @@ def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, li
 
 
 def _giver(name: str, sources: Mapping[str, Fixes], column: str) -> str | None:
-    """The other source that gives a column, or None."""
+    """Name of the other source from which a column is taken; None if the chosen one keeps its own."""
     chosen = sources[name]
     own = np.isfinite(getattr(chosen, column)).sum()
     if own >= OWN_SHARE * chosen.has_position.sum() or (own and column not in INSTRUMENT_COLUMNS):
@@ -238,7 +238,7 @@ def _giver(name: str, sources: Mapping[str, Fixes], column: str) -> str | None:
 
 
 def _merged(chosen: Fixes, giver: Fixes, columns: Sequence[str]) -> Fixes:
-    """Columns of another source: into the rows of the same time, else as rows of their own within the record."""
+    """Add columns of another source: in rows of the same time, else as new rows within the span of the record."""
     inside = giver.between(chosen.time.min() - _SAME_TIME, chosen.time.max() + _SAME_TIME)
     reporting = np.any([np.isfinite(getattr(inside, column)) for column in columns], axis=0)
     inside = inside.rows(reporting)
@@ -247,7 +247,7 @@ def _merged(chosen: Fixes, giver: Fixes, columns: Sequence[str]) -> Fixes:
     given: dict[str, Any] = {column: getattr(inside, column) for column in columns}
     filled: dict[str, Any] = {column: np.full(len(chosen), np.nan) for column in columns}
     for column in columns:
-        filled[column][at[meets][::-1]] = given[column][meets][::-1]  # of several at one time, the first
+        filled[column][at[meets][::-1]] = given[column][meets][::-1]  # reversed: the first of several at one time stays
     alone = int((~meets).sum())
     rest = Fixes(
         time=inside.time[~meets],
@@ -259,7 +259,7 @@ def _merged(chosen: Fixes, giver: Fixes, columns: Sequence[str]) -> Fixes:
 
 
 def described(name: str, fixes: Fixes) -> str:
-    """A source in a few words: its name, number of fixes, rate and resolution."""
+    """A short description of a source: name, number of fixes, rate and resolution."""
     found = quality(fixes)
     rate = f", {found.rate:.3g} Hz" if np.isfinite(found.rate) else ""
     fine = f", digits of {found.resolution:.2g} m" if np.isfinite(found.resolution) else ""

@@ -1,7 +1,7 @@
-"""Tables with named columns: CSV (comma, semicolon, tab or bar) and Parquet, through polars.
+"""Read tables with named columns: CSV (comma, semicolon, tab or bar), Parquet and DataFrames.
 
-A row needs a time and either a position or another measurement. The meaning of each column is noted; an invalid cell
-rejects the row if it is time, position or MMSI, and is left empty elsewhere.
+A row needs a time and either a position or another measurement. The notes list the meaning of each column. An invalid
+time, position or MMSI rejects its row; any other invalid cell counts as empty.
 """
 
 from collections import Counter
@@ -27,29 +27,29 @@ from steerway.formats.units import by_positions, from_fit, in_seconds, places_by
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "north_south", "east_west", "mmsi")
 _WITH_UNIT = r"^([+-]?[0-9][0-9.]*)\s*([^0-9\s.].*)$"
-_CLOCK = r"^[0-9]{5,6}(\.[0-9]*)?$"  # hhmmss, as a number perhaps without its first zero
-_VESSEL = "/vessel"  # no name of a column
-_SHOWN = 3  # bad cells that are listed with their line
+_CLOCK = r"^[0-9]{5,6}(\.[0-9]*)?$"  # hhmmss; written as a number, a first zero is missing
+_VESSEL = "/vessel"  # a name that no column has
+_SHOWN = 3  # number of bad cells per column that are listed with their line
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are those of Parquet, or of text whose first line names a column we understand."""
+    """Whether the first bytes are those of Parquet, or of text with a header that contains a known column."""
     return head.startswith(b"PAR1") or header_of(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The one source of a table: "AIS" where it has an MMSI column, else "table".
+    """The only source of a table: "AIS" if it has an MMSI column, else "table".
 
-    Raises InputError where columns for time, latitude and longitude cannot be found, or a Parquet file is damaged.
+    Raises InputError if a column for time, latitude or longitude is missing, or a Parquet file is damaged.
     """
     skipped = Counter[str]()
     return _recording(_table_in(data, skipped), skipped)
 
 
 def read_frame(frame: Any) -> Recording:
-    """The source of a polars or pandas DataFrame, as of `read`; an index of times is a column.
+    """The source of a polars or pandas DataFrame, as `read` gives it; an index of times counts as a column.
 
-    Raises InputError where columns for time, latitude and longitude cannot be found.
+    Raises InputError if a column for time, latitude or longitude is missing.
     """
     if not isinstance(frame, pl.DataFrame):
         indexed = frame.reset_index(names="time") if frame.index.dtype.kind == "M" else frame
@@ -58,16 +58,16 @@ def read_frame(frame: Any) -> Recording:
 
 
 def _of_pandas(series: Any) -> np.ndarray:
-    """A column of pandas as NumPy has it, of times with a zone those in UTC."""
+    """A pandas column as an array; times with a zone are converted to UTC."""
     zone = getattr(series.dtype, "tz", None)
     return series.to_numpy() if zone is None else series.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy()
 
 
 def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording], dict[str, int]]:
-    """The recordings of a table of several vessels, by the values of a column, and the rows left out by reason.
+    """The recordings of a table of several vessels, by vessel (values of a column), and the rows left out by reason.
 
-    A recording has no notes: lines are those of one vessel. Raises InputError as `read`, and where there is no such
-    column.
+    The recordings have no notes, because line numbers would be wrong. Raises InputError as `read`, and if the column is
+    missing.
     """
     skipped = Counter[str]()
     table = _table_in(data, skipped, vessel_column)
@@ -94,7 +94,7 @@ def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording],
 
 
 class _Table(NamedTuple):
-    """A frame with the names of its columns, the line of its first row and its delimiter."""
+    """A frame with its column names, the line number of its first row and its delimiter."""
 
     kind: str
     frame: pl.DataFrame
@@ -111,7 +111,7 @@ def _table_in(data: bytes, skipped: Counter[str], vessel_column: str | None = No
 
 
 def _demanded(table: _Table) -> _Table:
-    """A table that has the columns of a position in time. Raises InputError for another one."""
+    """The table unchanged. Raises InputError if a column for time, latitude or longitude is missing."""
     columns = understood(table.names)
     missing = [meaning for meaning in ("time", "latitude", "longitude") if meaning not in columns]
     if missing:
@@ -121,17 +121,17 @@ def _demanded(table: _Table) -> _Table:
 
 
 class _Reader:
-    """Takes columns out of a frame and counts invalid cells."""
+    """Reads columns of a frame as arrays and counts invalid cells."""
 
     def __init__(self, table: _Table, skipped: Counter[str]) -> None:
         self.frame, self.first_line, self.skipped = table.frame, table.first_line, skipped
-        self.notes: list[tuple[int, str]] = []  # line and what is to be said of it
+        self.notes: list[tuple[int, str]] = []  # line number and note
         self.decimal_comma = table.delimiter != ","
         self.blank = _blank(table.frame)
         self.bad = np.zeros(len(table.frame), dtype=bool)
 
     def numbers(self, column: Column, hemispheres: str = "") -> np.ndarray:
-        """The column as it stands, (n,) float, NaN where empty or bad; of an axis in degrees, minutes too are read."""
+        """The column in its own unit, (n,) float, NaN where empty or bad. hemispheres: degrees and minutes are read."""
         series = self._series(column)
         if series.dtype != pl.String:
             return _floats(series)
@@ -146,7 +146,7 @@ class _Reader:
         return np.where(np.isfinite(values), values, np.nan)
 
     def stated(self, column: Column) -> Column:
-        """The column in the unit that its first cell states, where its name states none."""
+        """The column with the unit that its first cell states, if its name states none."""
         series = self._series(column)
         if not column.assumed or series.dtype != pl.String:
             return column
@@ -155,7 +155,7 @@ class _Reader:
         return column if factor is None else replace(column, factor=factor, basis="")
 
     def with_side(self, values: np.ndarray, column: Column | None, letters: str) -> np.ndarray:
-        """Degrees of an axis (n,) with the signs of its column of hemispheres; letters: "NS" or "EW"."""
+        """Degrees (n,) of latitude or longitude with the signs from a column of hemispheres; letters: "NS" or "EW"."""
         if column is None:
             return values
         text = self._text(self._series(column).cast(pl.String))
@@ -166,16 +166,16 @@ class _Reader:
         return np.where(side == letters[1], -np.abs(values), values)
 
     def lacks_fix(self, column: Column | None) -> np.ndarray:
-        """(n,) bool: the rows of which a column says that they have none."""
+        """(n,) bool: whether a column marks the row as having no fix."""
         if column is None:
             return np.zeros(len(self.frame), bool)
         text = self._series(column).cast(pl.String).str.strip_chars(' \t\r"').str.strip_suffix(".0").str.to_lowercase()
         return text.is_in(no_fix(column.name)).fill_null(False).to_numpy()
 
     def times(self, column: Column, date: Column | None = None, offset: Column | None = None) -> np.ndarray:
-        """The time column as Unix s: dates, or numbers in the unit of its name or, where it has none, of their size.
+        """The time column as Unix s, from dates or numbers. The name states their unit, or their size shows it.
 
-        date and offset from UTC: columns that are put before and behind what is only a time of day.
+        date, offset: columns with the date and the offset from UTC, which complete a time of day.
         """
         series = self._series(column)
         if series.dtype.is_temporal():
@@ -194,13 +194,13 @@ class _Reader:
         return dated(values)
 
     def check_times(self, column: Column, values: np.ndarray) -> None:
-        """Account for the cells of a time column that give none."""
+        """Count the cells of a time column that are not a time."""
         if (series := self._series(column)).dtype == pl.String:
             text = self._text(series)
             self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
 
     def _on_day(self, text: pl.Series, date: Column, offset: Column | None) -> pl.Series:
-        """Dates with the time of day; of six digits the year comes first, where that gives dates."""
+        """Dates with times of day, as text. Dates of six digits are yymmdd if that gives more dates than ddmmyy."""
         of_clock = text.str.contains(_CLOCK).fill_null(False)
         padded = pl.Series("padded", np.where(text.str.find(r"[0-9]{6}").is_null(), "0", ""), dtype=pl.String) + text
         text = text.zip_with(~of_clock, padded)
@@ -213,11 +213,11 @@ class _Reader:
         return whole if offset is None else whole + self._text(self._series(offset)).fill_null("")
 
     def _with_units(self, text: pl.Series, column: Column) -> Floats:
-        """Numbers (n,) of cells that have their unit beside them, in that of the column; NaN of others."""
+        """Numbers (n,) of cells with a unit after the number, converted to the column's unit; NaN for other cells."""
         groups = text.str.extract_groups(_WITH_UNIT).struct.unnest()
         factors = {unit: unit_in(column.meaning, unit) for unit in groups["2"].drop_nulls().unique()}
         beside = groups["2"].replace_strict(factors, default=None, return_dtype=pl.Float64)
-        own = 1.0 if column.meaning == "position_std" else column.factor  # that is a share of a radius
+        own = 1.0 if column.meaning == "position_std" else column.factor  # position_std: the factor is no unit
         return _floats(groups["1"].cast(pl.Float64, strict=False) * beside / own)
 
     def _series(self, column: Column) -> pl.Series:
@@ -243,7 +243,7 @@ class _Reader:
 
 
 def _blank(frame: pl.DataFrame) -> NDArray[np.bool_]:
-    """(n,) bool: rows with nothing in them, and comments."""
+    """(n,) bool: whether the row is empty or a comment."""
     if frame.width == 0:
         return np.zeros(len(frame), dtype=bool)
     empty = frame.select(pl.all_horizontal(pl.all().is_null())).to_series().to_numpy()
@@ -264,7 +264,7 @@ def _recording(table: _Table, skipped: Counter[str]) -> Recording:
     place[0] = reader.with_side(place[0], columns.get("north_south"), "NS")
     place[1] = reader.with_side(place[1], columns.get("east_west"), "EW")
     place = [_degrees(numbers, columns[name]) for numbers, name in zip(place, ("latitude", "longitude"), strict=True)]
-    if not is_ais:  # where 181° means that there is none
+    if not is_ais:  # in AIS, 181° means no position
         with np.errstate(invalid="ignore"):  # altered bits can be a signalling NaN
             place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
@@ -312,7 +312,7 @@ def _time(
     longitude: Floats,
     sog: Floats | None,
 ) -> Floats:
-    """Unix s (n,) of the column of time that is possible, which becomes that of `columns`."""
+    """Unix s (n,) of the first time column with plausible times, which `columns` then contains."""
     beside = columns.get("date"), columns.get("utc_offset")
     known = [each for each in spelled(names) if each.meaning == "time"]
     if "mmsi" in columns:
@@ -334,7 +334,7 @@ def _degrees(numbers: Floats, column: Column) -> Floats:
 
 
 def _in_si(name: str, numbers: Floats, column: Column, is_ais: bool) -> Floats:
-    """A column in SI; NaN where the number means that there is none (AIS: 102.3 kn, course 360°, heading 511°)."""
+    """A column in SI; NaN where the number means "unknown" (AIS: 102.3 kn, course 360°, heading 511°)."""
     values = numbers * column.to_si
     with np.errstate(invalid="ignore"):
         if name in ("cog", "heading"):

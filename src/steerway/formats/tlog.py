@@ -1,6 +1,6 @@
-"""Telemetry logs of MAVLink ground stations (.tlog): a receive time (µs, big-endian) before every message.
+"""Telemetry logs of MAVLink ground stations (.tlog), with a receive time (µs, big-endian) before every message.
 
-Messages: MAVLink common message set. They are decoded by pymavlink, an optional package.
+Messages: MAVLink common message set, decoded by the optional package pymavlink.
 """
 
 import struct
@@ -18,7 +18,7 @@ from steerway.formats.dilution import OF_FIX_TYPE
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
-_EARLIEST, _LATEST = 946684800_000000, 4102444800_000000  # µs Unix: of the years 2000 and 2100
+_EARLIEST, _LATEST = 946684800_000000, 4102444800_000000  # Unix µs: beginning of 2000 and of 2100
 _MAGIC = {0xFE: 8, 0xFD: 12}  # bytes around the payload
 _SIGNED, _SIGNATURE = 1, 13
 _STAMP = struct.Struct(">Q")
@@ -28,15 +28,15 @@ _UNKNOWN = 0xFFFF
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are a time and the beginning of a message, twice."""
+    """Whether the first bytes are a time and the beginning of a message, and after that message again."""
     after = _next(head, 0)
     return after is not None and (after >= len(head) - 12 or _next(head, after) is not None)
 
 
 def read(data: bytes) -> Recording:
-    """The sources "GPS_RAW_INT", "GPS2_RAW"; of several vehicles also by their number. Damaged messages are counted.
+    """The sources "GPS_RAW_INT", "GPS2_RAW", with the vehicle's number if there are several. Counts damaged messages.
 
-    Raises InputError where pymavlink is not installed.
+    Raises InputError if pymavlink is not installed.
     """
     require("a telemetry log", "mavlink")
     from pymavlink.dialects.v20 import ardupilotmega
@@ -77,7 +77,7 @@ def read(data: bytes) -> Recording:
 
 
 def _next(data: bytes, at: int) -> int | None:
-    """Where the message with its time at `at` ends; None where there is none."""
+    """Index after the message whose time begins at `at`; None if there is no message."""
     magic = at + _STAMP.size
     if magic + 3 > len(data) or data[magic] not in _MAGIC:
         return None
@@ -88,7 +88,7 @@ def _next(data: bytes, at: int) -> int | None:
 
 
 def _row(message: Any) -> tuple[float, ...]:
-    """Own time (s), latitude, longitude (degrees), SOG (m/s), COG (degrees), 1σ (m) of a receiver's message."""
+    """Time in a receiver's message (s), latitude, longitude (degrees), SOG (m/s), COG (degrees), 1σ (m)."""
     sog = np.nan if message.vel == _UNKNOWN else 1e-2 * message.vel
     cog = np.nan if message.cog == _UNKNOWN else 1e-2 * message.cog
     accuracy = getattr(message, "h_acc", 0)
@@ -98,7 +98,10 @@ def _row(message: Any) -> tuple[float, ...]:
 
 
 def _fixes(name: str, table: Floats, clocks: Sequence[float]) -> Fixes:
-    """Fixes at their own times: Unix, or since the start of the vehicle, whose clock is set by it or by the receipt."""
+    """Fixes at the times in their messages. Times since the vehicle's start are converted to Unix time.
+
+    The offset comes from `clocks` (its start in Unix s), or without any from the shortest delay of reception.
+    """
     received, own, latitude, longitude, sog, cog, std = table.T
     offset = np.median(clocks) if clocks else np.min(received - own)
     time = np.where(own > 1e-6 * _EARLIEST, own, own + offset)

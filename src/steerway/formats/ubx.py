@@ -1,9 +1,9 @@
-"""u-blox UBX: the navigation messages of a stream, whatever else stands between them, decoded here.
+"""u-blox UBX: navigation messages in a stream that can contain anything else.
 
-A frame is taken wherever its header, length and checksum agree, so damage costs the damaged frame only. Messages of one
-navigation epoch (one iTOW) make one row. NAV-PVT gives all of it; older logs give position (NAV-POSLLH), velocity
-(NAV-VELNED) and time (NAV-TIMEUTC) apart. NAV-HPPOSLLH, where it is, refines the position.
-Fields: u-blox M8 and F9 interface descriptions. Decoded by a general library, a frame takes forty times as long.
+A frame is read wherever its header, length and checksum agree, so damage costs only the damaged frame. Messages of one
+navigation epoch (one iTOW) make one row. NAV-PVT contains everything; in older logs position (NAV-POSLLH), velocity
+(NAV-VELNED) and time (NAV-TIMEUTC) are separate. NAV-HPPOSLLH, if present, refines the position.
+Fields: u-blox M8 and F9 interface descriptions. A general library takes forty times as long per frame.
 """
 
 import datetime
@@ -22,7 +22,7 @@ from steerway.formats.recording import Recording
 
 
 def _message(name: str, layout: str, fields: str) -> tuple[str, struct.Struct, type[Any]]:
-    """Name of a message, layout of its payload from the beginning, and what has its fields by name."""
+    """(name of a message, layout of its payload from the beginning, named tuple of its fields)."""
     return name, struct.Struct(layout), namedtuple(name.replace("-", "_"), fields)
 
 
@@ -39,24 +39,24 @@ _MESSAGES = {
     0x14: _message("NAV-HPPOSLLH", "<3xBIii8xbb2xI", "invalid tow lon lat fine_lon fine_lat accuracy"),
     0x21: _message("NAV-TIMEUTC", "<I4xiH5BB", f"tow nano {_DATE}"),
 }
-"""By identifier. Places in degrees · 1e7, finer digits a hundredth of that; accuracy in mm, of HPPOSLLH in 0.1 mm;
-speed in mm/s, of VELNED in cm/s; heading in degrees · 1e5."""
+"""Messages by identifier. Units: latitude and longitude 1e-7 degrees, their fine digits 1e-9 degrees; accuracy mm, in
+HPPOSLLH 0.1 mm; speed mm/s, in VELNED cm/s; heading 1e-5 degrees."""
 _HEADER = re.compile(rb"\xb5\x62\x01([\x02\x03\x07\x12\x14\x21])", re.DOTALL)
-_LONGEST = 128  # bytes; none of these messages is longer
-_FRAME = 8  # bytes around the payload
-_HEAD = 6  # … and of them before it
-_NO_FIX, _SURVEYED = 0, 5  # fixType; the latter solves for time only, at a given or surveyed antenna position
+_LONGEST = 128  # bytes; these messages are all shorter
+_FRAME = 8  # bytes before and after the payload
+_HEAD = 6  # bytes before the payload
+_NO_FIX, _SURVEYED = 0, 5  # fixType; 5: time-only fix at a given or surveyed antenna position
 
 
 def recognises(head: bytes) -> bool:
-    """Whether there is a whole navigation message in the first bytes of a log."""
+    """Whether the first bytes of a log contain a complete navigation message."""
     reader = UbxReader()
     reader.feed(head)
     return bool(reader.counts)
 
 
 def read(data: bytes) -> Recording:
-    """The source "UBX" of a log; epochs without a fix or without a valid time are counted."""
+    """The source "UBX" of a log; epochs without a fix or a valid time are left out and counted."""
     reader = UbxReader()
     reader.feed(data)
     reader.finish()
@@ -68,7 +68,7 @@ Epoch = dict[str, Any]
 
 
 class UbxReader:
-    """Reads a stream of bytes in pieces of any size: `feed` it, then `take` the epochs."""
+    """Reads a stream of bytes in pieces of any size: call `feed`, then `take` for the epochs."""
 
     def __init__(self) -> None:
         self._tail = b""
@@ -82,15 +82,15 @@ class UbxReader:
         self._read(bytes(chunk), False)
 
     def finish(self) -> None:
-        """The stream has ended: incomplete frames count as damaged."""
+        """End the stream: an incomplete frame counts as damaged."""
         self._read(b"", True)
 
     def holds(self, settled: bool = True) -> bool:
-        """Whether there may be something to `take`."""
+        """Whether `take` may return rows."""
         return bool(self._rows) or (settled and bool(self._epoch))
 
     def take(self, settled: bool = True) -> Recording:
-        """The epochs since the last call. Without `settled` the newest waits, for more of it may be on its way."""
+        """The epochs since the last call. Without `settled` the newest is held back, because more of it may follow."""
         if settled:
             self._close()
         rows, surveyed = self._rows, self._surveyed
@@ -103,7 +103,7 @@ class UbxReader:
         fixes = Fixes(
             time, latitude, longitude, position_std=position_std, sog=sog, cog=np.radians(cog), source="UBX"
         ).in_order()
-        note = f"{surveyed} positions are the surveyed one of a receiver that solves for time only"
+        note = f"{surveyed} positions are a receiver's fixed antenna position: it solves for time only"
         return Recording("UBX", {"UBX": fixes}, counts, skipped, (note,) if surveyed else ())
 
     def _read(self, chunk: bytes, final: bool) -> None:
@@ -135,7 +135,7 @@ class UbxReader:
         self._epoch[name] = message
 
     def _close(self) -> None:
-        """The newest epoch is complete."""
+        """Finish the newest epoch: add its row."""
         epoch, self._epoch = self._epoch, {}
         row = _row(epoch, self.skipped) if epoch else None
         if row is not None:
@@ -144,7 +144,7 @@ class UbxReader:
 
 
 def _end(data: bytes, start: int) -> int:
-    """Where a message ends by its own length, or where that length stands; its start when that cannot be."""
+    """Index after a message; if its length field is still missing, after that; if the length is too large, `start`."""
     if len(data) < start + _HEAD:
         return start + _HEAD
     length = data[start + 4] + 256 * data[start + 5]
@@ -152,7 +152,7 @@ def _end(data: bytes, start: int) -> int:
 
 
 def _is_sound(data: bytes, start: int, end: int, least: int) -> bool:
-    """Whether a frame has `least` bytes of payload and more, and the checksum is its (8-bit Fletcher)."""
+    """Whether a frame is complete, with at least `least` bytes of payload and a valid checksum (8-bit Fletcher)."""
     if end - start < _FRAME + least or end > len(data):
         return False
     body = data[start + 2 : end - 2]
@@ -160,7 +160,7 @@ def _is_sound(data: bytes, start: int, end: int, least: int) -> bool:
 
 
 def _row(epoch: Epoch, skipped: Counter[str]) -> tuple[float, ...] | None:
-    """Time, latitude and longitude (deg), 1σ, SOG and COG (deg) of an epoch with a fix, or None."""
+    """Time, latitude and longitude (deg), 1σ (m), SOG (m/s) and COG (deg) of an epoch; None without a fix or a time."""
     fine = epoch.get("NAV-HPPOSLLH")
     place = epoch.get("NAV-PVT") or epoch.get("NAV-POSLLH") or fine
     if place is None:
@@ -180,7 +180,7 @@ def _row(epoch: Epoch, skipped: Counter[str]) -> tuple[float, ...] | None:
 
 
 def _has_fix(epoch: Epoch) -> bool:
-    """Whether the receiver flags the position as valid (gnssFixOK), within its own accuracy limits."""
+    """Whether the receiver flags the position as valid (gnssFixOK); True if no message has the flag."""
     pvt, status = epoch.get("NAV-PVT"), epoch.get("NAV-STATUS")
     if pvt is not None:
         return bool(pvt.flags & 1) and pvt.fix != _NO_FIX and not pvt.flags3 & 1
@@ -194,7 +194,7 @@ def _is_surveyed(epoch: Epoch) -> bool:
 
 
 def _time(epoch: Epoch) -> float:
-    """Unix time to the nanosecond fields; NaN where the receiver does not flag it as valid."""
+    """Unix time of an epoch, with its nanoseconds; NaN if the receiver does not flag date and time as valid."""
     clock, needed = epoch.get("NAV-PVT"), 3  # date and time
     if clock is None:
         clock, needed = epoch.get("NAV-TIMEUTC"), 4
@@ -208,7 +208,7 @@ def _time(epoch: Epoch) -> float:
 
 
 def _velocity(epoch: Epoch) -> tuple[float, float]:
-    """SOG (m/s) and COG (deg); NaN where not given."""
+    """SOG (m/s) and COG (deg) of an epoch; NaN if no message has them."""
     pvt, velocity = epoch.get("NAV-PVT"), epoch.get("NAV-VELNED")
     if pvt is not None:
         return pvt.speed / 1000.0, pvt.heading / 1e5

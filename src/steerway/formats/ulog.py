@@ -1,4 +1,4 @@
-"""ULog of PX4 (.ulg): the fixes of each receiver, read by pyulog, an optional package."""
+"""ULog of PX4 (.ulg): the fixes of each receiver, read by the optional package pyulog."""
 
 import contextlib
 import io
@@ -22,14 +22,14 @@ _LEAST_FIX = 2  # a fix in two dimensions
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes are those of ULog."""
+    """Whether the first bytes are the magic number of ULog."""
     return head.startswith(_MAGIC)
 
 
 def read(data: bytes) -> Recording:
-    """The sources "sensor_gps 0", …, "vehicle_gps_position 0", …
+    """The sources "sensor_gps 0", …, "vehicle_gps_position 0", … of a log.
 
-    Raises InputError where pyulog is not installed, and for a file that it cannot read.
+    Raises InputError if pyulog is not installed or cannot read the file.
     """
     require("a ULog file", "logs")
     from pyulog import ULog
@@ -37,7 +37,7 @@ def read(data: bytes) -> Recording:
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             log = ULog(io.BytesIO(data), list(_TOPICS))
-    except Exception as error:  # of struct, indices, keys, decoding: pyulog checks little
+    except Exception as error:  # pyulog checks little: damage raises errors of many types
         raise InputError(f"the ULog file is damaged ({' '.join(str(error).split()) or type(error).__name__})") from None
     skipped = Counter[str]()
     topics = {f"{topic.name} {topic.multi_id}": topic.data for topic in log.data_list}

@@ -1,4 +1,4 @@
-"""Units of columns whose names do not state them: those with which speed and course agree with the positions."""
+"""Infer units that column names do not state: those for which time, speed and course agree with the positions."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -13,27 +13,27 @@ from steerway.core.errors import InputError
 from steerway.formats.columns import DEGREE, SEMICIRCLE, Column
 from steerway.formats.fit import EPOCH
 
-_WINDOW = 15.0  # s over which the positions are differenced: their noise is then some 0.1 m/s
-_LEAST_SPEED = 0.35  # m/s, several times that
-_FEWEST = 10
-_NEAR = 0.25  # of the logarithm of a ratio; units differ by 0.6 and more
-_COURSE_NEAR = 0.35  # rad, median
-_COARSE = 1e-6  # rad, 6 m: no position is written in radians with fewer decimals
+_WINDOW = 15.0  # s between differenced positions, which makes the noise of the speed about 0.1 m/s
+_LEAST_SPEED = 0.35  # m/s, several times that noise
+_FEWEST = 10  # rows
+_NEAR = 0.25  # largest logarithm of the ratio of speeds; logarithms of units differ by 0.6 or more
+_COURSE_NEAR = 0.35  # rad, largest median difference of the courses
+_COARSE = 1e-6  # rad (6 m): positions in radians have at least this resolution
 _SPEEDS = (1.0, KNOT, 1.0 / 3.6)
 _ANGLES = (DEGREE, 1.0)
 _TIMES = (1.0, 1e-3, 1e-6, 1e-9)
 _DATED = 315_532_800.0, 4_102_444_800.0  # Unix s: 1980 to 2100
-_SHORTEST_STEP, _LONGEST_STEP = 2e-3, 3600.0  # s, medians of times that are no dates
-_SLOWEST, _FASTEST = 0.01, 150.0  # m/s
-_AWAY = 20.0  # m from the first position to the last: the vessel moves
-_OFF = 10.0  # times the reported speed
-_LARGE = 1e4  # no degrees
-_BEFORE_FIT = 1.2e9  # Unix s, 2008-01-10
+_SHORTEST_STEP, _LONGEST_STEP = 2e-3, 3600.0  # s, plausible median step of times that are not dates
+_SLOWEST, _FASTEST = 0.01, 150.0  # m/s, plausible median speed of a vessel that moves
+_AWAY = 20.0  # m from the first position to the last, above which the vessel moves
+_OFF = 10.0  # largest ratio of speed and reported speed, either way
+_LARGE = 1e4  # larger numbers are not degrees
+_BEFORE_FIT = 1.2e9  # Unix s, 2008-01-10: no FIT file is older
 _RADIUS = 6.37e6  # m, of the earth
 
 
 def refuse_radians(columns: dict[str, Column], latitude: np.ndarray, longitude: np.ndarray) -> None:
-    """InputError for positions (as they stand, (n,)) that may be radians where the columns' names state no unit."""
+    """Raises InputError if the column names state no unit and the positions (n,), as written, may be radians."""
     if not columns["latitude"].assumed:
         return
     known = np.isfinite(latitude) & np.isfinite(longitude)
@@ -48,7 +48,7 @@ def refuse_radians(columns: dict[str, Column], latitude: np.ndarray, longitude: 
 
 
 def in_seconds(numbers: np.ndarray, factor: float | None) -> np.ndarray:
-    """Times (n,) in s: by the factor, or where it is None inferred from their size: s, ms, µs or ns since 1970."""
+    """Times (n,) in s, converted by a factor. If it is None, their size shows the unit: s, ms, µs or ns since 1970."""
     if factor is None:
         known = np.abs(numbers[np.isfinite(numbers)])
         factor = unit_by_size(float(np.median(known)) if len(known) else 0.0)
@@ -57,7 +57,7 @@ def in_seconds(numbers: np.ndarray, factor: float | None) -> np.ndarray:
 
 
 def from_fit(time: Floats, latitude: Column) -> Floats:
-    """Unix s of times (n,) beside a latitude. Beside semicircles, numbers before FIT existed count from its epoch."""
+    """Unix s of times (n,). With latitude in semicircles, as in FIT, times before FIT existed count from its epoch."""
     is_fit = latitude.factor == SEMICIRCLE and bool((time[np.isfinite(time)] < _BEFORE_FIT).any())
     return time + EPOCH if is_fit else time
 
@@ -74,10 +74,10 @@ def time_by_motion(
     longitude: np.ndarray,
     sog: np.ndarray,
 ) -> tuple[Column, np.ndarray]:
-    """The first of several columns of time, and its Unix s (n,), with possible dates, steps and speeds.
+    """(the first time column with plausible dates, steps and speeds, its Unix s (n,)).
 
-    Each is tried in its own unit, then in others; where none is possible it is the first in its own. `seconds` reads a
-    column by its factor. Shapes: latitude, longitude (rad) and sog (m/s, to a factor of some) (n,).
+    The columns are tried in their own unit, then in others. If none is plausible, the first one is returned in its own
+    unit. seconds: reads a column with its factor. latitude, longitude (rad), sog (m/s, correct within `_OFF`): (n,).
     """
     columns = list(columns)
     others = (replace(each, factor=factor, basis="by the steps and speeds") for each in columns for factor in _TIMES)
@@ -109,7 +109,7 @@ def _is_possible(time: Floats, latitude: Floats, longitude: Floats, sog: Floats)
 
 
 def places_by_size(columns: dict[str, Column], latitude: np.ndarray, longitude: np.ndarray) -> dict[str, Column]:
-    """The columns of the position in the unit of whole numbers that are no degrees, as they stand (n,)."""
+    """The position columns, with the unit of whole numbers if the values (n,) are too large for degrees."""
     axes = {name: columns[name] for name in ("latitude", "longitude")}
     size = np.hypot(latitude, longitude)
     if not axes["latitude"].assumed or not np.isfinite(size).any() or np.nanmedian(size) < _LARGE:
@@ -122,9 +122,9 @@ def places_by_size(columns: dict[str, Column], latitude: np.ndarray, longitude: 
 def by_positions(
     column: Column, values: np.ndarray, time: np.ndarray, latitude: np.ndarray, longitude: np.ndarray
 ) -> Column:
-    """The column with the unit that fits the positions (rad) best, itself where none does or its name states it.
+    """The column with the unit that fits the positions best; unchanged if none fits or its name states the unit.
 
-    Shapes: values, time, latitude, longitude (n,).
+    values (n,), in the unit of the column; time (n,), s; latitude, longitude (n,), rad.
     """
     if not column.assumed or column.meaning not in ("sog", "cog"):
         return column
@@ -148,7 +148,7 @@ def by_positions(
 def _differenced(
     time: Floats, latitude: Floats, longitude: Floats, values: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Speed and course from a position to a later one, the mean of the values between, and the middle one."""
+    """Speed (m/s) and course (rad) between positions `_WINDOW` apart; mean and middle value in between."""
     order = np.argsort(time, kind="stable")
     time, latitude, longitude, values = time[order], latitude[order], np.unwrap(longitude[order]), values[order]
     first = np.arange(len(time) - 1)

@@ -1,4 +1,4 @@
-"""Output files, by the ending of their names."""
+"""Write output files; the ending of the name selects the format."""
 
 import gzip
 import io
@@ -18,7 +18,7 @@ def _csv(record: Record, file: BinaryIO) -> None:
 
 
 def _parquet(record: Record, file: BinaryIO) -> None:
-    # By way of memory: where the disk is full while the footer is written, polars gives no error of the system.
+    # Encoded in memory first: if the disk becomes full at the footer, polars raises no OSError.
     encoded = io.BytesIO()
     record.to_frame().write_parquet(encoded)
     file.write(encoded.getbuffer())
@@ -33,7 +33,7 @@ def _gpx(record: Record, file: BinaryIO) -> None:
 
 
 class Writer(NamedTuple):
-    """How a record is written: `write(record, file)`. `tracks`: for fixes and estimates only."""
+    """A writer of one format. write(record, file); compresses: `.gz` can be added; tracks: only fixes and estimates."""
 
     write: Callable[[Any, Any], None]
     compresses: bool = True
@@ -48,20 +48,20 @@ WRITERS = {
     ".gpx": Writer(_gpx, tracks=True),
     ".mcap": Writer(mcap.write_odometry, compresses=False, tracks=True),
 }
-"""The kinds of output file by their endings; a new one is its module, and one entry here."""
+"""Writers by ending. To add a format, write its module and add an entry here."""
 
 
 def endings(tracks: bool = True) -> tuple[str, ...]:
-    """The supported endings; with `tracks` False only those for any table."""
+    """The supported endings; without `tracks` only those for any table."""
     known = {ending: each for ending, each in WRITERS.items() if tracks or not each.tracks}
     return (*known, *(f"{ending}.gz" for ending, each in known.items() if each.compresses))
 
 
 def writer(path: str | os.PathLike[str], tracks: bool = True) -> tuple[Writer, bool]:
-    """The writer for the ending of `path`, and whether to compress.
+    """(writer for the ending of `path`, whether to compress).
 
-    `tracks` is False for a table that is not one of fixes or estimates. Raises InputError for an unknown ending, so
-    that a command can refuse it before it begins to work.
+    tracks: whether the record contains fixes or an estimate. Raises InputError for an unknown ending, so that a command
+    can reject it before it starts to work.
     """
     name = Path(path).name.lower()
     for ending in endings(tracks):
@@ -73,8 +73,8 @@ def writer(path: str | os.PathLike[str], tracks: bool = True) -> tuple[Writer, b
 def write(record: Record, path: str | os.PathLike[str]) -> None:
     """Write fixes, an estimate or predictions as CSV, Parquet, GeoJSON or GPX 1.0, by the ending of `path`.
 
-    A further ending `.gz` compresses. The file is written under another name in the same directory and then renamed,
-    so that it is complete or absent. Columns are those of `to_frame`; numbers have the fewest digits that read back
+    With `.gz` added the file is compressed. It is written under a temporary name in the same directory and then
+    renamed, so it is complete or absent. Columns are those of `to_frame`; numbers have the fewest digits that read back
     the same. Raises InputError for an unknown ending and a path that cannot be written.
     """
     kind, compressed = writer(path, isinstance(record, Fixes | Motion))
@@ -87,7 +87,7 @@ def write(record: Record, path: str | os.PathLike[str]) -> None:
 
 
 def same_file(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
-    """Whether two paths name one existing file, also through links and other spellings."""
+    """Whether two paths lead to the same existing file, also through links or different spellings."""
     try:
         return os.path.samefile(one, other)
     except OSError:

@@ -1,17 +1,16 @@
-"""Tracks with times in other XML than GPX: Garmin's TCX, and KML's gx:Track and placemarks with time stamps.
+"""Tracks with times in XML formats other than GPX: Garmin's TCX, and KML's gx:Track and placemarks with time stamps.
 
-Schemas: Garmin TrainingCenterDatabase v2; OGC 12-007r2 (KML 2.3). After damage what precedes it is kept.
+Schemas: Garmin TrainingCenterDatabase v2; OGC 12-007r2 (KML 2.3). A damaged file is read up to the damage.
 """
 
 import re
 import xml.parsers.expat
 from collections import Counter
 from collections.abc import Sequence
-from typing import NoReturn
 
-from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
+from steerway.formats.gpx import parser_for
 from steerway.formats.places import numbers, places
 from steerway.formats.recording import Recording, placed
 
@@ -20,17 +19,17 @@ _TEXTS = {"Time", "LatitudeDegrees", "LongitudeDegrees", "Speed", "when", "coord
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes hold the root element of a TCX or KML file."""
+    """Whether the first bytes contain the root element of a TCX or KML file."""
     return _ROOT.search(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The source "TCX" or "KML": every point that has a time, in time order; speed (m/s) where points have it."""
+    """The source "TCX" or "KML": every point that has a time, in time order, with its speed (m/s) if stated."""
     root = _ROOT.search(data)
     kind = "KML" if root and root[1] == b"kml" else "TCX"
     skipped, points = Counter[str](), _Points()
     try:
-        points.parser.Parse(data, True)
+        parser_for(points).Parse(data, True)
     except xml.parsers.expat.ExpatError:
         skipped["damaged place"] += 1
     rows = points.found
@@ -45,7 +44,7 @@ def read(data: bytes) -> Recording:
 
 
 class _Points:
-    """Collects (time, latitude, longitude, speed) as text: of a TCX track point, of a placemark, of a gx:Track."""
+    """Collects (time, latitude, longitude, speed) as text from TCX track points, placemarks and gx:Track."""
 
     def __init__(self) -> None:
         self.found: list[tuple[str | None, ...]] = []
@@ -53,13 +52,8 @@ class _Points:
         self._values: dict[str, str] = {}
         self._whens: list[str] = []
         self._coords: list[str] = []
-        self.parser = xml.parsers.expat.ParserCreate()
-        self.parser.buffer_text = True
-        self.parser.EntityDeclHandler = _refuse
-        self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
-        self.parser.CharacterDataHandler = self._characters
 
-    def _start(self, tag: str, _: object) -> None:
+    def start(self, tag: str, _: object) -> None:
         tag = tag.rpartition(":")[2]
         if tag in ("Trackpoint", "Placemark"):
             self._values = {}
@@ -67,11 +61,11 @@ class _Points:
             self._whens, self._coords = [], []
         self._text = [] if tag in _TEXTS else None
 
-    def _characters(self, text: str) -> None:
+    def characters(self, text: str) -> None:
         if self._text is not None:
             self._text.append(text)
 
-    def _end(self, tag: str) -> None:
+    def end(self, tag: str) -> None:
         tag = tag.rpartition(":")[2]
         if self._text is not None:
             text = "".join(self._text).strip()
@@ -91,7 +85,3 @@ class _Points:
     def _place(self, when: str, parts: Sequence[str]) -> None:
         if len(parts) >= 2:
             self.found.append((when, parts[1], parts[0], None))
-
-
-def _refuse(*_: object) -> NoReturn:
-    raise InputError("the file declares XML entities, expected none: they are not read")

@@ -1,7 +1,7 @@
-"""Epochs out of sentences: the clock that gives each sentence its time, and the rows that join those of one time.
+"""Assemble sentences into epochs: a clock gives each sentence its time, and sentences of one time share a row.
 
-One clock serves the whole log, whichever talker set it. Only RMC and ZDA have a date. Other sentences get the day that
-brings their time of day nearest to the clock, or to the receive time; so the date also changes at midnight.
+All talkers set one clock for the whole log. Only RMC and ZDA have a date. Other sentences get the day on which their
+time of day is nearest to the clock, or to the receive time; so the date also changes at midnight.
 """
 
 import math
@@ -18,15 +18,15 @@ from steerway.formats.nmea0183 import fields as field
 from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS, VALUES
 from steerway.formats.nmea0183.scan import TALKERS
 
-# Columns of a row. UNDATED is 1 while no date was known, GIVEN 1 once its position has been handed out.
+# Columns of a row. UNDATED is 1 if no date was known, GIVEN 1 once its position has been output.
 COLUMNS = 16
 TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, BOTTOM, SHAFT, MAGNETIC, QUANTUM, RECEIVED, UNDATED, GIVEN = range(
     COLUMNS
 )
 
-# The state of the assembler between calls. NOW and CAME: when these and the last epoch came over a link, s. DATED: the
-# time of the last sentence with a date. LATITUDE, LONGITUDE: the position then. AHEAD: s by which
-# LOCAL sentences without a date were ahead of UTC.
+# The state of the assembler between calls. NOW: arrival time of the current bytes on a link, s. CAME: arrival time of
+# the last epoch. DATED: time of the last sentence with a date; LATITUDE, LONGITUDE: the position at that time. AHEAD: s
+# by which sentences without a date were ahead of UTC; LOCAL: their number.
 MEMORY = 16
 CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION, NOW, CAME = (
     range(MEMORY - 5)
@@ -34,23 +34,23 @@ CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN
 DATED, LATITUDE, LONGITUDE, AHEAD, LOCAL = range(MEMORY - 5, MEMORY)
 
 REPEATED, UNTIMED = 0, 1
-LOST = ("repeated within an epoch, without a time of its own", "before any time was known")
+LOST = ("repeated within an epoch, has no time field", "before the first time in the log")
 
 DAY = 86400.0
 ROLLOVER = 1024.0 * 7.0 * DAY
 LATEST = 3
-OPEN = 4  # rows of a talker that still take in sentences: the newest ones
+OPEN = 4  # newest rows of a talker, to which sentences can still be added
 
 _SAME_TIME = 1e-3
-_QUARTER = 900.0  # s; time zones are whole quarters of an hour from UTC
-_ONE_EPOCH = 2.0  # s within which a device sends a sentence with a date and those without
-_ONE_PLACE = 5e-5  # rad (300 m) by which their positions differ at most
+_QUARTER = 900.0  # s; time zones differ from UTC by whole quarters of an hour
+_ONE_EPOCH = 2.0  # s, longest time between a sentence with a date and one in local time that are compared
+_ONE_PLACE = 5e-5  # rad (300 m), largest difference of their positions
 _BURST = 0.5  # s within which one device sends the sentences of one epoch
-_FRESH = 5.0  # s for which an epoch is the current one
+_FRESH = 5.0  # s for which an epoch stays current
 NEAR = 30.0 * DAY
 _LATENCY = 0.1
-"""s by which what a link reports beside its fixes is taken to be older than they are when they come: an instrument's
-own delay, and more than fixes vary by, so that none seems to come late."""
+"""s. On a link, a sentence without a time is dated this long before its arrival. This covers an instrument's own delay,
+and exceeds the variation in the delay of fixes, so that the next fix does not appear to be late."""
 
 _VALUE_OF = np.array(
     [field.STD, field.SOG, field.COG, field.HEADING, field.WATER, field.YAW, field.BOTTOM, field.SHAFT]
@@ -64,9 +64,9 @@ _wrap = part_of_kernels(without_compiling(wrap))
 class Assembly(NamedTuple):
     """The arrays that the assembler fills, and those that it keeps from call to call.
 
-    memory (MEMORY,); latest (TALKERS, LATEST) the last time of each talker, when that was received and whether it sends
-    GST; newest (TALKERS, OPEN) the indices of its newest rows, newest first, −1 for none; rows (most, COLUMNS), with
-    seen (a bit a kind) and owners (talker) beside; lost counts by LOST.
+    memory (MEMORY,). latest (TALKERS, LATEST): last time of each talker, its receive time, and 1 if it sends GST.
+    newest (TALKERS, OPEN): indices of a talker's newest rows, newest first, −1 for none. rows (most, COLUMNS), with
+    seen (most,), a bit per kind of sentence, and owners (most,), the talkers. lost: counts by LOST.
     """
 
     memory: np.ndarray
@@ -79,7 +79,7 @@ class Assembly(NamedTuple):
 
 
 def new_assembly() -> Assembly:
-    """An assembler without a row."""
+    """An assembler without rows."""
     memory = np.full(MEMORY, np.nan)
     memory[[IS_UNDATED, SHIFT, ROLLOVERS, OWN_VARIATION, RMC_VARIATION, AHEAD, LOCAL]] = 0.0
     latest, newest = np.full((TALKERS, LATEST), np.nan), np.full((TALKERS, OPEN), -1, np.int64)
@@ -89,7 +89,7 @@ def new_assembly() -> Assembly:
 
 @part_of_kernels
 def _dated_time(value: Floats, memory: Floats, reference: float) -> float:
-    """The time of a sentence with a date: moved by whole 1024-week rollovers when it is that much too early."""
+    """The time of a sentence with a date; GPS week rollovers (1024 weeks) before the reference time are corrected."""
     time = DAY * value[field.DAY] + value[field.TOD]
     weeks = round((reference - time) / ROLLOVER) if math.isfinite(reference) else 0.0
     if weeks >= 1.0 and abs(reference - time - weeks * ROLLOVER) < NEAR:
@@ -100,13 +100,16 @@ def _dated_time(value: Floats, memory: Floats, reference: float) -> float:
 
 @part_of_kernels
 def _nearest_day(time_of_day: float, reference: float) -> float:
-    """The Unix time of this time of day that is nearest to a reference."""
+    """The Unix time with this time of day that is nearest to a reference time."""
     return time_of_day + DAY * round((reference - time_of_day) / DAY)
 
 
 @part_of_kernels
 def _ahead(latitude: float, longitude: float, time: float, utc: float, memory: Floats) -> float:
-    """By how many s a time without a date is local time: whole quarters of an hour from `utc`, at the same place."""
+    """s by which a time without a date is ahead of UTC: local time, whole quarters of an hour from `utc`; else 0.
+
+    A sentence with a position must have that of the last sentence with a date; one without needs a known difference.
+    """
     if math.isnan(time) or math.isnan(utc):
         return 0.0
     ahead = _QUARTER * round((time - utc) / _QUARTER)
@@ -130,7 +133,7 @@ def _is_same_place(value: Floats, memory: Floats) -> bool:
 
 @part_of_kernels
 def _timed(value: Floats, memory: Floats) -> float:
-    """Unix time of a sentence that has a time of day; sets the clock. One with a date decides between UTC and local."""
+    """Unix time of a sentence with a time of day; sets the clock. Dated sentences reveal local time in the others."""
     received, clock, time_of_day = value[field.RECEIVED], memory[CLOCK], value[field.TOD]
     undated, dated = memory[IS_UNDATED] == 1.0, math.isfinite(value[field.DAY])
     by_clock = _nearest_day(time_of_day, clock) if math.isfinite(clock) else time_of_day
@@ -159,7 +162,7 @@ def _timed(value: Floats, memory: Floats) -> float:
 
 @part_of_kernels
 def _meets(row: Floats, value: Floats, kind: int, seen: int, time: float) -> bool:
-    """Whether a sentence belongs to a row: same time, no sentence of its kind yet, no other position."""
+    """Whether a sentence belongs to a row: same time, no sentence of its kind yet, no different position."""
     if abs(row[TIME] - time) > _SAME_TIME or seen & (1 << kind):
         return False
     if math.isnan(value[field.LAT]) or math.isnan(row[LAT]):
@@ -170,7 +173,7 @@ def _meets(row: Floats, value: Floats, kind: int, seen: int, time: float) -> boo
 
 @part_of_kernels
 def _open_row(a: Assembly, n: int, talker: int, time: float, received: float, undated: float) -> int:
-    """A new row of a talker, which becomes its newest; its index."""
+    """Add a row as the newest of a talker; returns its index."""
     row, newest = a.rows[n], a.newest[talker]
     row[:] = math.nan
     row[TIME], row[RECEIVED], row[UNDATED] = time, received, undated
@@ -182,7 +185,7 @@ def _open_row(a: Assembly, n: int, talker: int, time: float, received: float, un
 
 @part_of_kernels
 def _put(row: Floats, value: Floats, overrule: bool) -> None:
-    """Write a sentence into its row. The position of finer resolution stays, other values are kept unless overruled."""
+    """Write a sentence into its row. The position of finer resolution stays; other values stay unless `overrule`."""
     if math.isfinite(value[field.LAT]) and not row[QUANTUM] <= value[field.QUANTUM]:
         row[LAT], row[LON], row[QUANTUM] = value[field.LAT], value[field.LON], value[field.QUANTUM]
     for k in range(len(_VALUE_OF)):
@@ -195,7 +198,7 @@ def _put(row: Floats, value: Floats, overrule: bool) -> None:
 
 @part_of_kernels
 def _make_true(value: Floats, memory: Floats) -> None:
-    """A magnetic heading becomes true by its own variation, else by the last one RMC gave; else it stays magnetic."""
+    """Make a magnetic heading true by its own variation, else by the last one in RMC; without one it stays magnetic."""
     variation, source = value[field.VARIATION], OWN_VARIATION
     if math.isnan(variation):
         variation, source = memory[LAST_VARIATION], RMC_VARIATION
@@ -206,7 +209,8 @@ def _make_true(value: Floats, memory: Floats) -> None:
 
 
 @part_of_kernels
-def _says_nothing(value: Floats) -> bool:
+def _is_empty(value: Floats) -> bool:
+    """Whether a sentence has no values besides time and variation."""
     for k in range(VALUES):
         if (
             k != field.TOD
@@ -221,7 +225,7 @@ def _says_nothing(value: Floats) -> bool:
 
 @part_of_kernels
 def _row_of_timed(a: Assembly, n: int, talker: int, value: Floats, kind: int, time: float) -> int:
-    """The open row of a timed sentence, or a new one."""
+    """The open row of a sentence with a time, or a new row; its index."""
     for k in range(OPEN):
         at = a.newest[talker, k]
         if at >= 0 and _meets(a.rows[at], value, kind, a.seen[at], time):
@@ -231,7 +235,7 @@ def _row_of_timed(a: Assembly, n: int, talker: int, value: Floats, kind: int, ti
 
 @part_of_kernels
 def _row_of_received(a: Assembly, n: int, talker: int, value: Floats, kind: int) -> int:
-    """The row of a sentence with a receive time only: its own talker's in the same burst, else one of that time."""
+    """The row of a sentence with only a receive time: the talker's row in the same burst, else a new one; its index."""
     received, at, latest = value[field.RECEIVED], a.newest[talker, 0], a.latest[talker]
     if at >= 0 and abs(received - a.rows[at, RECEIVED]) < _BURST:
         if _meets(a.rows[at], value, kind, a.seen[at], a.rows[at, TIME]):
@@ -242,9 +246,9 @@ def _row_of_received(a: Assembly, n: int, talker: int, value: Floats, kind: int)
 
 @part_of_kernels
 def _row_of_untimed(a: Assembly, n: int, talker: int, value: Floats, kind: int) -> int:
-    """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost.
+    """The row of a sentence without any time: in its talker's epoch, else the log's; −1 − reason if it is lost.
 
-    Over a live link one that comes again within an epoch, or long after it, has a row of the time that has passed.
+    On a live link, a sentence repeated within an epoch or long after it gets a new row, dated by the elapsed time.
     """
     memory = a.memory
     passed = memory[NOW] - memory[CAME]
@@ -271,7 +275,7 @@ def _row_of_untimed(a: Assembly, n: int, talker: int, value: Floats, kind: int) 
 
 @part_of_kernels
 def _date_all(a: Assembly, n: int) -> None:
-    """At the first date: shift the times counted from 1970 until now, and make UTC of those in local time."""
+    """At the first date: shift the times that were counted from 1970, and convert local times to UTC."""
     memory = a.memory
     for k in range(n):
         row = a.rows[k]
@@ -286,9 +290,9 @@ def _date_all(a: Assembly, n: int) -> None:
 
 @kernel
 def assemble(kinds: NDArray[np.int64], talkers: NDArray[np.int64], values: Floats, a: Assembly, n: int) -> int:
-    """Sentences into rows; the number of rows then, of `n` before.
+    """Assemble sentences into rows; returns the number of rows, which was `n` before.
 
-    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `a` has room for a row a sentence.
+    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `a` must have room for one more row per sentence.
     """
     memory = a.memory
     for i in range(len(kinds)):
@@ -316,7 +320,7 @@ def assemble(kinds: NDArray[np.int64], talkers: NDArray[np.int64], values: Float
             latest[2] = 1.0
         elif latest[2] == 1.0:
             value[field.STD] = math.nan
-        if _says_nothing(value):
+        if _is_empty(value):
             continue
         if is_timed:
             at = _row_of_timed(a, n, talker, value, kind, time)

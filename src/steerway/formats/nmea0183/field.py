@@ -1,6 +1,6 @@
-"""Bytes of an NMEA 0183 sentence as numbers and dates; one field: a number in its range, a letter, an angle, a time.
+"""Read the fields of an NMEA 0183 sentence from bytes: numbers in a range, letters, angles, times and dates.
 
-Of a field unknown is NaN where the field is empty; what is not in the format is infinity.
+An empty field gives NaN; a field that does not match the format gives infinity.
 """
 
 import math
@@ -22,7 +22,7 @@ def is_digit(c: int) -> bool:
 
 @part_of_kernels
 def digits(buffer: bytes, first: int, n: int) -> int:
-    """The integer that n digits spell, or −1."""
+    """The integer of n digits; −1 if one is not a digit."""
     value = 0
     for i in range(first, first + n):
         if not is_digit(buffer[i]):
@@ -33,7 +33,7 @@ def digits(buffer: bytes, first: int, n: int) -> int:
 
 @part_of_kernels
 def number(buffer: bytes, first: int, last: int) -> float:
-    """The number of a field: NaN if it is empty, infinity if it is not a number. Rounded once, so equal to float()."""
+    """The number in a field: NaN if empty, infinity if it is not a number. It is rounded once and so equals float()."""
     if first == last:
         return math.nan
     i = first
@@ -59,7 +59,7 @@ def number(buffer: bytes, first: int, last: int) -> float:
 
 @part_of_kernels
 def day_number(year: int, month: int, day: int) -> float:
-    """Days from 1970-01-01, infinity for no day of the calendar (Fliegel and Van Flandern 1968)."""
+    """Days from 1970-01-01; infinity for a date that does not exist (Fliegel and Van Flandern 1968)."""
     if not (1 <= month <= 12 and 1 <= day and 1970 <= year < 2200):
         return math.inf
     leap = (year % 4 == 0 and year % 100 != 0) or year % 400 == 0
@@ -73,14 +73,14 @@ def day_number(year: int, month: int, day: int) -> float:
 
 @part_of_kernels
 def within(buffer: bytes, fields: NDArray[np.int64], k: int, low: float, high: float) -> float:
-    """Field k as a number in [low, high]; NaN when empty, infinity when it is not such a number."""
+    """Field k as a number in [low, high]; NaN if empty, infinity if it is not such a number."""
     value = number(buffer, fields[k], fields[k + 1] - 1)
     return math.inf if value < low or value > high else value
 
 
 @part_of_kernels
 def letter_of(buffer: bytes, fields: NDArray[np.int64], k: int) -> int:
-    """The one character of field k; 0 when empty, −1 when it holds more."""
+    """The single character of field k; 0 if empty, −1 if there are more."""
     length = fields[k + 1] - 1 - fields[k]
     if length == 0:
         return 0
@@ -91,9 +91,9 @@ def letter_of(buffer: bytes, fields: NDArray[np.int64], k: int) -> int:
 def angle_of(
     buffer: bytes, fields: NDArray[np.int64], k: int, degree_digits: int, limit: float, positive: int, negative: int
 ) -> tuple[float, float]:
-    """Latitude or longitude of fields k, k + 1 (ddmm.mmm and its letter) and its last digit, rad.
+    """Latitude or longitude in fields k, k + 1 (ddmm.mmm and its letter), and its last digit; rad.
 
-    NaN when both are empty, infinity when they are not in the format.
+    The angle is NaN if both fields are empty, infinity if they do not match the format.
     """
     first, last = fields[k], fields[k + 1] - 1
     mark = letter_of(buffer, fields, k + 1)
@@ -118,7 +118,7 @@ def angle_of(
 
 @part_of_kernels
 def time_of_day(buffer: bytes, first: int, last: int) -> float:
-    """hhmmss[.sss] as s; NaN when empty, infinity when impossible. A leap second reads 86400."""
+    """hhmmss[.sss] as s; NaN if empty, infinity if impossible. A leap second gives 86400."""
     if first == last:
         return math.nan
     if last - first < 6 or (last - first > 6 and buffer[first + 6] != _DOT):
@@ -132,13 +132,13 @@ def time_of_day(buffer: bytes, first: int, last: int) -> float:
 
 @part_of_kernels
 def century(year: int) -> int:
-    """A year of two digits: GPS knows none before 1980."""
+    """The year (1980 to 2079) of a two-digit year: GPS time begins in 1980."""
     return year + (1900 if year >= 80 else 2000)
 
 
 @part_of_kernels
 def signed(buffer: bytes, fields: NDArray[np.int64], k: int, limit: float) -> float:
-    """An angle and its E or W, east positive, rad; NaN when either is empty, infinity when malformed."""
+    """Angle in fields k, k + 1 (degrees, E or W), rad, east positive; NaN if either is empty, infinity if malformed."""
     size = within(buffer, fields, k, 0.0, limit)
     mark = letter_of(buffer, fields, k + 1)
     if mark != 0 and mark != _E and mark != _W:

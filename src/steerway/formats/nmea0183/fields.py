@@ -1,7 +1,7 @@
-"""The fields of one NMEA 0183 sentence as SI values, or the reason for its rejection.
+"""Read the fields of one NMEA 0183 sentence as SI values, or give the reason for its rejection.
 
-A valid checksum proves little where a multiplexer recomputed it after the damage, so every field that is used has to
-be in its format and range. Formatters and fields: NMEA 0183 version 4.11, as receiver manuals reprint them.
+A multiplexer can recompute a checksum after damage, so a valid checksum is not enough: every field that is used must
+match its format and range. Formatters and fields: NMEA 0183 version 4.11, as receiver manuals reprint them.
 """
 
 import math
@@ -32,13 +32,13 @@ _FIELDS = (
     (9,), (7, 11), (6,),
 )  # fmt: skip
 _COUNTS = np.array([sum(1 << n for n in each) for each in _FIELDS])
-"""Bits of the numbers of fields, the header among them, that revisions of the standard or receivers use, by kind."""
+"""By kind of sentence: bit n is set if n fields, including the header, occur in the standard or in receivers."""
 
 REASONS = (
     "checksum wrong",
-    "checksum missing where its talker sends one",
+    "checksum missing, unlike the talker's other sentences",
     "cut short or spliced",
-    "header is not one of a sentence",
+    "header malformed",
     "wrong number of fields",
     "a field is malformed or out of range",
     "position not in the format",
@@ -48,8 +48,8 @@ REASONS = (
 CHECKSUM, NO_CHECKSUM, CUT, HEADER, COUNT, FIELD, POSITION, TIME, NO_FIX = range(len(REASONS))
 READ = -1
 
-# Columns of a sentence's values, SI and NaN for unknown. TOD is s of the day, DAY counts days from 1970-01-01,
-# QUANTUM is the last digit of the position in rad, RECEIVED is the receive time in front of the sentence.
+# Columns of a sentence's values in SI, NaN for unknown. TOD: s since midnight; DAY: days since 1970-01-01; QUANTUM:
+# last digit of the position, rad; RECEIVED: receive time before the sentence, Unix s.
 VALUES = 16
 TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW, STD, BOTTOM, SHAFT, RECEIVED = range(
     VALUES
@@ -57,12 +57,12 @@ TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW,
 
 _FASTEST = 1000.0 * KNOT
 _A, _E, _K, _M, _N, _S, _T, _V, _W, _Z = b"AEKMNSTVWZ"
-_MODES = (ord("N"), *b"ADPRFE")  # in the order of the quality of GGA
+_MODES = (ord("N"), *b"ADPRFE")  # mode indicators by GGA quality
 
 
 @part_of_kernels
 def _position(buffer: bytes, fields: NDArray[np.int64], k: int, row: Floats) -> int:
-    """Fields k to k + 3 into LAT, LON, QUANTUM; the reason or READ."""
+    """Read fields k to k + 3 into LAT, LON, QUANTUM; returns the reason for rejection or READ."""
     latitude, quantum = angle_of(buffer, fields, k, 2, 90.0, _N, _S)
     longitude, quantum_lon = angle_of(buffer, fields, k + 2, 3, 180.0, _E, _W)
     if math.isinf(latitude) or math.isinf(longitude):
@@ -79,7 +79,7 @@ def _position(buffer: bytes, fields: NDArray[np.int64], k: int, row: Floats) -> 
 def _speed_and_course(
     buffer: bytes, fields: NDArray[np.int64], speed_field: int, unit: float, course_field: int, row: Floats
 ) -> int:
-    """SOG in knots or km/h and true COG, where present; the reason or READ."""
+    """Read SOG, in units of `unit` (m/s), and true COG, if present; returns the reason for rejection or READ."""
     speed = within(buffer, fields, speed_field, 0.0, _FASTEST / unit)
     course = within(buffer, fields, course_field, 0.0, 360.0)
     if math.isinf(speed) or math.isinf(course):
@@ -153,7 +153,7 @@ def _gns(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 @part_of_kernels
 def _quality(mode: int) -> int:
-    """The GGA quality that corresponds to a mode indicator; 0 for none."""
+    """The GGA quality that corresponds to a mode indicator; 0 if there is none."""
     for quality, letter in enumerate(_MODES):
         if mode == letter:
             return quality
@@ -186,7 +186,7 @@ def _zda(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 @part_of_kernels
 def _heading(buffer: bytes, fields: NDArray[np.int64], kind: int, row: Floats) -> int:
-    """HDT, THS (true), HDM and HDG (magnetic; deviation applied, variation kept)."""
+    """Read HDT or THS (true), HDM or HDG (magnetic; deviation is applied, variation stored)."""
     angle = math.radians(within(buffer, fields, 1, 0.0, 360.0))
     if math.isinf(angle):
         return FIELD
@@ -237,7 +237,7 @@ def _rot(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 @part_of_kernels
 def _vbw(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
-    """Speeds along the hull through the water and over ground, each with a status; those across are not used."""
+    """Read the longitudinal speeds through the water and over ground, each with a status."""
     for speed, status, column in ((1, 3, WATER), (4, 6, BOTTOM)):
         knots = within(buffer, fields, speed, -100.0, 100.0)
         letter = letter_of(buffer, fields, status)
@@ -250,7 +250,7 @@ def _vbw(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 @part_of_kernels
 def _rpm(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
-    """Speed of a shaft or engine; astern is negative."""
+    """Read the speed of a shaft or engine, negative astern."""
     source, status = letter_of(buffer, fields, 1), letter_of(buffer, fields, 5)
     turns = within(buffer, fields, 3, -1e5, 1e5)
     if (source != _S and source != _E) or math.isinf(turns) or (status != _A and status != _V):
@@ -273,7 +273,7 @@ def _gst(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 @part_of_kernels
 def _time_field(kind: int, n: int) -> int:
-    """Which field is the time; 0 for none."""
+    """Index of the time field; 0 if there is none."""
     if kind == GLL:
         return 5 if n >= 7 else 0
     return 1 if kind <= GNS or kind == ZDA or kind == GST else 0
@@ -281,7 +281,7 @@ def _time_field(kind: int, n: int) -> int:
 
 @part_of_kernels
 def _read_kind(buffer: bytes, fields: NDArray[np.int64], n: int, kind: int, row: Floats) -> int:
-    """Read the fields of a sentence of this kind except its time; the reason for rejection or READ."""
+    """Read the fields of a sentence except its time; returns the reason for rejection or READ."""
     if kind == GGA:
         return _gga(buffer, fields, n, row)
     if kind == RMC:
@@ -309,7 +309,7 @@ def _read_kind(buffer: bytes, fields: NDArray[np.int64], n: int, kind: int, row:
 
 @part_of_kernels
 def read_fields(buffer: bytes, fields: NDArray[np.int64], n: int, kind: int, row: Floats) -> int:
-    """One sentence into its row; the reason or READ. A sentence without fix keeps its time, which sets the clock."""
+    """Read one sentence into its row; returns the reason for rejection or READ. Without a fix only the time is kept."""
     if not _COUNTS[kind] >> n & 1:
         return COUNT
     k = _time_field(kind, n)

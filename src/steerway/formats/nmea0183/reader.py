@@ -1,7 +1,7 @@
 """NMEA 0183: one incremental reader for files and for live links.
 
-Any talker, any prefix in front of the `$`, noise, binary messages and spliced sentences around it. Sentences of one
-time become one row of their talker; every talker is a source. What is rejected is counted with its reason.
+It accepts any talker, any prefix before the `$`, and noise, binary messages or spliced sentences in between. A talker's
+sentences of one time become one row; every talker is a source. Rejected sentences are counted by reason.
 """
 
 import re
@@ -25,16 +25,16 @@ from steerway.formats.recording import Recording
 _FIELDS = {"latitude": epochs.LAT, "longitude": epochs.LON, "position_std": epochs.STD, "sog": epochs.SOG}
 _FIELDS |= {"cog": epochs.COG, "water_speed": epochs.WATER, "yaw_rate": epochs.YAW, "bottom_speed": epochs.BOTTOM}
 _FIELDS |= {"shaft": epochs.SHAFT}
-"""Columns of rows by the names of `Fixes`."""
+"""Columns of rows by field of `Fixes`."""
 _CHUNK = 1 << 20
 _WORTH_COMPILING = 12e6
-"""Bytes that the interpreter reads in the 10 s that compiling takes."""
-_bytes_interpreted = 0  # by this process: many short logs are worth compiling too
+"""Bytes that the interpreter reads in 10 s, the time that compiling takes."""
+_bytes_interpreted = 0  # total of this process, so that compiling starts after many short logs too
 _HALF_DAY = 0.5 * epochs.DAY
 _STRAY = 16  # rows that one damaged date can affect before the next date
 _SENTENCE = re.compile(rb"\$(?:[A-Z0-9]{2}[A-Z]{3}|P[A-Z][A-Z0-9]{2,6}),[ -~]*[\r\n*]")
 
-# Formatters of NMEA 0183 4.11 and of its forerunners that are still sent; any other means a damaged header.
+# Formatters of NMEA 0183 4.11 and of earlier versions still in use; any other one is a damaged header.
 _STANDARD = frozenset(
     "AAM ABK ABM ACA ACK ACN ACS AIR AKD ALA ALC ALF ALM ALR APA APB ARC ASD BBM BEC BER BOD BWC BWR BWW CEK COP CUR "
     "DBK DBS DBT DCN DCR DDC DOR DPT DRU DSC DSE DSI DSR DTM ETL EVE EPV FIR FSI GAQ GBQ GBS GEN GFA GGA GLC GLL GLQ "
@@ -47,10 +47,10 @@ _STANDARD = frozenset(
 
 
 class Sentences(NamedTuple):
-    """The sentences of the kinds that are read, in order of arrival.
+    """The sentences of the kinds in FORMATTERS, in order of arrival.
 
-    Shapes: offset (n,) of the `$`, kind (n,) index into FORMATTERS, talker (n,) index for `talker_name`,
-    values (n, VALUES) SI with the columns of `fields`.
+    offset (n,): byte offset of the `$`. kind (n,): index into FORMATTERS. talker (n,): index for `talker_name`. values
+    (n, VALUES): SI, with the columns of `fields`.
     """
 
     offset: np.ndarray
@@ -60,12 +60,12 @@ class Sentences(NamedTuple):
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the beginning of a log holds an NMEA 0183 sentence (AIS alone is no such log)."""
+    """Whether the beginning of a log contains an NMEA 0183 sentence that starts with `$` (AIS starts with `!`)."""
     return _SENTENCE.search(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """All sources of a log; damage is skipped and counted, never raised."""
+    """All sources of a log; damage is skipped and counted and raises no error."""
     reader = SentenceReader(interpreted=_is_short(len(data)))
     view = memoryview(data)
     for start in range(0, len(view), _CHUNK):
@@ -75,7 +75,7 @@ def read(data: bytes) -> Recording:
 
 
 def _is_short(size: int) -> bool:
-    """Whether to read without compiling: nothing is compiled yet, and it would take longer than reading so."""
+    """Whether to read without compiling: the kernels are not compiled, and compiling takes longer than reading."""
     global _bytes_interpreted
     if is_compiled(scan) and is_compiled(epochs.assemble):
         return False
@@ -84,15 +84,15 @@ def _is_short(size: int) -> bool:
 
 
 def sentences(data: bytes) -> Sentences:
-    """The sentences of a log one by one, before any date is settled or row is made."""
+    """The single sentences of a log, before dates are completed and rows assembled."""
     return SentenceReader(_is_short(len(data)))._scan(bytes(data), final=True, received=None)[0]
 
 
 class SentenceReader:
-    """Reads a stream of bytes in pieces of any size: `feed` it, then take the `recording` so far.
+    """Reads a stream of bytes in pieces of any size: call `feed`, then `recording` or `take`.
 
-    A log has its receive times in its lines; a live link passes the time of reception to `feed`, of a clock that runs
-    evenly, for what has no time of its own. `interpreted`: without compiled kernels, some forty times slower.
+    A log can contain receive times in its lines. A live link passes its own to `feed`, from a steady clock, to date
+    sentences without a time. interpreted: read without compiled kernels, about forty times slower.
     """
 
     def __init__(self, interpreted: bool = False):
@@ -104,25 +104,25 @@ class SentenceReader:
         self._headers: dict[int, int] = {}
         self._skipped = np.zeros(len(REASONS), np.int64)
         self._made = epochs.new_assembly()
-        self._n = 0  # rows of it
-        self._place = np.full(2, np.nan)  # of the last position that was taken
+        self._n = 0  # number of its rows
+        self._place = np.full(2, np.nan)  # last position before these rows
         self._has_news = self._has_waiting = False
 
     def feed(self, chunk: bytes | memoryview, received: float | None = None, now: float = np.nan) -> None:
-        """Read the sentences that a piece of the stream completes. `received` is Unix time, `now` of a link's clock."""
+        """Read the sentences that a piece of the stream completes. received: Unix s; now: s, clock of the link."""
         self._made.memory[epochs.NOW] = now
         self._read(chunk, False, received)
 
     def finish(self) -> None:
-        """The stream has ended: read what still waits for its line end."""
+        """End the stream: read a last sentence without line end."""
         self._read(b"", True, None)
 
     def recording(self) -> Recording:
-        """Everything read so far; the reader goes on."""
+        """Everything read so far; reading can continue."""
         return self._recording(self._made.rows[: self._n], np.arange(self._n))
 
     def holds(self, settled: bool = True) -> bool:
-        """Whether there may be something to `take`."""
+        """Whether `take` may return rows."""
         return self._has_news or (settled and self._has_waiting)
 
     @property
@@ -131,11 +131,11 @@ class SentenceReader:
         return self._account()[1]
 
     def take(self, settled: bool = True) -> Recording:
-        """Everything read since the last call; then it is forgotten, so that a live link can run for ever.
+        """Everything read since the last call. Memory does not grow, so a live link can run for ever.
 
-        Without `settled` the newest epoch of every talker waits, for more of its sentences may be on their way. With
-        it an epoch may be taken before its last sentence: the position is output once, and later sentences of the epoch
-        give a row of the same time without position.
+        Without `settled` the newest epoch of every talker is held back, because more of its sentences may follow. With
+        it, an epoch can be output before its last sentence. Its position is output once; later sentences of the epoch
+        give a row with the same time and no position.
         """
         self._has_news, self._has_waiting = False, not settled
         rows = self._made.rows[: self._n]
@@ -202,7 +202,7 @@ class SentenceReader:
         heading, heading_notes, homeless = self._true_headings(rows, time)
         counts, skipped = self._account()
         if homeless:
-            skipped["magnetic heading without variation or place"] = homeless
+            skipped["magnetic heading without variation or position"] = homeless
         sources, formatters = {}, {}
         for talker in np.unique(owners):
             mine = np.flatnonzero(owners == talker)
@@ -228,7 +228,10 @@ class SentenceReader:
         return ordered, {reason: count for reason, count in skipped.items() if count}
 
     def _true_headings(self, rows: Floats, time: Floats) -> tuple[Floats, list[str], int]:
-        """Headings with those still magnetic made true: by RMC's first variation, else by the model. And the notes."""
+        """(true headings (n,), notes, number of headings left out).
+
+        Headings still magnetic are corrected by the first variation in RMC, else by the World Magnetic Model.
+        """
         heading = rows[:, epochs.HEADING].copy()
         waiting = np.flatnonzero(np.isnan(heading) & np.isfinite(rows[:, epochs.MAGNETIC]))
         memory, notes, homeless = self._made.memory, [], 0
@@ -251,7 +254,10 @@ class SentenceReader:
 
 
 def _by_model(places: Floats, time: Floats, waiting: NDArray[np.int64], before: Floats) -> tuple[Floats, list[str]]:
-    """Variation (rad) at the fix before each waiting row, or else `before` all rows or the first; NaN without any."""
+    """Variation (rad) by the World Magnetic Model for each row in `waiting`, with a note; NaN without a position.
+
+    The position is that of the last fix before the row, else `before` (2,) of earlier rows, else that of the first fix.
+    """
     fixes = np.flatnonzero(np.isfinite(places[:, 0]))
     known = np.concatenate([before[None], places[fixes]])
     if np.isnan(before[0]):
@@ -271,18 +277,18 @@ def _by_model(places: Floats, time: Floats, waiting: NDArray[np.int64], before: 
 def _mended_times(rows: Floats, memory: Floats) -> tuple[Floats, list[str]]:
     """Unix time of every row in order of arrival, and a note for each kind of correction.
 
-    Rows whole rollovers behind the newest are moved up to it; a few rows on another day than the rows on either side
-    of them take theirs.
+    Rows that are whole GPS week rollovers behind the newest are corrected. A few rows in a row whose date differs from
+    that of the rows before and after get the date of those.
     """
     notes = []
     time = rows[:, epochs.TIME].copy()
     if rows[:, epochs.UNDATED].any():
-        notes.append("no date anywhere in the log: days are counted from 1970-01-01")
+        notes.append("the log has no date: days are counted from 1970-01-01")
     if memory[epochs.LOCAL]:
         hours, minutes = divmod(int(abs(memory[epochs.AHEAD])) // 60, 60)
         zone = f"{'-' if memory[epochs.AHEAD] < 0.0 else '+'}{hours:02d}:{minutes:02d}"
         local = int(memory[epochs.LOCAL])
-        notes.append(f"{local} sentences without a date in local time ({zone}): made UTC by those with a date")
+        notes.append(f"{local} sentences without a date were in local time ({zone}) and have been converted to UTC")
     moved = int(memory[epochs.ROLLOVERS])
     if len(time) > 1:
         behind = np.round((time.max() - time) / epochs.ROLLOVER)
@@ -290,10 +296,10 @@ def _mended_times(rows: Floats, memory: Floats) -> tuple[Floats, list[str]]:
         time[early] += behind[early] * epochs.ROLLOVER
         moved += int(early.sum())
     if moved:
-        notes.append(f"GPS week rollover: {moved} dates were 1024 weeks (or a multiple) early and have been moved up")
+        notes.append(f"GPS week rollover: {moved} dates were 1024 weeks (or a multiple) early and have been corrected")
     strays = _mend_strays(time) if len(time) > 1 else 0
     if strays:
-        notes.append(f"{strays} rows had a date unlike those before and after them and took theirs")
+        notes.append(f"{strays} rows had a date unlike that of the rows before and after and have been corrected")
     return time, notes
 
 

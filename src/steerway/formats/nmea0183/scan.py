@@ -1,7 +1,7 @@
-"""Sentences out of bytes: where each begins and ends, whether its checksum holds, and when its line was received.
+"""Find sentences in bytes: where each begins and ends, whether its checksum is valid, and its receive time.
 
-Whatever fails is counted under a reason and the search goes on one byte later, so that damage costs the damaged
-sentence and nothing behind it: noise, binary messages and spliced sentences need no case of their own.
+A sentence that fails is counted under a reason, and the search continues one byte after its beginning. So damage costs
+only the damaged sentence; noise, binary messages and spliced sentences need no special case.
 """
 
 import math
@@ -27,17 +27,17 @@ from steerway.formats.nmea0183.fields import (
 )
 
 TALKERS = 36 * 36
-SHORTEST = 8  # bytes; no sentence that is read is shorter
+SHORTEST = 8  # bytes of the shortest sentence
 
-_LONGEST = 256  # bytes; the standard allows 82, receivers and converters write more
-_PREFIX = 64  # bytes of a line in front of the `$` that are searched for a receive time
+_LONGEST = 256  # bytes; the standard allows 82, some receivers and converters write more
+_PREFIX = 64  # bytes before the `$` that are searched for a receive time
 _FIELDS = 40
 _CODES = np.array([int.from_bytes(name.encode(), "big") for name in FORMATTERS])
 _DOLLAR, _BANG, _STAR, _COMMA, _DOT, _LF, _CR = b"$!*,.\n\r"
 _A, _P, _T, _Z, _LOWER_A, _LOWER_F, _ZERO = b"APTZaf0"
 _DASH, _PLUS, _COLON, _SPACE = b"-+: "
 _INCOMPLETE, _NOISE, _BAD_HEADER = -2, -3, -4
-_EARLIEST = 5e8  # Unix time of 1985: ten digits below are a counter
+_EARLIEST = 5e8  # Unix s (1985): a smaller number of ten digits is a counter
 
 
 @part_of_kernels
@@ -54,7 +54,7 @@ def _talker(first: int, second: int) -> int:
 
 
 def talker_name(index: int) -> str:
-    """The two characters of a talker's index."""
+    """The two characters of a talker, from its index."""
     letters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
     return letters[index // 36] + letters[index % 36]
 
@@ -71,7 +71,7 @@ def _hexadecimal(c: int) -> int:
 
 @part_of_kernels
 def _iso_time(buffer: bytes, first: int, last: int) -> float:
-    """YYYY-MM-DD, T or blank, hh:mm:ss[.sss][Z or ±hh:mm] at `first` as Unix time, or NaN."""
+    """Unix time of YYYY-MM-DD, T or blank, hh:mm:ss[.sss][Z or ±hh:mm] at `first`; NaN for other text."""
     if last - first < 19 or buffer[first + 4] != _DASH or buffer[first + 7] != _DASH:
         return math.nan
     if buffer[first + 13] != _COLON or buffer[first + 16] != _COLON:
@@ -95,7 +95,7 @@ def _iso_time(buffer: bytes, first: int, last: int) -> float:
 
 @part_of_kernels
 def _received(buffer: bytes, first: int, last: int) -> float:
-    """The receive time in a line's prefix: the first ISO date and time, or Unix s, ms or µs (10, 13, 16 digits)."""
+    """The receive time (Unix s) in a line's prefix: the first ISO time, or Unix s, ms or µs (10, 13, 16 digits)."""
     i = first
     while i < last:
         end = i
@@ -125,9 +125,9 @@ def _received(buffer: bytes, first: int, last: int) -> float:
 
 @part_of_kernels
 def _header_end(buffer: bytes, start: int, stop: int) -> int:
-    """The index of the comma behind a header of 4 to 8 capitals and digits; else why not.
+    """Index of the comma after a header of 4 to 8 capitals and digits; else _INCOMPLETE, _NOISE or _BAD_HEADER.
 
-    A talker may begin with a digit: n2kd names a device on the bus by its address.
+    A talker can begin with a digit, because n2kd names a device on the bus by its address.
     """
     i = start + 1
     while i < stop and i <= start + 8 and (_is_capital(buffer[i]) or is_digit(buffer[i])):
@@ -151,9 +151,9 @@ def _sentence_end(
     header_end: int,
     fields: NDArray[np.int64],
 ) -> tuple[int, int, int]:
-    """Walk a sentence: its fields' starts, and how it ends.
+    """Fill `fields` with where the fields of a sentence begin, and check its checksum.
 
-    Returns (outcome, number of fields, index behind it); outcome is READ, a reason, or _INCOMPLETE.
+    Returns (outcome, number of fields, index after the sentence); outcome is READ, a reason or _INCOMPLETE.
     """
     sum_, n = 0, 1
     fields[0] = start + 1
@@ -200,12 +200,12 @@ def scan(
     values: Floats,
     skipped: NDArray[np.int64],
 ) -> tuple[int, int, int]:
-    """Every sentence of a buffer.
+    """Find and read every sentence in a buffer.
 
-    Parameters: `arrived` is the receive time of lines without one of their own (NaN for none), `carry` (1,) the receive
-    time of the line a chunk began in. Filled: `headers` of all sound sentences (up to 8 bytes as an integer); for those
-    that are read, `offsets`, `kinds`, `talkers` and `values` (n, VALUES); `skipped` (reasons,) counts the others.
-    Returns (number of sound sentences, number read, index from which the next chunk has to repeat).
+    Parameters: `arrived`: receive time of lines without one of their own (NaN: unknown); `carry` (1,): receive time of
+    the line in which the chunk begins. Filled: `headers` of all valid sentences (up to 8 bytes as an integer);
+    `offsets`, `kinds`, `talkers` and `values` (n, VALUES) of those that are read; `skipped` (reasons,), counts of the
+    others. Returns (number of valid sentences, number read, index from which the next chunk must repeat the bytes).
     """
     fields = np.empty(_FIELDS + 1, np.int64)
     stop = len(buffer)

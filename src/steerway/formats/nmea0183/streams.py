@@ -1,8 +1,8 @@
-"""The streams of positions in one talker: two receivers, or a plotter whose sentences are of different moments.
+"""Separate the streams of positions under one talker.
 
-Two positions by one formatter in an epoch come from two receivers: each goes to the track it continues. Two formatters
-that disagree come from a plotter that stamps positions of different moments with one second: each formatter is a
-source. A log is divided as a whole (`streams`), a live link by its newest epochs (`division`, `Track`).
+Two positions by one formatter in an epoch come from two receivers; each position goes to the track that it continues.
+Two formatters that disagree come from a plotter that gives positions of different moments the same second; each
+formatter becomes a source. `streams` divides a whole log, `division` also the newest epochs of a live link.
 """
 
 from itertools import pairwise
@@ -16,20 +16,20 @@ from steerway.formats.nmea0183.epochs import LAT, LON, OPEN, SOG
 from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 
 POSITIONS = (2 << LAST_POSITION) - 1
-"""The bits of `seen` of sentences with a position."""
+"""Mask of the bits in `seen` of sentences with a position."""
 FEW = 4
-"""Rows below which nothing can be divided."""
-_LEAST = 3.0  # epochs with two positions
-_TWO_STREAMS = 0.3  # of the epochs with two positions: below, they are accidents
+"""Minimum number of rows that are divided."""
+_LEAST = 3.0  # least number of epochs with two positions, to divide a talker
+_TWO_STREAMS = 0.3  # least share of such epochs; fewer are accidents
 
 
 class Division(NamedTuple):
-    """How a talker is divided: by formatter, the best one first, or without any by continuity."""
+    """Division of a talker: by formatters, best first, or if there are none by continuity."""
 
     formatters: tuple[int, ...] = ()
 
     def names(self, talker: str) -> list[str]:
-        """The names of the sources, in the same order."""
+        """The names of the sources, in the order of the formatters."""
         if self.formatters:
             return [f"{talker} {FORMATTERS[kind]}" for kind in self.formatters]
         return [talker, f"{talker} 2"]
@@ -38,10 +38,10 @@ class Division(NamedTuple):
 def division(
     time: Floats, latitude: Floats, longitude: Floats, seen: NDArray[np.int64], sog: Floats, arrival: NDArray[np.int64]
 ) -> Division | None:
-    """The division of a talker's rows with positions, None where they are of one stream.
+    """The division of a talker's rows with positions; None if they are one stream.
 
-    Arrays (n,) in time order: position (rad), the bits of the kinds of sentences in each row, SOG (NaN for none), and
-    the place of each row in the order of arrival.
+    Arrays (n,) in time order: position (rad); seen, a bit per kind of sentence in the row; SOG (NaN if unknown); and
+    arrival, each row's index in order of arrival.
     """
     together = np.flatnonzero(np.diff(time) == 0.0)
     first, second = together, together + 1
@@ -64,9 +64,9 @@ def division(
 def streams(
     name: str, time: np.ndarray, rows: np.ndarray, seen: np.ndarray, mine: np.ndarray
 ) -> list[tuple[str, NDArray[np.int64]]]:
-    """A talker's rows (indices in time order) as one source, or as several when an epoch has two positions.
+    """Pairs (name, row indices) of a talker's sources: one, or several if epochs have two positions.
 
-    Rows without position stay with the first. Returns pairs of name and indices.
+    mine: indices of the talker's rows, in time order. Rows without a position stay with the first source.
     """
     if len(mine) < FEW:
         return [(name, mine)]
@@ -83,7 +83,7 @@ def streams(
 def _by_formatter(
     divided: Division, seen: NDArray[np.int64], mine: NDArray[np.int64], placed: NDArray[np.int64]
 ) -> list[NDArray[np.bool_]]:
-    """The rows of each formatter; a row of two formatters is in both."""
+    """Masks (len(mine),) of the rows of each formatter; a row with two formatters is in both."""
     is_placed = np.isin(mine, placed)
     parts = [is_placed & (seen[mine] >> kind & 1 > 0) for kind in divided.formatters]
     parts[0] |= ~is_placed
@@ -93,7 +93,7 @@ def _by_formatter(
 def _by_continuity(
     time: Floats, rows: Floats, mine: NDArray[np.int64], placed: NDArray[np.int64]
 ) -> list[NDArray[np.bool_]]:
-    """The rows of an epoch go to the two tracks so that both move least."""
+    """Masks (len(mine),) of two tracks. The positions of an epoch are assigned so that the tracks move least."""
     track = dict.fromkeys(mine.tolist(), 0)
     newest = None
     bounds = [0, *(np.flatnonzero(np.diff(time[placed])) + 1).tolist(), len(placed)]

@@ -1,8 +1,8 @@
-"""NMEA 0183 sentences out: RMC, GGA, VTG, ROT and HDT; APB, XTE and RMB of a leg. Each with checksum and line end.
+"""Write NMEA 0183 sentences with checksum and line end: RMC, GGA, VTG, ROT and HDT; APB, XTE and RMB of a leg.
 
-SI and radians in; unknown (NaN or None) becomes an empty field. Every number is rounded once, as a whole number of its
-last digit, so that no field has 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version 4.11, as receiver
-manuals reprint them.
+Arguments are in SI and radians; unknown values (NaN or None) become empty fields. Each number is rounded once, to a
+multiple of its last digit, so that no field shows 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version
+4.11, as receiver manuals reprint them.
 """
 
 import math
@@ -12,7 +12,7 @@ from steerway.core.earth import KNOT, NAUTICAL_MILE
 from steerway.core.leg import Leg
 
 TALKER = "SW"
-"""This project's own talker identifier, which distinguishes its sentences from those of a receiver."""
+"""This project's talker identifier, which distinguishes its sentences from those of a receiver."""
 
 _DECIMALS = 7  # of minutes of arc: 0.2 mm
 
@@ -34,7 +34,7 @@ def rmc(
     valid: bool = True,
     talker: str = TALKER,
 ) -> str:
-    """Position, SOG, COG and date. Without `valid` or a position: status V, mode N, all other fields empty."""
+    """RMC: position, SOG, COG and date. Without `valid` or a position: status V, mode N, and only time and date."""
     hour, date = _clock(time)
     if not valid or not _known(latitude, longitude):
         return sealed(f"{talker}RMC,{hour},V,,,,,,,{date},,,N")
@@ -52,7 +52,7 @@ def gga(
     talker: str = TALKER,
     quality: int = 1,
 ) -> str:
-    """Position with its quality, or with quality 0 and no position."""
+    """GGA: position and its quality; quality 0 and no position if not `valid` or unknown."""
     hour, _ = _clock(time)
     if not valid or not _known(latitude, longitude):
         return sealed(f"{talker}GGA,{hour},,,,,0,,,,M,,M,,")
@@ -61,31 +61,31 @@ def gga(
 
 
 def vtg(sog: float = math.nan, cog: float = math.nan, valid: bool = True, talker: str = TALKER) -> str:
-    """SOG and true COG; without `valid` mode N and nothing else."""
+    """VTG: SOG and true COG; if not `valid`, mode N and empty fields."""
     if not valid:
         return sealed(f"{talker}VTG,,T,,M,,N,,K,N")
     return sealed(f"{talker}VTG,{_course(cog)},T,,M,{_fixed(sog, 1.0 / KNOT, 3)},N,{_fixed(sog, 3.6, 3)},K,A")
 
 
 def rot(rate: float = math.nan, valid: bool = True, talker: str = TALKER) -> str:
-    """Rate of turn: degrees a minute, + to starboard; unknown or not `valid` is status V."""
+    """ROT: rate of turn in degrees per minute, positive to starboard; status V if unknown or not `valid`."""
     known = valid and _known(rate)
     return sealed(f"{talker}ROT,{_fixed(rate, math.degrees(60.0), 2) if known else ''},{'A' if known else 'V'}")
 
 
 def hdt(heading: float = math.nan, talker: str = TALKER) -> str:
-    """True heading."""
+    """HDT: true heading."""
     return sealed(f"{talker}HDT,{_course(heading)},T")
 
 
 def xte(leg: Leg, valid: bool = True, talker: str = TALKER) -> str:
-    """Cross-track error and the side to steer to."""
+    """XTE: cross-track error and the direction to steer."""
     status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
     return sealed(f"{talker}XTE,{status},{status},{error},N,{'A' if status == 'A' else 'N'}")
 
 
 def apb(leg: Leg, valid: bool = True, talker: str = TALKER) -> str:
-    """All that an autopilot needs to follow the leg; bearings and the course to steer are true."""
+    """APB: everything an autopilot needs to follow the leg; bearings and course to steer are true."""
     status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
     arrived, passed = _letter(leg.is_arrived and status == "A"), _letter(leg.is_passed and status == "A")
     origin_bearing, bearing, steer = (
@@ -98,7 +98,7 @@ def apb(leg: Leg, valid: bool = True, talker: str = TALKER) -> str:
 
 
 def rmb(leg: Leg, valid: bool = True, talker: str = TALKER) -> str:
-    """Bearing and distance of the destination, at most 999.9 nautical miles; cross-track error, at most 9.99."""
+    """RMB: bearing and distance to the destination, at most 999.9 nautical miles; cross-track error, at most 9.99."""
     status, error = _status(leg, valid), _cross_track(leg, valid, 9.99)
     place = _place(leg.latitude, leg.longitude) if _known(leg.latitude, leg.longitude) else ",,,"
     distance, bearing, closing = "", "", ""
@@ -121,7 +121,7 @@ def _letter(holds: bool) -> str:
 
 
 def _cross_track(leg: Leg, valid: bool, most: float) -> str:
-    """Nautical miles off the leg and the side to steer to: to port when the boat is to starboard."""
+    """Distance off the leg (nautical miles) and the direction to steer: L (port) if the boat is to starboard."""
     if _status(leg, valid) == "V":
         return ","
     side = "L" if leg.cross_track > 0.0 else "R"
@@ -137,14 +137,14 @@ def _fixed(value: float | None, scale: float, decimals: int) -> str:
 
 
 def _course(angle: float | None) -> str:
-    """Degrees in [0, 360) with two decimals; empty for unknown."""
+    """Degrees in [0, 360) with two decimals; empty if unknown."""
     if angle is None or not math.isfinite(angle):
         return ""
     return f"{round(math.degrees(angle) * 100.0) % 36000 / 100.0:.2f}"
 
 
 def _clock(time: float) -> tuple[str, str]:
-    """hhmmss.sss and ddmmyy of a Unix time; both empty for unknown."""
+    """hhmmss.sss and ddmmyy of a Unix time; both empty if unknown."""
     if not _known(time):
         return "", ""
     milliseconds = round(time * 1000.0)
@@ -158,7 +158,7 @@ def _place(latitude: float, longitude: float) -> str:
 
 
 def _angle(radians: float, width: int, letters: str) -> str:
-    """ddmm.mmmmmmm,N in whole units of the last digit."""
+    """The angle as ddmm.mmmmmmm,N, computed in whole units of the last digit."""
     scale = 10**_DECIMALS
     units = round(abs(math.degrees(radians)) * 60.0 * scale)
     degrees, rest = divmod(units, 60 * scale)

@@ -1,8 +1,8 @@
-"""NMEA 2000 logs, as several programs and gateways write them, one message or frame a line.
+"""NMEA 2000 logs of several programs and gateways, with one message or frame per line.
 
-Long messages stand whole on their line or split over frames of eight bytes as on the bus. Every message is a row of its
-own at the time it was received; messages of one source received at the same time share a row. Only 129029 carries a
-time of its own (GNSS), which its row takes. The same decoder serves the wire.
+A long message is complete on its line, or split over frames of eight bytes as on the bus. Messages that one source sent
+at the same receive time share a row. Only 129029 contains a time (GNSS), which becomes the time of its row. Live links
+use the same decoder.
 """
 
 import math
@@ -17,20 +17,20 @@ from steerway.formats.nmea2000.fields import MESSAGES
 from steerway.formats.nmea2000.text import Heard, form_of, messages
 from steerway.formats.recording import Recording, fixes_at
 
-_CLOCK_ERROR = 2.0  # s; a smaller difference between the logger's clock and GNSS is the delay of the message
+_CLOCK_ERROR = 2.0  # s; a smaller difference between the logger's clock and GNSS is message delay
 _NO_DATE = 10.0 * 86400.0  # Unix s below which a log has times of the day only
 POSITIONS = 129029, 129025
 Messages = Mapping[int, Sequence[dict[str, float]]]
-"""Values of the messages of one sender, by their number."""
+"""Values of the messages of one sender, by PGN."""
 
 
 def recognises(head: bytes) -> bool:
-    """Whether there is a line of NMEA 2000 in the first bytes of a log."""
+    """Whether the first bytes of a log contain a line of NMEA 2000."""
     return form_of(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The sources "src N" of a log, N being the sender's address on the bus; what is damaged is counted."""
+    """The sources "src N" of a log, where N is the sender's address on the bus; damaged lines are counted."""
     skipped, counts = Counter[str](), Counter[str]()
     notes: list[str] = []
     heard = [each for each in messages(data, skipped) if np.isfinite(each.time)]
@@ -44,7 +44,7 @@ def read(data: bytes) -> Recording:
             sources[each.source][each.pgn].append({"received": each.time, "latitude": np.nan})
     error = _clock_error(sources, decoder.late, notes)
     if heard and heard[0].time + error < _NO_DATE:
-        notes.append("the log has times without a date: its days are counted from 1970-01-01")
+        notes.append("the log has no date: days are counted from 1970-01-01")
     found = {}
     for address in sorted(sources):
         name = f"src {address}"
@@ -60,11 +60,11 @@ def read(data: bytes) -> Recording:
 
 
 Rows = dict[int, dict[int, list[dict[str, float]]]]
-"""Rows of each sender, by the number of the message."""
+"""Rows of each sender, by PGN."""
 
 
 def _decoder_for(heard: Iterable[Heard]) -> Decoder:
-    """A decoder that knows the first variation of the log from its beginning."""
+    """A decoder with the first magnetic variation in the log, to be used from its beginning."""
     decoder = Decoder()
     for each in heard:
         if each.pgn == 127258 and np.isnan(decoder.variation):
@@ -73,9 +73,9 @@ def _decoder_for(heard: Iterable[Heard]) -> Decoder:
 
 
 def _clock_error(sources: Rows, system: Sequence[float], notes: list[str]) -> float:
-    """s by which the logger's clock is set to that of GNSS, where its error exceeds the delay of messages; else 0.
+    """Correction (s) of the logger's clock to GNSS time; 0 if it is no larger than the delay of messages.
 
-    system: the same by messages of the system time, for a log whose 129029 say nothing.
+    system: differences (s) of system time messages, used if no 129029 has a time.
     """
     late = [row["time"] - row["received"] for own in sources.values() for row in own.get(129029, ()) if "time" in row]
     late = late or list(system)
@@ -87,7 +87,7 @@ def _clock_error(sources: Rows, system: Sequence[float], notes: list[str]) -> fl
 
 
 def _fixes(name: str, own: Messages, error: float, skipped: Counter[str], notes: list[str]) -> Fixes:
-    """One source's rows, `received` corrected by the error of the logger's clock."""
+    """The rows of one source, with receive times corrected by the error (s) of the logger's clock."""
     chosen = _position(name, own, skipped, notes)
     rows: dict[float, dict[str, float]] = defaultdict(dict)
     for pgn, table in own.items():
@@ -100,7 +100,7 @@ def _fixes(name: str, own: Messages, error: float, skipped: Counter[str], notes:
 
 
 def _position(name: str, own: Messages, skipped: Counter[str], notes: list[str]) -> int:
-    """The message of positions that is taken: 129029, whose time is its own, where it comes as often, else 129025."""
+    """The PGN whose positions are used: 129029, which has a time, unless 129025 is more frequent."""
     usable = {pgn: sum(math.isfinite(each["latitude"]) for each in own.get(pgn, ())) for pgn in POSITIONS}
     chosen, other = POSITIONS if usable[129029] > 0.9 * usable[129025] else POSITIONS[::-1]
     if lost := len(own.get(chosen, ())) - usable[chosen]:
@@ -109,7 +109,7 @@ def _position(name: str, own: Messages, skipped: Counter[str], notes: list[str])
         key = "time" if chosen == 129029 else "received"
         times = [each[key] for each in own[chosen] if math.isfinite(each["latitude"])]
         if repeated := len(times) - len(set(times)):
-            skipped["position at the time of another"] += repeated
+            skipped["second position at the same time"] += repeated
         if left_out := len(own.get(other, ())):
             notes.append(f"{name}: positions from {chosen}, {left_out} × {other} of the same receiver left out")
         notes.append(f"{name}: positions carry {'GNSS time' if key == 'time' else 'the time the logger received them'}")

@@ -1,4 +1,4 @@
-"""What messages mean together: angles from true north, positions with their accuracy. For logs and for the wire."""
+"""Combine NMEA 2000 messages, from logs or live: true angles from the variation, positions with their accuracy."""
 
 import math
 from collections import Counter, deque
@@ -7,19 +7,19 @@ from typing import Any
 from steerway.formats import dilution
 from steerway.formats.nmea2000.fields import MAGNETIC, MESSAGES, TRUE
 
-_FIRST_DATE = 946771200.0  # 2000-01-02, a year before the standard was published: earlier ones are of no fix
-_LATEST = 1000  # system times that are kept
-_FRESH = 3.0  # s for which a dilution of precision holds
+_FIRST_DATE = 946771200.0  # Unix s, 2000-01-02: earlier dates are older than the standard and come without a fix
+_LATEST = 1000  # number of system times in memory
+_FRESH = 3.0  # s for which a dilution of precision is valid
 
 
 class Decoder:
-    """Takes the messages of all senders in the order in which they come.
+    """Decodes the messages of all senders in order of arrival.
 
     Attributes:
-        variation: rad, + east, the last on the bus; NaN before the first.
-        skipped: reason → count of what has no value.
+        variation: last magnetic variation on the bus, rad, east positive; NaN before the first.
+        skipped: number of values that could not be used, by reason.
         corrected: (sender, "COG" or "heading") of magnetic angles that were made true.
-        late: s by which the network's system time is ahead of the times of receipt.
+        late: system time of the network minus receive time, s, of the last messages.
     """
 
     def __init__(self) -> None:
@@ -30,9 +30,9 @@ class Decoder:
         self._accuracy: dict[int, tuple[float, float]] = {}
 
     def values(self, pgn: int, source: int, raw: tuple[int, ...], received: float) -> dict[str, float]:
-        """SI values, by the names of `Fixes`, of a message received at a Unix time; nothing for a position without fix.
+        """SI values of a message, by field of `Fixes`; empty for a position without fix. received: Unix s.
 
-        129029 has a `time` of its own. 129025 has the accuracy of the last 129029 of its sender.
+        129029 also gives `time`. 129025 gets the accuracy of its sender's last 129029.
         """
         values: dict[str, Any] = MESSAGES[pgn].values(raw)  # some of them whole numbers
         if pgn == 127258:
@@ -91,7 +91,7 @@ class Decoder:
 
 
 def _placed(latitude: float, longitude: float) -> dict[str, float]:
-    """A place in degrees as one in rad."""
+    """Latitude and longitude in rad, from degrees; NaN if out of range."""
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         return {"latitude": math.nan, "longitude": math.nan}
     return {"latitude": math.radians(latitude), "longitude": math.radians(-180.0 if longitude == 180.0 else longitude)}

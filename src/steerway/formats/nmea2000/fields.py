@@ -1,4 +1,4 @@
-"""Fields of the NMEA 2000 messages that are read: one table for logs and the wire. Source: the canboat PGN database."""
+"""Fields of the NMEA 2000 messages that are read, from logs or live. Source: the canboat PGN database."""
 
 import math
 import struct
@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 TRUE, MAGNETIC = 0, 1
-"""References of an angle."""
+"""Codes of the reference of an angle."""
 _DEGREE = math.degrees(1.0)
 _LARGEST = {"H": 0xFFFF, "h": 0x7FFF, "I": 0xFFFFFFFF, "i": 0x7FFFFFFF, "q": 0x7FFFFFFFFFFFFFFF}
 METHODS = (
@@ -17,9 +17,10 @@ METHODS = (
 
 
 class Field(NamedTuple):
-    """A field: its name here and in canboat's JSON, the SI value of one bit, and in JSON the size of that unit.
+    """A field of a message: its name, and its label in canboat's JSON.
 
-    A field without a unit is a number, in the bits of its byte from `shift` on: the words are its values in JSON.
+    unit: SI value of one bit. in_json: factor from SI to the unit in JSON. A field with `words` is a code instead, in
+    the bits of its byte from `shift` on; the words are its values in JSON.
     """
 
     name: str
@@ -31,7 +32,7 @@ class Field(NamedTuple):
 
 
 class Message:
-    """A message: what it is called, the layout of its bytes (as of `struct`), and its fields in their order."""
+    """A message: its title, the layout of its bytes (a `struct` format), and its fields in order."""
 
     def __init__(self, title: str, layout: str, *fields: Field):
         self.title, self.fields = title, fields
@@ -39,15 +40,15 @@ class Message:
         self.length = self._layout.size
 
     def raw(self, payload: bytes) -> tuple[int, ...]:
-        """The numbers of a payload of `length` bytes or more."""
+        """The raw field values in a payload of at least `length` bytes."""
         return self._layout.unpack_from(payload)
 
     def raw_of_json(self, values: dict[str, Any], in_radians: bool) -> tuple[int, ...]:
-        """The numbers of a message that is decoded already; the largest of a field stands for one that is missing."""
+        """The raw field values of a message decoded in JSON; a missing field gets its largest value (not available)."""
         return tuple(_raw(field, most, values.get(field.label), in_radians) for field, most in self._ranges)
 
     def values(self, raw: tuple[int, ...]) -> dict[str, float]:
-        """SI values by name; NaN for the three largest: not available, out of range and reserved."""
+        """SI values by name; NaN for the three largest raw values: not available, out of range, reserved."""
         return {
             field.name: number >> field.shift if field.words else math.nan if number > most - 3 else number * field.unit
             for (field, most), number in zip(self._ranges, raw, strict=True)
@@ -74,7 +75,7 @@ def _raw(field: Field, most: int, value: object, in_radians: bool) -> int:
 
 
 def _seconds(text: str) -> float:
-    """Seconds since 1970 of a date such as 2021.10.13, since midnight of a time such as 09:00:38.5; NaN else."""
+    """Seconds since 1970 of a date such as 2021.10.13, or since midnight of a time such as 09:00:38.5; else NaN."""
     try:
         if ":" in text:
             moment = time.fromisoformat(text)
@@ -121,6 +122,6 @@ MESSAGES = {
         Field("hdop", "HDOP", 0.01),
     ),
 }
-"""By PGN."""
+"""Messages that are read, by PGN."""
 ANGLES = ("COG", "Heading")
-"""Fields in JSON that show by their size whether its angles are in degrees or in radians."""
+"""Fields in JSON whose size shows if its angles are in degrees or radians."""

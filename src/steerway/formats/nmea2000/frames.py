@@ -1,14 +1,14 @@
-"""Frames of NMEA 2000: the identifier of 29 bits, and messages split over frames (fast packet).
+"""Frames of NMEA 2000: the 29-bit identifier, and messages split over several frames (fast packets).
 
-Source: ISO 11783-3 and -5 as the canboat project documents them.
+Source: ISO 11783-3 and -5, as documented by the canboat project.
 """
 
 from typing import NamedTuple
 
 BROADCAST = 255
 FAST = frozenset({126996, 127237, 129029, 129284})
-"""PGNs that are split over frames, of those that are read or sent."""
-_OPEN = 64  # messages that may be incomplete at a time
+"""PGNs sent as fast packets, among those that are read or sent here."""
+_OPEN = 64  # largest number of incomplete messages in memory
 
 
 class Frame(NamedTuple):
@@ -22,7 +22,7 @@ class Frame(NamedTuple):
 
 
 def frame_of(identifier: int, data: bytes) -> Frame:
-    """A frame by its identifier."""
+    """The frame with an identifier and data."""
     destination, pgn = identifier >> 8 & 0xFF, identifier >> 8 & 0x3FFFF
     if pgn >> 8 & 0xFF < 240:
         pgn &= 0x3FF00
@@ -46,11 +46,11 @@ class Joiner:
 
     @property
     def lost(self) -> int:
-        """How many messages were given up or are not complete."""
+        """Number of messages that were given up or are still incomplete."""
         return self._given_up + len(self._open)
 
     def add(self, frame: Frame) -> bytes | None:
-        """The whole message that a frame completes; None while it is not complete."""
+        """The payload of the message that a frame completes; None if it completes none."""
         if frame.pgn not in FAST:
             return frame.data
         if len(frame.data) < 2:
@@ -75,13 +75,13 @@ class Joiner:
 
 
 class Splitter:
-    """Splits messages into the data of frames."""
+    """Splits messages into fast packets."""
 
     def __init__(self) -> None:
         self._sequences: dict[int, int] = {}
 
     def parts(self, pgn: int, payload: bytes) -> list[bytes]:
-        """The data of the frames of a message."""
+        """The data of each frame of a message; a single frame if the PGN is not a fast packet."""
         if pgn not in FAST:
             return [payload]
         sequence = self._sequences.get(pgn, 0)

@@ -1,4 +1,4 @@
-"""Lines of logs of NMEA 2000: canboat's text and JSON, candump, Yacht Devices RAW and Actisense's N2K ASCII."""
+"""Lines of NMEA 2000 logs: canboat's text and JSON, candump, Yacht Devices RAW, Actisense's N2K ASCII, SeaSmart."""
 
 import json
 import math
@@ -33,21 +33,21 @@ _ANALYZED = re.compile(
     rb"[^:\r\n]*: +(?P<fields>[^=\r\n]+=[^\r\n]*)$",
     re.M,
 )
-"""As canboat's analyzer prints messages for people."""
+"""Readable text of canboat's analyzer."""
 _SEASMART = re.compile(
     rb"^\$PCDIN,(?P<hex>[0-9A-F]{6}),(?P<tick>[0-9A-F]{8}),(?P<source>[0-9A-F]{2}),(?P<data>(?:[0-9A-F]{2})+)\*", re.M
 )
-"""Lines of SeaSmart.Net gateways, which stand among sentences of NMEA 0183: time in ms of their own."""
+"""Lines of SeaSmart.Net gateways, between sentences of NMEA 0183; their time is in ms of the gateway's clock."""
 FORMS = (_CANBOAT, _JSON, _CANDUMP, _RAW, _ACTISENSE, _SEASMART, _ANALYZED)
 _DAY = 86400.0
 
 
 Fields = tuple[tuple[int, int, str], dict[str, Any]]
-"""(PGN, source, time) and the fields by name of a message that is decoded already."""
+"""(PGN, source, time as text) and the fields by name of a message that another program has decoded."""
 
 
 class Heard(NamedTuple):
-    """A whole message: when it was received (Unix s; NaN for a damaged stamp), its sender and its numbers."""
+    """A complete message: receive time (Unix s, NaN for a damaged stamp), PGN, sender and raw field values."""
 
     time: float
     pgn: int
@@ -56,14 +56,14 @@ class Heard(NamedTuple):
 
 
 def form_of(text: bytes) -> re.Pattern[bytes] | None:
-    """The form of a log: that of which most lines are; None without any."""
+    """The form that most lines of a log have; None if no line has any."""
     counts = {form: sum(1 for _ in form.finditer(text)) for form in FORMS}
     best = max(FORMS, key=counts.__getitem__)
     return best if counts[best] else None
 
 
 def messages(data: bytes, skipped: Counter[str]) -> list[Heard]:
-    """Every whole message that is read, in the order of the log; what is left out is counted by reason."""
+    """The complete messages whose PGN is in MESSAGES, in order of the log; lines left out are counted by reason."""
     form = form_of(data)
     lines = list(form.finditer(data)) if form else []
     written = sum(1 for line in data.splitlines() if line.strip() and not line.lstrip().startswith(b"#"))
@@ -90,7 +90,7 @@ def messages(data: bytes, skipped: Counter[str]) -> list[Heard]:
 
 
 def frame_of_line(line: bytes) -> Frame | None:
-    """The frame of a line that a gateway received from the bus, in Yacht Devices' RAW form; None for any other line."""
+    """The frame in a line of Yacht Devices' RAW form that was received from the bus; None for any other line."""
     match = _RAW.match(line)
     return match and frame_of(int(match["id"], 16), bytes.fromhex(match["data"].decode()))
 
@@ -118,7 +118,7 @@ def _payloads(
 
 
 def _clocks(form: re.Pattern[bytes], lines: Sequence[re.Match[bytes]]) -> list[float]:
-    """Unix times; of a form without dates, seconds since the midnight before the log began."""
+    """Unix times; for a form without dates, seconds since the midnight before the log began, or the gateway's clock."""
     if form is _CANDUMP:
         stamps = [each["unix"].decode() for each in lines]
         return list(unix_times(stamps)) if " " in stamps[0] else [float(each) for each in stamps]
@@ -135,7 +135,7 @@ def _clocks(form: re.Pattern[bytes], lines: Sequence[re.Match[bytes]]) -> list[f
 
 
 def _analyzed(match: re.Match[bytes]) -> Fields:
-    """((PGN, source, time), fields) of a line of the analyzer; numbers without their units."""
+    """((PGN, source, time), fields) of a line of canboat's analyzer, numbers without their units."""
     pairs = (each.split("=", 1) for each in match["fields"].decode("utf-8", "replace").split(";") if "=" in each)
     fields = {name.strip(): _value(text.strip()) for name, text in pairs}
     return (int(match["pgn"]), int(match["source"]), match["stamp"].decode()), fields
@@ -149,7 +149,7 @@ def _value(text: str) -> float | str:
 
 
 def _parsed(lines: Sequence[bytes], skipped: Counter[str]) -> list[Fields]:
-    """((PGN, source, time), fields) of every line of JSON."""
+    """((PGN, source, time), fields) of every valid line of JSON."""
     found = []
     for line in lines:
         try:
@@ -164,10 +164,10 @@ def _parsed(lines: Sequence[bytes], skipped: Counter[str]) -> list[Fields]:
 
 
 def _of_fields(found: Sequence[Fields]) -> list[Heard]:
-    """Messages of ((PGN, source, time), fields by name)."""
+    """The messages whose PGN is in MESSAGES, encoded as raw field values."""
     found = [each for each in found if each[0][0] in MESSAGES]
     angles = [fields[name] for _, fields in found for name in ANGLES if isinstance(fields.get(name), int | float)]
-    in_radians = max(angles, default=0.0) <= math.tau  # a whole log of courses below 6.3° is less likely
+    in_radians = max(angles, default=0.0) <= math.tau  # a log in which all courses are below 6.3° is unlikely
     times = unix_times([stamp for (_, _, stamp), _ in found])
     return [
         Heard(time, pgn, source, MESSAGES[pgn].raw_of_json(fields, in_radians))
