@@ -1,8 +1,8 @@
-"""From forces to actuators: two propellers side by side, two shafts, a rudder, any number of thrusters.
+"""Thrust allocation: from generalized force to two propellers, one shaft, a rudder or any number of thrusters.
 
-Thrusters together give a force in surge and sway and a moment in yaw, τ = B f with f the thrusts; the allocation is
-f = B⁺ τ (Fossen 2021, section 11.2). Where that exceeds a thruster's limits, it is held there and what is missing is
-asked of the others (Bordignon 1996, redistributed pseudo-inverse).
+The generalized force in surge, sway and yaw is τ = B f, with f the thrusts and B the thruster configuration matrix. The
+allocation is f = B⁺ τ (Fossen 2021, section 11.2). A thruster beyond its limit is held there, and the others supply the
+rest of τ (redistributed pseudo-inverse; Bordignon 1996).
 """
 
 import math
@@ -21,14 +21,14 @@ from steerway.core.errors import InputError
 
 
 class Actuation(Protocol):
-    """What makes commands of a surge force and of the autopilot's output: a yaw moment, a rudder angle, a yaw rate."""
+    """Converts a surge force and the autopilot's output (yaw moment, rudder angle or yaw rate) to actuator commands."""
 
     def step(self, surge_force: float, yaw: float, /) -> tuple[float, ...]:
-        """The commands, one an actuator, then the achieved force, then the achieved part of the autopilot's output."""
+        """One command per actuator, then the achieved surge force, then the achieved autopilot output."""
 
 
 class PropellerCommand(NamedTuple):
-    """Commands of two propellers, and the force and moment that they give."""
+    """Commands of two propellers, and the force and moment that they achieve."""
 
     port: float  # rad/s
     starboard: float  # rad/s
@@ -38,13 +38,13 @@ class PropellerCommand(NamedTuple):
 
 @kernel
 def shaft_speed(thrust: float, gain_ahead: float, gain_astern: float) -> float:
-    """Propeller speed (rad/s) for a thrust (N) of T = k n|n|, k by the direction of the thrust."""
+    """Propeller speed n (rad/s) for a thrust (N): T = k n|n|, with the gain k of the thrust's direction."""
     return math.sqrt(thrust / gain_ahead) if thrust >= 0.0 else -math.sqrt(-thrust / gain_astern)
 
 
 @kernel
 def thrust(speed: float, gain_ahead: float, gain_astern: float) -> float:
-    """Thrust (N) of a propeller at a speed (rad/s): T = k n|n|, k by the direction."""
+    """Thrust T = k n|n| (N) of a propeller at the speed n (rad/s), with the gain k of its direction."""
     return (gain_ahead if speed >= 0.0 else gain_astern) * speed * abs(speed)
 
 
@@ -58,9 +58,9 @@ def allocate(
     max_thrust: float,
     min_thrust: float,
 ) -> tuple[float, float, float, float]:
-    """(port, starboard, force, moment): P0 (60)–(63) with a gain for each direction, and limits that spare the moment.
+    """(port rad/s, starboard rad/s, force N, moment N·m) by P0 (60)–(63), with limits and one gain per direction.
 
-    Steering comes first: the moment is cut only where the propellers cannot give it at any force, the force gives way.
+    The yaw moment has priority: the force is reduced first, and the moment only beyond the largest of the pair.
     """
     half = yaw_moment / (2.0 * arm)
     room = 0.5 * (max_thrust - min_thrust)
@@ -73,9 +73,9 @@ def allocate(
 
 @dataclass(frozen=True)
 class TwoPropellers:
-    """Two propellers at ± `arm` (m) from the centre line, T = k n|n| (k in N·s²), speeds within limits (rad/s).
+    """Two propellers at ± `arm` (m) from the centre line: T = k n|n| (k in N·s²), with limits of the speed n (rad/s).
 
-    min_speed 0 for propellers that do not reverse. The moment of the pair is arm · (T_port − T_starboard).
+    Set `min_speed` to 0 for propellers that do not reverse. The yaw moment of the pair is arm · (T_port − T_starboard).
     """
 
     arm: float
@@ -95,12 +95,12 @@ class TwoPropellers:
         object.__setattr__(self, "_constants", tuple(map(float, constants)))
 
     def step(self, surge_force: float, yaw_moment: float) -> PropellerCommand:
-        """Propeller speeds for a surge force (N) and yaw moment (N·m), and what of both they give."""
+        """Propeller speeds for a surge force (N) and yaw moment (N·m), with the force and moment achieved."""
         return PropellerCommand(*allocate(surge_force, yaw_moment, *self._constants))
 
     @property
     def max_moment(self) -> float:
-        """The largest yaw moment (N·m) the pair can give, at whatever force."""
+        """Largest yaw moment (N·m) of the pair, whatever the surge force."""
         _, _, _, max_thrust, min_thrust = self._constants
         return self.arm * (max_thrust - min_thrust)
 
@@ -112,11 +112,11 @@ OTTER_PROPELLERS = TwoPropellers(
     max_speed=math.sqrt(0.5 * 24.4 * 9.81 / (0.02216 / 2.0)),
     min_speed=-math.sqrt(0.5 * 13.6 * 9.81 / (0.01289 / 2.0)),
 )
-"""The Otter's: bollard pull 24.4 kgf ahead and 13.6 kgf astern from both (the author's public model, MSS)."""
+"""The Otter's propellers: bollard pull of both 24.4 kgf ahead and 13.6 kgf astern (the author's public model, MSS)."""
 
 
 class RudderCommand(NamedTuple):
-    """The command (rad), and what it achieves of the demanded force and rudder angle."""
+    """The rudder command (rad), and the surge force and rudder angle achieved."""
 
     rudder: float
     surge_force: float
@@ -133,7 +133,7 @@ class Rudder:
         positive("rudder.limit", self.limit)
 
     def step(self, surge_force: float, yaw: float) -> RudderCommand:
-        """The command for a demanded rudder angle; the force is passed on as it is."""
+        """The command for a demanded rudder angle (rad), within the limit; the surge force is returned unchanged."""
         rudder = max(-self.limit, min(self.limit, yaw))
         return RudderCommand(rudder, surge_force, rudder)
 
@@ -152,7 +152,7 @@ class ShaftSpeed:
         not_negative("shaft.low", -self.low)
 
     def turning(self, surge_force: float) -> tuple[float, float]:
-        """(shaft speed, force it gives at rest) for a force (N)."""
+        """(shaft speed in rev/s, its bollard thrust in N) for a demanded force (N)."""
         shaft = min(max(signed_root(surge_force / self.gain), self.low), self.high)
         return shaft, self.gain * signed_square(shaft)
 
@@ -176,20 +176,19 @@ class ShaftAndMoment(ShaftSpeed):
 
 
 _RANK = 1e-9
-"""Singular values, over the largest, that count as none."""
+"""Singular values below this fraction of the largest count as 0."""
 
 
 def thruster_matrix(places: Sequence[tuple[float, float, float]]) -> Floats:
-    """B (3, n) of thrusters at (m ahead, m to starboard) that push at an angle (rad, + to starboard) from ahead."""
+    """Configuration matrix B (3, n) of thrusters: (m forward, m to starboard, thrust direction in rad from the bow)."""
     columns = [(math.cos(a), math.sin(a), x * math.sin(a) - y * math.cos(a)) for x, y, a in places]
     return np.array(columns, dtype=np.float64).reshape(-1, 3).T
 
 
 class Thrusters:
-    """The allocation for B (3, n), thrusts from `low` to `high` (n,), N.
+    """Thrust allocation for a configuration matrix B (3, n) and thrusts from `low` to `high` (n,), N.
 
-    Raises InputError for shapes that do not fit, limits that leave nothing, and thrusters that together do not push in
-    every direction.
+    Raises InputError for shapes that do not match, limits that do not contain 0 N, and a B of rank below 3.
     """
 
     def __init__(self, matrix: ArrayLike, low: ArrayLike, high: ArrayLike):
@@ -204,7 +203,7 @@ class Thrusters:
             raise InputError("thrusters do not give surge, sway and yaw together, expected three independent ones")
 
     def allocate(self, force: ArrayLike) -> tuple[Floats, Floats]:
-        """(thrusts (n,), force (3,) that they give) for a wanted force (surge N, sway N, yaw N·m)."""
+        """(thrusts (n,), achieved generalized force (3,)) for a desired one (surge N, sway N, yaw N·m)."""
         wanted = np.asarray(force, dtype=np.float64)
         thrusts, free = np.zeros(len(self.low)), np.ones(len(self.low), dtype=bool)
         while free.any():
@@ -218,6 +217,6 @@ class Thrusters:
         return thrusts, self.matrix @ thrusts
 
     def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
-        """The thrusts, then the achieved force and moment, without a force in sway: for `pilot.Pilot`."""
+        """The thrusts (N), then the achieved surge force and yaw moment, without a sway force: for `pilot.Pilot`."""
         thrusts, (surge, _, moment) = self.allocate((surge_force, 0.0, yaw))
         return (*thrusts.tolist(), float(surge), float(moment))

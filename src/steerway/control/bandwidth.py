@@ -8,28 +8,27 @@ from steerway.control.course import AnglePIDGains, course_gains
 from steerway.core.checks import not_negative, positive
 
 COMFORTABLE = 0.2
-"""Least relative damping of a loop that `comfortable_bandwidth` allows: an oscillation falls to 28 % in one period.
-Chosen."""
+"""Smallest damping ratio that `comfortable_bandwidth` allows: an oscillation decays to 28 % in one period."""
 RATE_SHARE = 0.3
-"""ω_n/ω_e for a vessel with a yaw-rate loop: the largest round number that keeps the least relative damping of s (T s +
-1) F(s) + ω_n (2ω_e² s + ω_e³), F the filter of `loop_damping`, at `COMFORTABLE` whatever T
-(`tests/test_autopilot.py`)."""
+"""Ratio ω_n/ω_e for a vessel with its own yaw-rate loop of time constant T. It is the largest round number for which
+the poles of s (T s + 1) F(s) + ω_n (2ω_e² s + ω_e³), F the filter of `loop_damping`, have a damping ratio of at least
+`COMFORTABLE` for every T (`tests/test_autopilot.py`)."""
 _LEAST = 0.1
-"""Share of the largest bandwidth with which `GainSchedule` begins, before speed and interval are known. Chosen: slow
-rather than unstable."""
+"""Bandwidth of `GainSchedule` as a fraction of the largest, before speed and fix interval are known: slow, not
+unstable."""
 _RETUNED = 0.05
-"""Relative change of the carried bandwidth at which `GainSchedule` designs the gains anew. Chosen: it changes a damping
-of 0.2 by 0.012 where T ω_e is up to 0.2, by 0.04 where it is 2 (`loop_damping`)."""
+"""Relative change of the estimate's bandwidth at which `GainSchedule` redesigns the gains. It changes a damping ratio
+of 0.2 by 0.012 for T ω_e up to 0.2, and by 0.04 for T ω_e = 2 (`loop_damping`)."""
 _HALVINGS = 14
-"""Bisections of 20 octaves in `comfortable_bandwidth`: it is found to 0.1 %."""
+"""Bisections over 20 octaves in `comfortable_bandwidth`; the result is accurate to 0.1 %."""
 
 
 def carried_bandwidth(speed: float, course_rate_density: float, position_std: float, fix_interval: float) -> float:
-    """ω_e = (U² S_ω / (σ² T_gnss))^(1/6), rad/s: the bandwidth of the course estimate, above which a boat hunts.
+    """Bandwidth of the course estimate (rad/s), ω_e = (U² S_ω / (σ² T_gnss))^(1/6). A faster autopilot hunts.
 
     speed U in m/s, spectral density S_ω of the course acceleration in rad²/s³, position_std σ of one fix and axis in m,
-    fix_interval T_gnss in s. From the steady Kalman filter of a triple integrator: course is position over U, so its
-    measurement density is σ² T/U², and the gain's natural frequency is the sixth root of process over measurement.
+    fix_interval T_gnss in s. Lateral position over U measures the integral of the course with noise density σ² T/U².
+    ω_e is the natural frequency of the steady Kalman filter, the sixth root of process over measurement density.
     """
     not_negative("speed", speed)
     positive("course_rate_density", course_rate_density)
@@ -41,13 +40,12 @@ def carried_bandwidth(speed: float, course_rate_density: float, position_std: fl
 def loop_damping(
     bandwidth: float, carried: float, nomoto_time: float, damping: float = 1.0, course_gain: float = 1.0
 ) -> float:
-    """Least relative damping −Re s/|s| among the poles of autopilot, vessel and estimator; below 0 the loop oscillates.
+    """Smallest damping ratio −Re s/|s| among the poles of autopilot, vessel and estimator; negative if unstable.
 
-    The autopilot of `course_gains` on a Nomoto vessel of time constant T, fed with course and rate from a steady filter
-    whose three poles lie at ω_e (s³ + 2ω_e s² + 2ω_e² s + ω_e³): it shows the course as (2ω_e² s + ω_e³)/(…), the rate
-    as ω_e³ s/(…) of the true course. A filter of ω_e = ω_n is stable for T ω_n up to 0.55 only; T ω_n = 1 takes
-    ω_e = 2 ω_n and a slow vessel 3.8 ω_n. course_gain: dχ/dψ of a boat in a current
-    (`core.kinematics.course_per_heading`), which is a factor of the loop's.
+    The autopilot of `course_gains` steers a Nomoto vessel of time constant T. Course and course rate come from a steady
+    filter F(s) = s³ + 2ω_e s² + 2ω_e² s + ω_e³: they are (2ω_e² s + ω_e³)/F and ω_e³ s/F times the true course. With
+    ω_e = ω_n the loop is stable for T ω_n up to 0.55 only. T ω_n = 1 needs ω_e = 2 ω_n; a slow vessel needs 3.8 ω_n.
+    course_gain: dχ/dψ of a boat in a current (`core.kinematics.course_per_heading`), a factor of the loop gain.
     """
     gains = course_gains(1.0, nomoto_time, bandwidth, damping)
     filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
@@ -59,11 +57,11 @@ def loop_damping(
 
 
 def comfortable_bandwidth(carried: float, nomoto_time: float | None) -> float:
-    """Bandwidth ω_n (rad/s) that a course estimate of ω_e allows: relative damping of at least `COMFORTABLE`.
+    """Largest bandwidth ω_n (rad/s) that a course estimate supports with a damping ratio of at least `COMFORTABLE`.
 
-    carried ω_e in rad/s, nomoto_time T in s. The largest by `loop_damping`: 0.36 ω_e for a vessel that follows at once,
-    0.2 ω_e for a slow one. With T unknown (None), of a vessel that follows a commanded yaw rate by a loop of its own,
-    `RATE_SHARE` of ω_e.
+    carried: bandwidth ω_e of the estimate, rad/s; nomoto_time: T, s. By `loop_damping` ω_n is 0.36 ω_e for a vessel
+    that follows at once, 0.2 ω_e for a slow one. nomoto_time is None for a vessel with its own yaw-rate loop of unknown
+    time constant: `RATE_SHARE` of ω_e.
     """
     positive("carried", carried)
     if nomoto_time is None:
@@ -77,12 +75,12 @@ def comfortable_bandwidth(carried: float, nomoto_time: float | None) -> float:
 
 
 class GainSchedule:
-    """Autopilot gains for what the course estimate carries at the present speed and interval of fixes.
+    """Autopilot gains for the bandwidth of the course estimate at the present speed and fix interval.
 
-    nomoto_time: T of the vessel's yaw rate, s, the command being the yaw rate that it settles at (Nomoto gain 1); None
-        for a vessel with a yaw-rate loop of its own, which holds against wind: the command needs no integral.
-    course_rate_density, position_std: of the estimator, as of `carried_bandwidth`.
-    most: bandwidth that is never exceeded, however good the estimate, rad/s.
+    nomoto_time: T of the yaw rate, s; the command is the steady yaw rate (Nomoto gain 1). None for a vessel with a
+        yaw-rate loop of its own, which rejects wind: the command needs no integral.
+    course_rate_density, position_std: of the estimator, see `carried_bandwidth`.
+    most: largest bandwidth, however accurate the estimate, rad/s.
     fix_interval: s, may be set at any time; NaN while unknown.
     """
 
@@ -95,7 +93,7 @@ class GainSchedule:
         self._gains = self._design(_LEAST * most)
 
     def gains(self, speed: float) -> AnglePIDGains:
-        """The gains at a speed over ground (m/s); those in force where speed or interval is unknown."""
+        """The gains at a speed over ground (m/s); unchanged while speed or fix interval is unknown."""
         if not (speed > 0.0 and self.fix_interval > 0.0):
             return self._gains
         carried = carried_bandwidth(speed, self._density, self._std, self.fix_interval)
@@ -119,10 +117,10 @@ def advice(
     course_gain: float = 1.0,
     current: float = 0.0,
 ) -> tuple[bool, str]:
-    """(whether it fits, one sentence) for an autopilot of `bandwidth` ω_n in rad/s; the rest as carried_bandwidth.
+    """(whether it fits, one sentence) for an autopilot of bandwidth ω_n in rad/s; for the rest see `carried_bandwidth`.
 
-    With the vessel's `nomoto_time` (s) the loop's damping has to be at least `COMFORTABLE`: ω_n ≤ ω_e alone does not
-    make it stable. course_gain as of `loop_damping`; `current` (m/s), which causes it, is named in the sentence.
+    With the vessel's `nomoto_time` (s), the damping ratio of the loop must also be at least `COMFORTABLE`: ω_n ≤ ω_e
+    alone does not ensure stability. course_gain: see `loop_damping`; `current` (m/s) only appears in the sentence.
     """
     positive("autopilot.bandwidth", bandwidth)
     carried = carried_bandwidth(speed, course_rate_density, position_std, fix_interval)

@@ -1,7 +1,7 @@
-"""What the controllers need to know of a boat: its yaw response, its mass and drag, its actuators.
+"""Parameters of a boat for its controllers: yaw response, mass and drag, actuators.
 
-No vessel model: a handful of numbers that an afternoon of trials gives for any boat. `steerway.vessels` declares them
-for the vessels that a scenario can name.
+They are no vessel model, only a few numbers that an afternoon of trials gives for any boat. `steerway.vessels` contains
+them for the vessels of scenarios.
 """
 
 import math
@@ -23,35 +23,35 @@ from steerway.control.station import StationGains, StationKeeper
 from steerway.core.reference import ReferenceModel
 
 _SLOWEST = 0.6
-"""Share of the cruise speed, through the water, that is kept in a following current. Chosen: a rudder has a third of
-its force there, which goes with the square of speed."""
+"""Smallest speed through the water in a following current, as a fraction of cruise speed. Rudder force goes with the
+square of the speed: at 0.6 it is a third of that at cruise speed."""
 _CORNER = 1.5
-"""Radius of a corner's curve over that of the tightest turn."""
+"""Default radius of a curved corner, as a multiple of the radius of the tightest turn."""
 SAMPLED_SHARE = 2.4
-"""Bandwidth of a predictive or LQG loop that follows the reference model of steering in a current, over that of pole
-placement, which also gets the reference rate. Chosen."""
+"""Ratio of the bandwidth of an MPC or LQG loop in a current to that of pole placement. Only pole placement receives the
+rate of the reference model."""
 
 
 @dataclass(frozen=True)
 class Boat:
-    """A boat as its controllers see it, with defaults for them.
+    """Parameters of a boat for its controllers, with their defaults.
 
-    nomoto_gain K and nomoto_time T as in T ω̇ + ω = K u, u being the autopilot's output (N·m, or rad of rudder);
-    yaw_limit of |u|; bandwidth ω_n of the autopilot, rad/s; lookahead Δ and acceptance, m; cruise and top_speed, m/s;
-    speed and station None for a boat whose thrust is not controlled. full_shaft: shaft speed (rev/s) of full thrust,
-    where one shaft drives the boat. response: the heading's own, where it is known better than by K and T; yaw_slew:
-    what the autopilot's output can change by in a second. steers: whether the boat can turn. turn_rate: the largest
-    that is ordered, rad/s; yaw: the response to orders where K and T alone do not describe it; pivot: m from the
-    receiver ahead to the point that moves along the bow in a turn too. yaw_wander: RMS of the yaw rate that the
-    response leaves unexplained, rad/s; 0 where that is not known. yaw_doubt: 1σ of the response's gain, damping and
-    bias over that of a boat whose response is a guess.
+    nomoto_gain K and nomoto_time T: of T ω̇ + ω = K u, with u the autopilot's output (N·m, or rad of rudder);
+    yaw_limit: largest |u|; yaw_slew: largest change of u per second; bandwidth: ω_n of the autopilot, rad/s; lookahead
+    Δ and acceptance, m; cruise and top_speed, m/s. speed and station are None for a boat whose thrust is not
+    controlled. full_shaft: shaft speed (rev/s) at full thrust, if one shaft drives the boat. response: identified
+    heading response, for MPC and LQG in place of K and T. steers: whether the boat can turn. turn_rate: largest ordered
+    yaw rate, rad/s. yaw: yaw response, if K and T do not describe it; pivot: distance (m) from the receiver forward to
+    the pivot point, which moves along the bow also in a turn. yaw_wander: RMS yaw rate (rad/s) that the response does
+    not explain; 0 if unknown. yaw_doubt: σ of the response's gain, damping and bias, relative to that of a guessed
+    response.
 
-    In a current: turn_acceleration (rad/s²) of the reference, by default half of what the limit of the output gives;
-    turn_share: of `turn_rate` at which turns are planned, the rest being left to the controller; surge_time: time
-    constant of the speed in a planned turn, s; slip_time: that of the motion through the water, which follows the bow
-    there, s. takes_rates: whether the boat is a vehicle with loops of its own, which is ordered a yaw rate and a speed
-    over ground. pivot_angle: corners (rad) from which on it stops and turns on the spot. sample: s between the steps of
-    a predictive or LQG autopilot, by default as of `HeadingResponse.of_nomoto`.
+    In a current: turn_acceleration: largest yaw acceleration of the reference (rad/s²), by default half of what
+    yaw_limit gives; turn_share: fraction of `turn_rate` in planned turns, which leaves a margin to the controller;
+    surge_time: time constant of the speed in a planned turn, s; slip_time: time constant (s) with which the motion
+    through the water follows the bow. takes_rates: whether the boat has inner loops of its own, which take a yaw rate
+    and a speed over ground. pivot_angle: smallest corner (rad) at which the boat stops and turns on the spot. sample:
+    step (s) of an MPC or LQG autopilot, by default that of `HeadingResponse.of_nomoto`.
     """
 
     nomoto_gain: float
@@ -87,9 +87,9 @@ class Boat:
     def autopilot(
         self, shaper: Shaper, steerageway: Steerageway | None = None, kind: str = KINDS[0], angle_std: float = 0.0
     ) -> Autopilot:
-        """An autopilot behind a shaper of references, of one of `heading_steering.KINDS`.
+        """An autopilot of one of `heading_steering.KINDS` behind a reference filter.
 
-        angle_std: 1σ of the estimated course or heading (rad), for the kinds that have an observer.
+        angle_std: 1σ of the estimated course or heading (rad), for kinds with an observer.
         """
         if kind != KINDS[0]:
             return Autopilot(self._sampled(kind, angle_std, self.bandwidth), shaper, HandOver(steerageway))
@@ -103,10 +103,10 @@ class Boat:
         steerageway: Steerageway | None = None,
         estimate: tuple[float, float] | None = None,
     ) -> Autopilot:
-        """An autopilot behind a reference model that the boat can follow; arguments as of `autopilot`.
+        """An autopilot behind a reference model within the boat's limits; arguments as in `autopilot`.
 
         estimate: spectral density of the course acceleration (rad²/s³) and 1σ of a fix (m) of the course estimate that
-        is steered by while the current is not known; the gains follow what it carries (`bandwidth.GainSchedule`).
+        is used while the current is unknown. The gains then follow its bandwidth (`bandwidth.GainSchedule`).
         """
         bandwidth, response = 2.0 * self.bandwidth, self.yaw_response
         quickest = self.turn_acceleration
@@ -121,7 +121,7 @@ class Boat:
         return Autopilot(AnglePID(schedule.gains(math.nan)), model, hand_over, schedule)
 
     def _sampled(self, kind: str, angle_std: float, bandwidth: float) -> SampledSteering:
-        """A predictive or LQG controller; its bandwidth follows from the limits where the response is known."""
+        """An MPC or LQG controller. For an identified response the weights follow from the limits instead."""
         response = self.response
         if response is None:
             time = max(self.nomoto_time, self.sample or 0.0)
@@ -130,7 +130,7 @@ class Boat:
         return steering(kind, response, self.yaw_limit, self.yaw_slew, angle_std, wanted)
 
     def in_current(self) -> InCurrent:
-        """What steering in a current knows of the boat."""
+        """Steering in a current, with this boat's parameters."""
         slowest = _SLOWEST * self.cruise
         fastest = max(self.cruise, min(self.top_speed, self.yaw_response.stable_speed))
         return InCurrent(
@@ -149,11 +149,11 @@ class Boat:
         )
 
     def position_hold(self, radius: float) -> PositionHold | None:
-        """What holds a position within a radius (m) by the estimated current; None for a boat without a speed loop."""
+        """Position holding within a radius (m) by the estimated current; None for a boat without a speed loop."""
         return PositionHold(radius, _SLOWEST * self.cruise) if self.speed else None
 
     def spot_turn(self) -> SpotTurn | None:
-        """What turns the boat on the spot; None for one that turns under way, or has no speed loop."""
+        """Turning on the spot at sharp corners; None for a boat that turns under way or has no speed loop."""
         if self.speed is None or self.pivot_angle == math.inf:
             return None
         braking = min(self.speed.acceleration, self.cruise / self.speed_time)
@@ -161,12 +161,12 @@ class Boat:
 
     @property
     def speed_time(self) -> float:
-        """s in which the speed follows an ordered one; infinite where none can be ordered."""
+        """Time constant (s) of the boat's speed, mass over linear drag; infinite without a speed loop."""
         return math.inf if self.speed is None else self.speed.mass / max(self.speed.linear_drag, 1e-9)
 
     @property
     def corner_radius(self) -> float:
-        """Radius (m) of a corner's curve where a route gives none."""
+        """Radius (m) of a curved corner for a route that gives none."""
         return _CORNER * self.cruise / self.turn_rate
 
     @property

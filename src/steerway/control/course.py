@@ -1,7 +1,7 @@
 """The steering autopilot: PID with reference feedforward on an angle; P0 (54)–(59), P1 (29)–(34) with corrected signs.
 
-Fed with course over ground and course rate it is a course autopilot, with heading and yaw rate a heading autopilot.
-What it commands, a rudder angle in rad or a yaw moment in N·m, is the input of the Nomoto model its gains come from.
+With course over ground and course rate it is a course autopilot, with heading and yaw rate a heading autopilot. Its
+command, a rudder angle (rad) or a yaw moment (N·m), is the input of the Nomoto model from which its gains follow.
 """
 
 import math
@@ -38,9 +38,8 @@ class AnglePIDGains:
 
 
 class YawResponse(NamedTuple):
-    """T ω̇ + (d_0 − m U²) ω + n ω|ω| = K u: gain K in rad/s for a unit of u, time T (s), linear d_0, munk m (s²/m²; the
-    Munk moment of a slender hull grows with the square of the speed), quadratic n (s/rad).
-    """
+    """T ω̇ + (d_0 − m U²) ω + n ω|ω| = K u: gain K in rad/s per unit of u, time T (s), linear d_0, munk m (s²/m²; the
+    Munk moment of a slender hull grows with the square of the speed), quadratic n (s/rad)."""
 
     gain: float
     time: float
@@ -50,25 +49,25 @@ class YawResponse(NamedTuple):
 
     @property
     def stable_speed(self) -> float:
-        """Speed through the water (m/s) up to which the boat keeps a straight course by itself."""
+        """Speed through the water (m/s) up to which the hull is directionally stable."""
         return math.sqrt(max(self.linear, 0.0) / self.munk) if self.munk > 0.0 else math.inf
 
     def gains(self, bandwidth: float, speed: float, limit: float) -> AnglePIDGains:
-        """Gains that place both poles at the bandwidth, at a speed through the water; feedforward is that of `order`.
+        """Gains that place both poles at the bandwidth, at a speed through the water; `order` gives the feedforward.
 
-        Without an integral: the estimate knows the bias.
+        There is no integral, because the bias is estimated.
 
-        A response without a lag (T = 0) takes proportional action alone.
+        A response without lag (T = 0) gets proportional action only.
         """
         damping = self.linear - self.munk * speed * speed
         stiffness, spread = self.time * bandwidth**2, 2.0 * self.time * bandwidth - damping
-        if spread <= 0.0:  # the boat damps more than asked for: the slower of its poles
+        if spread <= 0.0:  # the hull alone damps more: the slower pole at the bandwidth
             slow = min(bandwidth, 0.5 * damping / self.time) if self.time > 0.0 else bandwidth
             stiffness, spread = slow * (damping - slow * self.time), 0.0
         return AnglePIDGains(stiffness / self.gain, derivative_time=spread / stiffness, limit=limit)
 
     def order(self, rate: float, acceleration: float, speed: float, bias: float) -> float:
-        """The output u for a rate and its acceleration, at a speed through the water and with a bias of the rate."""
+        """Output u for a yaw rate and its acceleration, at a speed through the water and with a bias of the rate."""
         damping = self.linear - self.munk * speed * speed + self.quadratic * abs(rate)
         return (self.time * acceleration + damping * rate - bias) / self.gain
 
@@ -78,8 +77,8 @@ def place_poles(
 ) -> AnglePIDGains:
     """Gains that give a Nomoto vessel T ω̇ + ω = K u the poles of ω_n (rad/s) and ζ; P0 (57)–(59), feedforward (55).
 
-    The integral, T_i = 10/ω_n, is not part of the placing: with ζ = 1 the three poles are 0.13, 0.59 and 1.28 ω_n.
-    Raises InputError where the vessel alone damps more than asked for, 2ζω_n < 1/T: T_d would be negative.
+    The integral, T_i = 10/ω_n, is added afterwards: with ζ = 1 the three poles are then 0.13, 0.59 and 1.28 ω_n. Raises
+    InputError for 2ζω_n < 1/T: the vessel alone damps more than demanded, and T_d would be negative.
     """
     gain = positive("nomoto.gain", nomoto_gain)
     time = positive("nomoto.time_constant", nomoto_time)
@@ -88,7 +87,7 @@ def place_poles(
     if positive("autopilot.bandwidth", bandwidth) < least:
         raise InputError(
             f"autopilot.bandwidth is {bandwidth:g} rad/s, expected at least {least:g} rad/s, "
-            f"what the vessel's own time constant of {time:g} s damps"
+            f"1/(2ζT) with the vessel's time constant T of {time:g} s"
         )
     proportional = time / gain * bandwidth**2
     return AnglePIDGains(
@@ -111,11 +110,11 @@ def course_gains(
 ) -> AnglePIDGains:
     """Gains for a Nomoto vessel T ω̇ + ω = K u at any bandwidth ω_n (rad/s); T in s, 0 allowed.
 
-    `place_poles` where it has a solution, 2ζω_n T ≥ 1. Below that the vessel itself damps more than ζ, and derivative
-    action would have to be negative: proportional action alone, K K_p = ω_n (1 − T ω_n), puts the slowest pole of
-    T s² + s + K K_p at ω_n. For ζ = 1 both designs agree where they meet. A vessel that follows a commanded yaw rate
-    has K = 1, and K_p = ω_n where it follows at once; its own loop holds the rate against wind and waves, so that the
-    command has no bias for an integral to find: `has_bias` False.
+    For 2ζω_n T ≥ 1 they are those of `place_poles`. Below that the vessel itself damps more than ζ, and derivative
+    action would have to be negative. Proportional action alone, K K_p = ω_n (1 − T ω_n), then puts the slowest pole of
+    T s² + s + K K_p at ω_n. For ζ = 1 both designs agree at the boundary. A vessel with its own yaw-rate loop has
+    K = 1, and K_p = ω_n if it follows at once. This loop rejects wind and waves, so the command needs no integral:
+    `has_bias` False.
     """
     gain = positive("nomoto.gain", nomoto_gain)
     time = not_negative("nomoto.time_constant", nomoto_time)
@@ -153,7 +152,7 @@ def angle_pid(
 ) -> tuple[float, float]:
     """(command, error): u = τ_FF + I − K_p (ssa(χ̃) + T_d ω̃), P0 (54)–(55); `integral` I is in the command's unit.
 
-    What is unknown (NaN) counts as no error: the trim, the feedforward and the damping that are known remain.
+    An unknown (NaN) input contributes nothing; the integral and the terms of known inputs remain.
     """
     error = _known(wrap(angle - desired))
     rate_error = _known(rate - desired_rate)
@@ -162,10 +161,10 @@ def angle_pid(
 
 
 class AnglePID:
-    """One autopilot; `step` gives the command within its limit.
+    """PID autopilot of an angle; `step` returns the command within its limit.
 
-    The integral never moves further into a limit: neither its own nor one that lies behind it, which `limited_to`
-    reports. `start` takes over from whatever steered before, without a jump.
+    The integral never moves further into a limit: its own, or that of the actuators, which `limited_to` reports.
+    `start` takes over from another controller without a jump.
     """
 
     def __init__(self, gains: AnglePIDGains):
@@ -174,7 +173,7 @@ class AnglePID:
 
     @property
     def gains(self) -> AnglePIDGains:
-        """The gains in force; they may change between two steps, the trim stays."""
+        """The gains; a change between two steps keeps the integral."""
         return self._gains
 
     @gains.setter
@@ -188,13 +187,13 @@ class AnglePID:
         )
 
     def restart(self) -> None:
-        """Forget the trim."""
+        """Reset the integral."""
         self.integral = 0.0
         self.command = 0.0
         self._excess = 0.0
 
     def start(self, command: float, reference: tuple[float, float, float], angle: float, rate: float) -> None:
-        """Set the trim so that the first step on this reference and boat gives `command`, as far as limits allow."""
+        """Set the integral so that the first step on this reference and angle gives `command`, within the limits."""
         self.command = command
         self.integral = 0.0
         free, _ = angle_pid(*reference, angle, rate, 0.0, *self._constants)
@@ -215,12 +214,12 @@ class AnglePID:
         return self.command
 
     def limited_to(self, achieved: float) -> None:
-        """What the actuators made of the last command; call it after `step` where something else limits."""
+        """Report what the actuators achieved of the last command; call it after `step` if they have limits."""
         self._excess = beyond(self.command, achieved)
 
 
 def beyond(command: float, achieved: float) -> float:
-    """What limits took from a command; 0 where only rounding differs, which must not stop an integral."""
+    """The part of a command that limits removed; 0 if only rounding differs, which must not stop an integral."""
     excess = command - achieved
     return excess if abs(excess) > 1e-9 * abs(command) else 0.0
 

@@ -1,8 +1,8 @@
 """The autopilot: one controller for course or heading, and the hand-over between the two without a jump.
 
-Below steerageway course means nothing: at rest it is undefined, and in a current it is the direction of the water,
-astern for an anchored boat. So the autopilot steers by course only above a speed, and only while the boat moves roughly
-the way its bow points; else by heading. Simulation and live steer by this one.
+Below steerageway, course over ground does not show where the bow points: at rest it is undefined, and in a current it
+is the direction of the drift. The autopilot therefore steers by course only above a speed and below a crab angle, else
+by heading. Simulation and live runs use this class.
 """
 
 import math
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Steerageway:
-    """When the course is steered by. Speeds over ground in m/s, angle in rad, time in s.
+    """When the autopilot steers by course. Speeds over ground in m/s, angle in rad, time in s.
 
-    Course is used above `take` until the speed falls below `give`; while the crab angle is known, within
-    `largest_crab` until it exceeds one and a half of it. Either has to last `dwell`; an unknown course ends it at once.
+    Steering by course begins above `take` and ends below `give`. A known crab angle must be within `largest_crab` to
+    begin, and within 1.5 times that to go on. A change takes `dwell`; an unknown course ends it at once.
     """
 
     take: float = 0.5
@@ -42,7 +42,7 @@ class Steerageway:
 
 
 class HandOver:
-    """Chooses between course and heading with hysteresis and dwell time."""
+    """Chooses between course and heading, with hysteresis and dwell time."""
 
     def __init__(self, steerageway: Steerageway | None = None):
         self.steerageway = steerageway or Steerageway()
@@ -50,7 +50,7 @@ class HandOver:
         self._waited = 0.0
 
     def step(self, speed: float, course: float, heading: float, dt: float, wanted: bool = True) -> bool:
-        """True while the course is steered by; `wanted` False (station keeping) hands over to heading at once."""
+        """Whether to steer by course; `wanted` False (station keeping) changes to heading at once."""
         if not wanted or math.isnan(course) or math.isnan(speed):
             self.by_course = False
             self._waited = 0.0
@@ -70,7 +70,7 @@ class HandOver:
 
 
 class Shaper(Protocol):
-    """What makes a followable reference of a command: guidance.reference has three."""
+    """A filter from a command to a reference that the boat can follow; guidance.reference has three."""
 
     @property
     def reference(self) -> Reference | None: ...
@@ -86,9 +86,9 @@ class Shaper(Protocol):
 class Autopilot:
     """Steers by course or by heading, as `hand_over` decides, without a jump between them.
 
-    At a hand-over the reference moves to the other angle together with the control error, and the trim absorbs the
-    rest, so that the command is continuous. With a `schedule` the controller's gains follow what the estimate of the
-    course carries, while a course is wanted.
+    At a hand-over the reference moves to the other angle together with the control error, and the integral absorbs the
+    rest: the command is continuous. With a `schedule` the gains follow the bandwidth of the course estimate while
+    `course_wanted`.
     """
 
     def __init__(
@@ -107,12 +107,12 @@ class Autopilot:
 
     @property
     def by_course(self) -> bool:
-        """Whether the course is steered by now."""
+        """Whether the autopilot steers by course now."""
         return self.hand_over.by_course
 
     @property
     def model(self) -> ReferenceModel:
-        """The reference model behind which a boat in a current is steered. Raises TypeError for another shaper."""
+        """The reference model, for steering in a current. Raises TypeError for another shaper."""
         if not isinstance(self.shaper, ReferenceModel):
             raise TypeError(f"an autopilot in a current has a {type(self.shaper).__name__}, expected a ReferenceModel")
         return self.shaper
@@ -128,10 +128,10 @@ class Autopilot:
         dt: float,
         course_wanted: bool = True,
     ) -> float:
-        """The autopilot's output for a desired (angle, rate, acceleration): a course where course is wanted.
+        """Output for a desired (angle, rate, acceleration): a course if `course_wanted`, else a heading. rad, m/s, s.
 
-        Below steerageway the desired course is steered as a heading, without a compass not at all: the trim and the
-        damping of a known yaw rate remain. rad, rad/s, m/s; NaN for unknown.
+        Below steerageway the desired course is steered as a heading. Without a heading (NaN) only the integral and the
+        damping of a known yaw rate remain.
         """
         if self.schedule is not None and course_wanted and isinstance(self.controller, AnglePID):
             self.controller.gains = self.schedule.gains(speed)
@@ -148,7 +148,7 @@ class Autopilot:
         return self.controller.step(self.shaper.step(command, dt), angle, rate, dt)
 
     def limited_to(self, achieved: float) -> None:
-        """What the actuators achieved of the last output."""
+        """Report the part of the last output that the actuators achieved."""
         self.controller.limited_to(achieved)
 
     def release(self) -> None:

@@ -1,10 +1,10 @@
 """Model predictive and LQG control of one output by one input, within limits of the input and of its change; P4 §5.
 
-At every step: min Σ_{i=1..H_p} Q e(k+i)² + Σ_{i=0..H_c−1} R Δu(k+i)², (25) with the limits (26)–(27), over the changes
-Δu; a small dense QP that DAQP solves. A Kalman filter on [plant states, input bias] supplies the states and makes it
-offset-free: the bias is part of the prediction. (Adding the last output error to the prediction instead leaves the
-states of a plant that is not stable to drift away.) LQG, the paper's rival, has the same plant, observer and weights
-without horizon and limits, clipped to them afterwards.
+Each step solves min Σ_{i=1..H_p} Q e(k+i)² + Σ_{i=0..H_c−1} R Δu(k+i)², (25) with the limits (26)–(27), over the
+changes Δu: a small dense QP, solved by DAQP. A Kalman filter on [plant states, input bias] supplies the states. The
+prediction includes the bias, so that control is offset-free. (If the last output error were added to the prediction
+instead, the states of a plant that is not stable would drift.) LQG, with which the paper compares, has the same plant,
+observer and weights, but an infinite horizon; its input is clipped to the limits afterwards.
 """
 
 import math
@@ -28,18 +28,17 @@ from steerway.core.errors import InputError
 from steerway.core.extras import missing
 
 FULL_CHANGE = 40.0
-"""Cost of a change of the input at its limit, where an error of 1° costs 1: P4's R = 0.1 per rpm² with 20 rpm."""
+"""Cost of an input change at its limit, relative to the cost of an error of 1°: P4's R = 0.1 per rpm² with 20 rpm."""
 LONGEST_HORIZON = 100
-"""Steps. Chosen: ten times P4's horizon."""
+"""Longest default horizon, steps: ten times P4's."""
 _CHANGES = 15.0
-"""Steps from 0 to the limit of the input that stand for a limit of its change where there is none: P4's
-300 rpm and 20 rpm."""
+"""Default ratio of the input limit to the limit of its change: P4's 300 rpm to 20 rpm."""
 
 
 def default_weights(
     limits: InputLimits, output_weight: float | None, change_weight: float | None
 ) -> tuple[float, float]:
-    """Q per rad² and R per unit² of input: as given, else P4's in proportion to the limits."""
+    """Q per rad² and R per squared unit of the input: those given, else P4's scaled by the limits."""
     change = limits.change if limits.change < math.inf else limits.size / _CHANGES
     if output_weight is None:
         output_weight = math.degrees(1.0) ** 2
@@ -51,25 +50,25 @@ def default_weights(
 
 
 _ROUNDING = 1e-12
-"""Ratio of the least to the largest curvature of a QP below which rounding may make it concave: 5000 roundings."""
+"""Least ratio of the smallest to the largest eigenvalue of a QP, 5000 roundings: below, it may become concave."""
 _TOLERANCE, _ROUNDED = 1e-12, 1e-9
-"""Tolerance of the limits, in the input's unit; where that fails, in shares of the change without limits, whose
-rounding of 1e-16 grows with the condition of the QP."""
+"""Tolerance of the limits, in the input's unit. If the solver fails with it, the second tolerance applies, relative to
+the change without limits, whose rounding error of 1e-16 grows with the condition number of the QP."""
 
 
 class HeadingMpc(SampledHeading):
-    """Steps from a wanted and an estimated heading (rad) to the input; any linear plant, any horizon.
+    """Predictive control from desired and estimated heading (rad) to the input, for any linear plant and horizon.
 
     Args:
-        plant: the model predicted with.
-        limits: what the input may do.
+        plant: the model of the prediction.
+        limits: of the input and of its change.
         observer: supplies the states.
         horizon, control_horizon: H_p and H_c, steps.
-        output_weight, change_weight: Q per rad² (or per the squared unit of a plant that is not circular) and R per
+        output_weight, change_weight: Q per rad² (or per squared output unit of a plant that is not circular) and R per
             squared unit of the input; by default 1 per degree² and 40 per squared limit of the change, P4's numbers.
 
-    Raises InputError for horizons or weights that cannot be used, and ArithmeticError when the solver fails: for
-    states or a wanted heading too large for floating point.
+    Raises InputError for unusable horizons or weights, and ArithmeticError if the solver fails, for states or a desired
+    heading too large for floating point.
     """
 
     def __init__(
@@ -92,7 +91,7 @@ class HeadingMpc(SampledHeading):
         if not curvature[0] > _ROUNDING * curvature[-1]:
             weights = f"mpc.output_weight is {output_weight:g} and mpc.change_weight {change_weight:g}"
             raise InputError(f"{weights}, expected weights of which rounding loses neither beside the other")
-        # The gradient is linear in states and bias, the last input and the wanted output.
+        # The gradient is linear in [states; bias], the last input and the desired output.
         outputs = np.column_stack([free, held, -np.ones(horizon)])
         self._slopes = 2.0 * output_weight * forced.T @ outputs
         self._sums = np.tril(np.ones((control_horizon, control_horizon)))
@@ -110,11 +109,11 @@ class HeadingMpc(SampledHeading):
         angle_std: float = 0.0,
         **design: float,
     ) -> "HeadingMpc":
-        """A controller for an identified heading, one step a sample of it.
+        """A controller for an identified heading; its step is the sample of the identified response.
 
-        `limit` and `rate` (a second): of the input, in its unit; `angle_std`: of one estimated heading, rad. `design`:
-        horizons and weights. By default the horizon is three times the second time constant, from P4's 10 steps to
-        100, with 5 changes. Raises InputError for what cannot be used.
+        `limit` of the input and `rate` of its change per second, in its unit; `angle_std`: 1σ of an estimated heading,
+        rad; `design`: horizons and weights. The default horizon is three times the second time constant, within 10
+        steps (P4's) and 100 steps, with 5 changes. Raises InputError for numbers that cannot be used.
         """
         plant, limits, observer = parts_for(identified, limit, rate, angle_std)
         steps = 10
@@ -125,10 +124,10 @@ class HeadingMpc(SampledHeading):
         return cls(plant, limits, observer, horizon, control_horizon, **design)
 
     def change(self, wanted: float) -> float:
-        """The best Δu at the observer's states, within the limits to the solver's tolerance."""
+        """The optimal Δu at the observer's states, within the limits to the solver's tolerance."""
         gradient, upper, lower = self.problem(wanted)
         best, verdict = self._solved(gradient, upper, lower, _TOLERANCE)
-        if verdict < 1:  # of a change that no limit would hold, rounding exceeds the tolerance
+        if verdict < 1:  # rounding of a large unlimited change exceeds the tolerance
             unlimited = np.abs(np.linalg.solve(self.hessian, gradient)).max()
             best, verdict = self._solved(gradient, upper, lower, _ROUNDED * unlimited)
         if verdict < 1:
@@ -136,7 +135,7 @@ class HeadingMpc(SampledHeading):
         return float(best[0])
 
     def _solved(self, gradient: Floats, upper: Floats, lower: Floats, tolerance: float) -> tuple[Floats, int]:
-        """The changes and DAQP's verdict."""
+        """(changes Δu, exit code of DAQP)."""
         best, _, verdict, _ = self._solve(
             self.hessian, gradient, self._sums, upper, lower, self._sense, primal_tol=tolerance, eps_prox=0.0
         )
@@ -161,9 +160,9 @@ class HeadingMpc(SampledHeading):
 
 
 class HeadingLqg(SampledHeading):
-    """Δu = −L ([x; u] − [x; u] at rest on the wanted heading), with the observer's bias at rest made up for.
+    """LQG control, Δu = −L ([x; u] − [x; u]₀): the index 0 is rest on the desired heading with the bias compensated.
 
-    Arguments as HeadingMpc's. The gain minimises Σ Q e² + R Δu² over all time.
+    Arguments as in HeadingMpc. The gain L minimises Σ Q e² + R Δu² over an infinite horizon.
     """
 
     def __init__(
@@ -202,7 +201,7 @@ class HeadingLqg(SampledHeading):
         return cls(*parts_for(identified, limit, rate, angle_std), output_weight, change_weight)
 
     def change(self, wanted: float) -> float:
-        """See `SampledHeading`. At rest the input makes up for the bias: it stands at the model's own less the bias."""
+        """See `SampledHeading`. The input at rest is the model's minus the estimated bias."""
         state = self.observer.state[:-1]
         if self._plant.circular:
             now = float(self._plant.c @ state)
@@ -212,7 +211,7 @@ class HeadingLqg(SampledHeading):
 
 
 def prediction(plant: LinearPlant, horizon: int, control_horizon: int) -> tuple[Floats, Floats, Floats]:
-    """Outputs ahead as free · [x; d] + held · u + forced · Δu: (H_p, n + 1), (H_p,), (H_p, H_c)."""
+    """Predicted outputs as free · [x; d] + held · u + forced · Δu: (H_p, n + 1), (H_p,), (H_p, H_c)."""
     n = len(plant.b)
     power, free, steps = np.eye(n), np.empty((horizon, n + 1)), np.empty(horizon)
     for i in range(horizon):

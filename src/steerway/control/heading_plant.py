@@ -1,7 +1,7 @@
-"""The model that the heading's predictive and LQG controllers steer by, and the observer of its states.
+"""The linear plant of predictive and LQG heading control, its limits and its observer.
 
-A plant is linear and discrete, x(k+1) = A x + B (u + d), y = C x, with y the heading in rad and d the unknown part of
-the input. `HeadingResponse` makes one of an identified heading, or of Nomoto's K and T, with limits and an observer.
+A plant is discrete, x(k+1) = A x + B (u + d), y = C x, with y the heading (rad) and d an unknown bias of the input.
+`HeadingResponse` describes an identified heading, or Nomoto's K and T; `parts_for` makes plant and observer of it.
 """
 
 import math
@@ -39,7 +39,7 @@ class LinearPlant:
 
 @dataclass(frozen=True)
 class InputLimits:
-    """|u| ≤ size, |Δu| ≤ change; infinity for none."""
+    """u| ≤ size, |Δu| ≤ change; infinity for no limit."""
 
     size: float = math.inf
     change: float = math.inf
@@ -51,10 +51,10 @@ class InputLimits:
 
 
 class BiasObserver:
-    """A Kalman filter on [x, d], d the unknown part of the input: the states that an MPC or LQG starts from.
+    """Kalman filter on [x, d], the plant states and the input bias, for MPC and LQG.
 
-    state_noise (n,) and bias_noise are variances a step, reading_variance that of one output, bias_start the variance
-    of the `bias` at first; units are the plant's own.
+    state_noise (n,) and bias_noise: process noise variances per step; reading_variance: variance of one measured
+    output; bias_start: initial variance of `bias`. Units are the plant's.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class BiasObserver:
         self._variance = float(reading_variance)
         self._start = np.append(np.broadcast_to(np.asarray(state_noise, dtype=np.float64), n), bias_start)
         self._turn = math.tau if plant.circular else math.inf
-        # The slowest mode of the plant, scaled to an output of 1: for a heading the one that integrates.
+        # The slowest mode of the plant, scaled to an output of 1: for a heading, the integrator.
         poles, modes = np.linalg.eig(plant.a)
         slowest = np.real(modes[:, int(np.argmax(np.abs(poles)))])
         self._at_rest = slowest / (plant.c @ slowest)
@@ -84,38 +84,38 @@ class BiasObserver:
         self.reset()
 
     def reset(self, states: ArrayLike = 0.0) -> None:
-        """Begin anew at `states` (n,) with the bias of the beginning."""
+        """Restart from `states` (n,) with the initial bias."""
         self.state = np.zeros(len(self._input))
         self.state[:-1], self.state[-1] = states, self._first_bias
         self._covariance = np.diag(self._start)
         self._work = np.empty((3, len(self.state), len(self.state)))
 
     def begin(self, output: float) -> None:
-        """Set the states to those of a plant at rest with this output, as uncertain as one reading."""
+        """Move the states to rest at this output, and add the variance of one reading to their covariance."""
         self.state[:-1] += self._at_rest * (output - self.output)
         self._covariance[:-1, :-1] += self._variance * np.outer(self._at_rest, self._at_rest)
 
     @property
     def bias(self) -> float:
-        """The unknown part of the input."""
+        """Estimated bias of the input."""
         return float(self.state[-1])
 
     @property
     def output(self) -> float:
-        """The output that belongs to the states, c x."""
+        """Output c x of the estimated states."""
         return float(self._output @ self.state)
 
     def correct(self, output: float) -> None:
-        """Take one output; NaN for unknown."""
+        """Update with a measured output; NaN is ignored."""
         _correct(self.state, self._covariance, self._output, output, self._variance, self._turn)
 
     def predict(self, applied: float) -> None:
-        """Go one step on with the input that was applied."""
+        """Predict one step with the applied input."""
         _predict(self.state, self._covariance, self._transition, self._input, applied, self._noise, self._work)
 
 
 class Identified(Protocol):
-    """`identification.IdentifiedHeading`, `HeadingResponse`."""
+    """The interface of `identification.IdentifiedHeading` and `HeadingResponse`."""
 
     @property
     def poles(self) -> tuple[float, float]: ...
@@ -131,9 +131,9 @@ class Identified(Protocol):
 
 @dataclass(frozen=True)
 class HeadingResponse:
-    """ψ = y1 + y2, y_i(k+1) = p_i y_i(k) + g_i (u(k) + bias): gains in rad a unit of input and sample, sample in s.
+    """ψ = y1 + y2, y_i(k+1) = p_i y_i(k) + g_i (u(k) + bias): gains in rad per unit of input and sample, sample in s.
 
-    residual_rms: what the model leaves of a heading, rad.
+    residual_rms: RMS difference of heading and model, rad.
     """
 
     poles: tuple[float, float]
@@ -144,7 +144,7 @@ class HeadingResponse:
 
     @classmethod
     def of_nomoto(cls, gain: float, time: float, sample: float | None = None) -> "HeadingResponse":
-        """T ω̇ + ω = K u, sampled exactly; by default ten times in T, at least every 2 s."""
+        """The response T ω̇ + ω = K u, discretised exactly; the default sample is T/10, at most 2 s."""
         positive("nomoto.time_constant", time)
         h = min(0.1 * time, 2.0) if sample is None else positive("heading.sample", sample)
         kept = math.exp(-h / time)
@@ -152,20 +152,20 @@ class HeadingResponse:
 
 
 WALK = 0.1
-"""Part of the input's limit by which its bias may walk in the second time constant: large
-enough to estimate the model error during a turn. Chosen."""
+"""Random walk of the input bias over the second time constant (1σ), as a fraction of the input limit: large enough to
+follow the model error during a turn."""
 SURE_DEG = 0.2
-"""Least noise of a heading estimate that the observer assumes, rad/√s. Chosen: twice the last digit of HDT."""
+"""Least noise of a heading estimate in the observer, °·√s: twice the last digit of HDT."""
 
 
 def parts_for(
     identified: Identified, limit: float, rate: float = math.inf, angle_std: float = 0.0
 ) -> tuple[LinearPlant, InputLimits, BiasObserver]:
-    """Plant, limits and observer of an identified heading.
+    """Plant, limits and observer for an identified heading response.
 
-    `limit` of |u| and `rate` of its change a second, in the input's unit; `angle_std` of one estimated heading, rad.
-    The input's bias is taken to be within 7 % of the limit at first, as P4's.
-    Raises InputError for what cannot be used.
+    `limit` of |u| and `rate` of its change per second, in the input's unit; `angle_std`: 1σ of an estimated heading,
+    rad. The initial σ of the input bias is 7 % of the limit, as in P4. Raises InputError for numbers that cannot be
+    used.
     """
     positive("heading.limit", limit)
     positive_or_unlimited("heading.rate", rate)
@@ -218,9 +218,9 @@ def _predict(
 
 
 class SampledHeading(ABC):
-    """What predictive and LQG control have in common: a step a sample, from the observer's states to the input.
+    """Base of predictive and LQG control: one step per sample, from the observer's states to the input.
 
-    `input` is what was last asked for. A controller adds `change`, the Δu at the observer's states.
+    `input` is the last commanded input. A subclass defines `change`, the Δu at the observer's states.
     """
 
     def __init__(self, plant: LinearPlant, limits: InputLimits, observer: BiasObserver) -> None:
@@ -232,8 +232,8 @@ class SampledHeading(ABC):
         self.reset()
 
     def reset(self, states: ArrayLike | None = None, applied: float = 0.0) -> None:
-        """Forget everything; begin at `states` (n,), or at rest on the first heading known, with an input already
-        applied. Raises InputError for one that is not finite."""
+        """Restart from `states` (n,), or at rest on the first known heading, with `applied` as the last input. Raises
+        InputError for an input that is not finite."""
         if not math.isfinite(applied):
             raise InputError(f"applied is {applied:g}, expected a finite number")
         self.observer.reset(0.0 if states is None else states)
@@ -241,8 +241,8 @@ class SampledHeading(ABC):
         self._is_begun = states is not None
 
     def step(self, wanted: float, estimated: float) -> float:
-        """The input for the next step. Headings in rad; an unknown (NaN) estimate is predicted over, before the
-        first known one the input is held."""
+        """The input for the next step; headings in rad. An unknown (NaN) estimate is replaced by the prediction. Before
+        the first known estimate, the input is held."""
         if not self._is_begun:
             if not math.isfinite(estimated):
                 return self.input

@@ -1,4 +1,4 @@
-"""Predictive and LQG heading control as an autopilot's controller: a step a sample of its model, held in between."""
+"""Predictive and LQG heading control as an autopilot's controller: one step per sample, held in between."""
 
 import math
 
@@ -9,13 +9,13 @@ from steerway.core.checks import one_of, positive
 KINDS = ("pole-placement", "mpc", "lqg")
 """Kinds of autopilots; the first is `control.course.AnglePID`."""
 _LOOK_AHEAD = 6.0
-"""Horizon over 1/ω: what an MPC does not see it does not settle. Chosen: e⁻⁶ is 0.25 %."""
+"""Horizon of an MPC in units of 1/ω: errors beyond it have no cost. e⁻⁶ of a first-order response is 0.25 %."""
 
 
 class SampledSteering:
-    """Takes the place of `AnglePID` in an `Autopilot`. `command` is the input in force.
+    """An MPC or LQG in place of the `AnglePID` of an `Autopilot`. `command` is the present input.
 
-    design: the controller. sample: s between its steps.
+    design: the controller; sample: interval of its steps, s.
     """
 
     def __init__(self, design: SampledHeading, sample: float):
@@ -24,17 +24,17 @@ class SampledSteering:
 
     @property
     def integral(self) -> float:
-        """The trim: what makes up for the estimated bias."""
+        """The trim, minus the estimated bias of the input."""
         return -self.design.observer.bias
 
     def restart(self) -> None:
-        """Forget the trim."""
+        """Reset the controller and its estimated bias."""
         self.design.reset()
         self.command = 0.0
         self._left = 0.0
 
     def start(self, command: float, reference: tuple[float, float, float], angle: float, rate: float) -> None:
-        """Go on from a command at an angle (rad), with the trim learned so far."""
+        """Continue from a command, with the bias estimated so far."""
         bias = self.design.observer.bias
         self.design.reset(applied=command)
         self.design.observer.state[-1] = bias
@@ -42,7 +42,7 @@ class SampledSteering:
         self._left = 0.0
 
     def step(self, reference: tuple[float, float, float], angle: float, rate: float, dt: float) -> float:
-        """Command for a boat at `angle` (rad) and a reference whose first number is the angle wanted."""
+        """Command for an estimated angle (rad) and a reference whose first number is the desired angle."""
         self._left -= dt
         if self._left <= 0.5 * dt:
             self._left += self.sample
@@ -54,7 +54,7 @@ class SampledSteering:
         return self.command
 
     def limited_to(self, achieved: float) -> None:
-        """What the actuators made of the last command."""
+        """Report the part of the last command that the actuators achieved."""
         self.design.input = achieved
 
 
@@ -66,12 +66,11 @@ def steering(
     angle_std: float = 0.0,
     bandwidth: float | None = None,
 ) -> SampledSteering:
-    """The controller of a kind ("mpc", "lqg") for the response of a heading; `limit` of its output and `slew` of its
-    change a second, in its unit.
+    """An MPC or LQG (`kind` "mpc" or "lqg") for a heading response.
 
-    angle_std: of one estimated course or heading, rad. bandwidth: of the loop, rad/s, for Nomoto's response; by
-    default the weights follow from the limits. Raises InputError for numbers that cannot be used, and without
-    the package that solves the MPC's problem.
+    `limit` of the output and `slew` of its change per second, in its unit; angle_std: 1σ of an estimated course or
+    heading, rad; bandwidth: of the loop, rad/s, for Nomoto's response. Without it the weights follow from the limits.
+    Raises InputError for numbers that cannot be used, and if the package that solves the MPC's QP is missing.
     """
     one_of("autopilot.kind", kind, KINDS[1:])
     design = HeadingMpc if kind == "mpc" else HeadingLqg
@@ -84,10 +83,10 @@ def steering(
 
 
 def change_weight(response: HeadingResponse, bandwidth: float) -> float:
-    """R for a loop of `bandwidth` ω (rad/s), with Q of 1 per degree².
+    """Weight R for a loop of `bandwidth` ω (rad/s), with Q = 1 per degree².
 
-    Above 1/T the heading is K/T times the threefold integral of the input's rate, and min ∫ Q e² + R u̇² puts its poles
-    at ω⁶ = (K/T)² Q/R.
+    Above 1/T the heading is K/T times the triple integral of the input's rate, and min ∫ Q e² + R u̇² puts its poles at
+    ω⁶ = (K/T)² Q/R.
     """
     h = response.sample
     time = -h / math.log(response.poles[1])

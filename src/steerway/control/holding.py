@@ -1,8 +1,8 @@
-"""Holding a position with thrust and steering alone, by a boat whose heading and current are estimated.
+"""Position holding with surge thrust and steering only, by a boat with estimated heading and current.
 
-In a current that it can steer in, the boat lies with its bow into it and goes as fast through the water as the water
-goes: a distance from the point changes speed and heading by little. In less it drifts, and sails back to the point
-slowly when it has left a circle about it.
+In a current strong enough for steering, the boat points its bow into the current and matches its speed; a distance from
+the point changes speed and heading slightly. In a weaker current the boat drifts, and returns slowly once it has left a
+circle around the point.
 """
 
 import math
@@ -13,32 +13,32 @@ from steerway.core.estimate import Estimate
 from steerway.core.kinematics import heading_for
 
 _STEERS = 0.25
-"""Share of the slowest speed through the water at which a boat can still be turned. Chosen: a rudder has a sixteenth of
-its force there."""
+"""Smallest speed through the water at which a boat can be turned, as a fraction of `slowest`. The rudder force is then
+a sixteenth."""
 _LEAST = 0.5
-"""Share of the current's speed that is kept through the water by a boat that drops back. Chosen: a rudder keeps a
-quarter of its force."""
+"""Smallest speed through the water of a boat that drops back, as a fraction of the current's speed. The rudder force is
+then a quarter."""
 _RETURNED = 0.4
-"""Share of the radius within which a boat that came back drifts again. Chosen: below 1, so that drifting and
+"""Distance at which a returning boat begins to drift again, as a fraction of the radius. Below 1, so that drifting and
 returning do not alternate."""
 _FAR = 3.0
-"""Radii beyond which it sails straight to the point. Chosen: stemming the current it would come back too slowly."""
+"""Radii beyond which the boat sails straight to the point: stemming the current it would return too slowly."""
 _PULL = 0.1
-"""1/s: speed towards the point for a distance from it. Chosen: it dies away in 10 s, slower than the boat's speed
+"""Speed towards the point per metre of distance, 1/s: the distance decays in 10 s, slower than the boat's speed
 changes."""
 
 
 class Wanted(NamedTuple):
-    """Heading (rad) and speed through the water (m/s); a speed of 0: no thrust."""
+    """Desired heading (rad) and speed through the water (m/s); a speed of 0 means no thrust."""
 
     heading: float
     water_speed: float
 
 
 class PositionHold:
-    """Keeps a boat about a point.
+    """Holds a boat near a point.
 
-    radius (m) of the circle in which it may drift; slowest (m/s) speed through the water at which it steers well.
+    radius: of the circle in which the boat may drift, m; slowest: speed through the water at which it steers well, m/s.
     """
 
     def __init__(self, radius: float, slowest: float):
@@ -47,11 +47,11 @@ class PositionHold:
         self.restart()
 
     def restart(self) -> None:
-        """Begin with another point, or after a pause."""
+        """Reset, for another point or after a pause."""
         self._returns = True
 
     def step(self, distance: float, bearing: float, estimate: Estimate) -> Wanted:
-        """What to do about a point at a distance (m) and bearing (rad)."""
+        """Desired heading and speed for a point at a distance (m) and bearing (rad)."""
         north, east = estimate.current_north, estimate.current_east
         current = math.hypot(north, east)
         if current > _STEERS * self.slowest and distance < _FAR * self.radius:
@@ -59,7 +59,7 @@ class PositionHold:
         self._returns = distance > (_RETURNED if self._returns else 1.0) * self.radius
         if not self._returns:
             return Wanted(estimate.heading, 0.0)
-        # Far away by as much over ground as it steers with: a current that is taken for too strong would else hold it.
+        # Far away the speed over ground is at least `slowest`: an overestimated current would else keep the boat away.
         speed = max(self.slowest, 1.2 * current) if distance < _FAR * self.radius else self.slowest + current
         return Wanted(float(heading_for(bearing, speed, north, east)[0]), speed)
 

@@ -1,7 +1,7 @@
-"""Dynamic positioning: a PID that holds a place and a heading with forces in surge, sway and yaw; P2 §II-C.
+"""Dynamic positioning: PID control of position and heading by forces in surge, sway and yaw; P2 §II-C.
 
-τ = K_p Rᵀe + K_i ∫Rᵀe dt − K_d ν with e = η_d − η and the heading error wrapped; (30) as printed feeds back positively
-and does not turn north and east into the body.
+τ = K_p Rᵀe + K_i ∫Rᵀe dt − K_d ν with e = η_d − η and the heading error wrapped. P2 (30) as printed has positive
+feedback and does not rotate the error from NED to the body frame.
 """
 
 import math
@@ -46,7 +46,7 @@ def by_bandwidth(
 ) -> PositioningGains:
     """K_p = ω_n² M, K_d = 2ζω_n M, K_i = `integral` ω_n K_p; P2 (31)–(33) with the matrix M for its one m.
 
-    The vessel's own damping comes on top. Raises InputError for a bandwidth or damping that is not positive.
+    The vessel's own damping adds to K_d. Raises InputError for a bandwidth or damping that is not positive.
     """
     inertia = array_of("positioning.inertia", inertia, (3, 3))
     proportional = positive("positioning.bandwidth", bandwidth) ** 2 * inertia
@@ -66,7 +66,7 @@ def position_pid(
     proportional: Floats,
     derivative: Floats,
 ) -> tuple[Floats, Floats]:
-    """(wanted force (3,), error turned into the body (3,)); `integral` (3,) is in N, N, N·m."""
+    """(desired force (3,), error in the body frame (3,)); `integral` (3,) is in N, N, N·m."""
     c, s = math.cos(heading), math.sin(heading)
     to_north, to_east = desired[0] - north, desired[1] - east
     error = np.array([c * to_north + s * to_east, c * to_east - s * to_north, wrap(desired[2] - heading)])
@@ -79,10 +79,10 @@ def position_pid(
 
 
 class PositionPID:
-    """Holds a place and heading; `step` gives the force within its limits.
+    """Holds a position and heading; `step` returns the force within its limits.
 
-    An integral stands still while its force is limited and it would push further; without `anti_windup`, as the paper
-    has it, it winds up over every long way to a new place.
+    An integral does not move further into the limit of its force. Without `anti_windup`, as in the paper, it winds up
+    during every long move to a new position.
     """
 
     def __init__(self, gains: PositioningGains, anti_windup: bool = True):
@@ -92,7 +92,7 @@ class PositionPID:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what holds it against wind and current."""
+        """Reset the integral, which counteracts wind and current."""
         self.integral = np.zeros(3)
 
     def step(

@@ -1,16 +1,16 @@
-"""Holding a speed without knowing the boat: model reference adaptive control of the shaft speed.
+"""Speed control of a boat with unknown drag and thrust: model reference adaptive control of the shaft speed.
 
-After P3 (13)–(18), changed where the paper's own runs miss its requirements:
+P3 (13)–(18), changed where the paper's own runs miss its requirements:
 
-- gains and bounds are in units of the guessed boat (`speed_guess`), and each parameter adapts at a rate that does not
-  depend on the speed asked for;
-- the error is fed back beside the adaptation;
+- gains and bounds are in units of the guessed boat (`speed_guess`), and the adaptation rate of each parameter does not
+  depend on the set-point;
+- the speed error is fed back in addition to the adaptation;
 - the reference is slowed by the thrust that the shaft still lacks (pseudo-control hedging; Johnson and Calise 2000), so
-  that limits, rate and lag of the shaft teach nothing;
-- the regressor of the adaptation is that of the reference before it is slowed, not the boat's: noise and waves in the
-  measured speed are then not correlated with it, and do not make the parameters drift (Sastry and Bodson 1989, 5.1).
+  that limits, rate and lag of the shaft do not change the parameters;
+- the regressor of the adaptation is computed from the reference before it is slowed, not from the measured speed: noise
+  and waves in the measurement are then uncorrelated with it and cause no drift (Sastry and Bodson 1989, 5.1).
 
-A shaft whose lag is known is driven harder until it is there.
+A measured shaft with a known lag gets lead compensation.
 """
 
 import math
@@ -24,18 +24,18 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 
 _SLOW = 0.08
-"""Part of the top speed below which set-points adapt as this one does. Chosen: 1/S² would grow without limit."""
+"""Least S in the adaptation rate, as a fraction of the top speed; 1/S² would else grow without limit."""
 _LARGEST = 0.5
-"""Part of the reference's speed below which set-points adapt as this one does. Chosen: with a boat under way and a
-set-point near 0 the regressor would be hundreds of times that of a steady speed."""
+"""Least S in the adaptation rate, as a fraction of the reference speed: with a boat under way and a set-point near 0
+the regressor would else be hundreds of times that of a steady speed."""
 
 
 @dataclass(frozen=True)
 class AdaptiveSpeedGains(SpeedGuess):
-    """A guess of the boat, and how it is bettered.
+    """A guess of the boat, and the gains of its adaptation.
 
     `error_gain` k_z in units of d_m; `adaptation` γ̄ of Γ = γ̄ d_m²/g0 diag(S⁻², S⁻², S⁻⁴), with S the set-point;
-    `reach`: parameters stay within so many times of what drag and reference ask of the guessed boat.
+    `reach`: half width of the parameter bounds about the guess, in units of (d_m + d0 + b0 U)/g0.
     """
 
     error_gain: float = 2.5
@@ -49,7 +49,7 @@ class AdaptiveSpeedGains(SpeedGuess):
         positive("speed.reach", self.reach)
 
     def guess(self) -> np.ndarray:
-        """(3,) â_s, â_u, â_u|u| that make the guessed boat follow the model; under P3 (15)."""
+        """(3,) parameters â_s, â_u, â_u|u| with which the guessed boat follows the model; below P3 (15)."""
         wanted = (self.rate, self.linear_drag - self.rate, self.quadratic_drag)
         return np.array(wanted, dtype=np.float64) / self.thrust
 
@@ -64,7 +64,7 @@ class AdaptiveSpeedGains(SpeedGuess):
 
 
 class AdaptiveSpeed:
-    """One speed loop: `step` gives the shaft speed to command, rev/s.
+    """Adaptive speed loop: `step` returns the shaft speed to command, rev/s.
 
     `model` is the reference model's speed u_m, `parameters` (3,) the â. The first step begins at the boat's speed.
     """
@@ -85,7 +85,7 @@ class AdaptiveSpeed:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was learned, and the reference."""
+        """Reset the parameters and the reference."""
         self.parameters = self.gains.guess()
         self.model = math.nan
         self._planned = math.nan
@@ -94,15 +94,15 @@ class AdaptiveSpeed:
 
     @property
     def at_bounds(self) -> bool:
-        """Whether a parameter is at its bound: the guess is too far off, or something else is wrong."""
+        """Whether a parameter is at its bound: the guess is too far off, or there is a fault."""
         return bool(((self.parameters <= self._bounds[0]) | (self.parameters >= self._bounds[1])).any())
 
     def step(self, setpoint: float, speed: float, dt: float, shaft: float = math.nan) -> float:
         """Shaft speed (rev/s) to command for a set-point and an actual speed (m/s).
 
-        `shaft`, the shaft's measured speed now (rev/s), tells what of the last command was achieved; without it the
-        shaft is taken to follow as its rate and lag say. While the speed is unknown (NaN) the reference itself is held
-        and nothing is learned.
+        `shaft` is the measured shaft speed (rev/s), from which the achieved part of the last command follows. Without
+        it (NaN) the shaft is modelled by its rate limit and lag. An unknown (NaN) speed is replaced by the reference
+        speed, and the parameters do not change.
         """
         if math.isnan(self.model):
             self.model = self._planned = speed if math.isfinite(speed) else 0.0
@@ -139,20 +139,20 @@ def _adaptive_step(
     """(u_m, u_p, command, shaft now): one step of (14)–(18), in place on `parameters`.
 
     n|n| = φᵀâ − (k_z/g0) z with φ = [s, u, u|u|], then dâ/dt = −Γ φ_p z, with φ_p of the planned u̇_p = d_m (s − u_p);
-    the reference is u̇_m = d_m (s − u_m) − g0 (what the shaft lacks of n|n|).
+    the reference is u̇_m = d_m (s − u_m) − g0 (commanded n|n| minus that of the shaft).
     """
     rate, error_gain, thrust, adaptation, slow = constants[0], constants[1], constants[2], constants[3], constants[4]
     low, high, shaft_rate, lag, lead = constants[5], constants[6], constants[7], constants[8], constants[9]
     known = math.isfinite(speed)
     u = speed if known else model
     z = u - model
-    # As strong as the sampling allows: by the exact decay of the error over a step.
+    # The gain that gives the exact decay of the error over a step: stable for every dt.
     feedback = -math.expm1(-error_gain * dt) / dt if dt > 0.0 else error_gain
     wanted = setpoint * parameters[0] + u * parameters[1] + u * abs(u) * parameters[2] - feedback / thrust * z
     first = not (math.isfinite(measured) or math.isfinite(modelled))
     now = 0.0 if first else shaft_now(measured, modelled, last, low, high, shaft_rate, lag, dt)
     command, free = commanded(wanted, now if math.isfinite(measured) else math.nan, low, high, lead)
-    # A parameter that would push further into the limit stands still, or it would have to be unlearned afterwards.
+    # Anti-windup: the parameters do not push the command further into a limit.
     if known and (free - command) * z >= 0.0:
         scale = max(abs(setpoint), _LARGEST * abs(planned), slow)
         square = scale * scale

@@ -1,4 +1,4 @@
-"""A pilot's speed loop, from desired speed to surge force, made of a controller of the shaft speed."""
+"""Speed loops from desired speed to surge force, built on a controller of the shaft speed."""
 
 import math
 from typing import Protocol
@@ -11,11 +11,11 @@ from steerway.core.errors import InputError
 
 CONTROLLERS = ("pi", "adaptive", "disturbance-observer")
 LONGEST_HOLD = 1.0
-"""s for which a measured shaft speed holds. Chosen: instruments report it at 1 Hz and faster."""
+"""Maximum age (s) of a measured shaft speed; instruments report it at 1 Hz and faster."""
 
 
 class ShaftController(Protocol):
-    """`AdaptiveSpeed`, `ObservedSpeed`."""
+    """The interface of `AdaptiveSpeed` and `ObservedSpeed`."""
 
     @property
     def gains(self) -> SpeedGuess: ...
@@ -26,10 +26,10 @@ class ShaftController(Protocol):
 
 
 class ForceLoop:
-    """The force is `unit` (N) times n|n| of the controller's command n.
+    """The force is `unit` (N) times n|n|, with n the controller's command.
 
-    A shaft that is measured, in rev/s of which `per_rev` make a unit of n, tells the controller what was achieved; else
-    the part of the force that `limited_to` reports does. The desired speed is approached at `acceleration` (m/s²).
+    The achieved n is `per_rev` times the measured shaft speed (rev/s); without a measurement it follows from the force
+    that `limited_to` reports. The desired speed is approached at `acceleration` (m/s²).
     """
 
     def __init__(
@@ -39,19 +39,19 @@ class ForceLoop:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was learned."""
+        """Reset the controller."""
         self.controller.restart()
         self.force = 0.0
         self._achieved = self._approached = self._shaft = math.nan
         self._since = math.inf
 
     def turns(self, shaft: float) -> None:
-        """The shaft's measured speed now, rev/s; NaN for none: the last one holds for a while."""
+        """Set the measured shaft speed, rev/s; NaN leaves the last one, which is used for up to `LONGEST_HOLD`."""
         if math.isfinite(shaft):
             self._shaft, self._since = shaft, 0.0
 
     def step(self, desired: float, speed: float, dt: float, along: float = 0.0) -> float:
-        """Surge force (N) for a desired and an actual speed (m/s); NaN for an unknown speed. along: as of `SpeedPI`."""
+        """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown). along: see `SpeedPI.step`."""
         if math.isnan(self._approached):
             self._approached = speed
         if math.isnan(self._approached):
@@ -67,22 +67,22 @@ class ForceLoop:
         return self.force
 
     def speed_of(self, force: float) -> float:
-        """The speed (m/s) that a force holds, by the guess."""
+        """Steady speed (m/s) of the guessed boat under a force (N)."""
         guess = self.controller.gains
         return settled_speed(guess.thrust * force / self._unit, guess.linear_drag, guess.quadratic_drag)
 
     def limited_to(self, achieved: float) -> None:
-        """What the propellers made of the last force."""
+        """Report the part of the last force (N) that the propellers achieved."""
         self._achieved = signed_root(achieved / self._unit)
 
 
 def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> SpeedPI | ForceLoop:
-    """The speed loop of one of CONTROLLERS for a boat known by its PI gains.
+    """A speed loop of a kind in CONTROLLERS, designed from the PI gains of a boat.
 
-    The others take mass and drag of the gains for the guess, the largest force ahead for full thrust, and the
-    bandwidth for the rate d_m of the reference, which settles to 2 % in ln 50/d_m. `full_shaft`: shaft speed (rev/s)
-    of full thrust, where a shaft can be measured. Raises InputError for another kind and for gains without a limit or
-    without drag.
+    For the kinds other than "pi", mass and drag of the gains are the guess, `limit` is full thrust, and the bandwidth
+    is the rate d_m of the reference, which settles to 2 % in ln 50/d_m. `full_shaft`: shaft speed (rev/s) at full
+    thrust, if the shaft is measured. Raises InputError for an unknown kind, and for gains without a limit or without
+    drag.
     """
     if kind == "pi":
         return SpeedPI(gains)

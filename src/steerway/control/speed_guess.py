@@ -1,8 +1,8 @@
-"""What a speed controller has to know of a boat: a rough guess of drag and thrust, and the limits of its shaft.
+"""A rough guess of a boat's drag and thrust, and the limits of its shaft, for speed controllers.
 
-The guessed boat u̇ = −d0 u − b0 u|u| + g0 n|n|, P3 (13), has a top speed U at full throttle and reaches it in the time
-T = U/(g0 n²). Gains and bounds of the controllers are numbers in units of the two, so that boats of 10 kg and of
-10,000 t behave alike, each in its own time.
+The guessed boat u̇ = −d0 u − b0 u|u| + g0 n|n|, P3 (13), has a top speed U at full throttle and the time scale T =
+U/(g0 n²). The controllers' gains and bounds are in units of U and T, so that boats of 10 kg and of 10,000 t behave
+alike, each on its own time scale.
 """
 
 import math
@@ -14,24 +14,23 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 
 SLOWEST, FASTEST = 0.05, 60.0
-"""m/s; a guess whose top speed lies outside is no boat's. Chosen: the fastest is 117 kn."""
+"""Accepted range of the guessed top speed, m/s. The largest is 117 kn."""
 SHORTEST, LONGEST = 0.02, 3600.0
-"""s; nor is one whose time T lies outside. Chosen: a tick at 50 Hz, and an hour."""
+"""Accepted range of the guessed time scale T, s: one tick at 50 Hz to one hour."""
 _QUICKER_SHAFT = 0.18
-"""Part of the reference model's time to which the inner loop shortens a slower shaft's lag. Chosen: 1.5 s for
-P3's boat with d_m = 0.12 1/s."""
+"""Default lag of a shaft with lead compensation, in units of 1/d_m: 1.5 s for P3's boat with d_m = 0.12 1/s."""
 
 
 @dataclass(frozen=True)
 class SpeedGuess:
-    """The guess of P3 (13), the reference model of (14) and the shaft.
+    """The guess of P3 (13), the reference model of (14) and the shaft; the default is P3's boat.
 
     `linear_drag` d0 in 1/s, `quadratic_drag` b0 in 1/m, `thrust` g0 in m/rev². The shaft turns from `low` to `high`
-    rev/s; `shaft_rate` rev/s² and `shaft_lag` s, where known, stand for a shaft that is not measured. A lag that is
-    known is shortened by an inner loop to `wanted_lag` s, by default 0.18 of the reference model's time. `model_rate`
-    d_m = g_m, 1/s: settling to 2 % takes ln 50/d_m; by default `PACE`/T. As given: P3's boat.
+    rev/s. `shaft_rate` (rev/s²) and `shaft_lag` (s), if known, model a shaft that is not measured. If the shaft is
+    measured, an inner loop shortens the known lag to `wanted_lag` s, by default 0.18/d_m. `model_rate` d_m = g_m, 1/s:
+    settling to 2 % takes ln 50/d_m; by default `PACE`/T.
 
-    Raises InputError for numbers that cannot be a boat's.
+    Raises InputError for numbers that no boat has.
     """
 
     PACE: ClassVar[float] = 1.8
@@ -84,18 +83,18 @@ class SpeedGuess:
 
     @property
     def rate(self) -> float:
-        """d_m in force, 1/s."""
+        """Rate d_m of the reference model, 1/s."""
         return self.PACE / self.time if self.model_rate is None else self.model_rate
 
     def shaft(self) -> tuple[float, float, float, float, float]:
-        """Low, high, rate, lag and lead of the shaft: what the kernels read."""
+        """(low, high, rate, lag, lead) of the shaft, for the kernels."""
         wanted = _QUICKER_SHAFT / self.rate if self.wanted_lag is None else self.wanted_lag
         return self.low, self.high, self.shaft_rate, self.shaft_lag, max(self.shaft_lag / wanted, 1.0)
 
 
 @kernel
 def follow(value: float, command: float, low: float, high: float, rate: float, lag: float, step: float) -> float:
-    """Position after `step` s of one command of an actuator at `value`: exact lag, then limited to its rate."""
+    """Actuator position after `step` s of one command, from `value`: exact first-order lag, then the rate limit."""
     wanted = min(max(command, low), high)
     change = wanted - value
     if lag > 0.0:
@@ -112,13 +111,13 @@ def signed_square(shaft: float) -> float:
 
 @kernel
 def signed_root(square: float) -> float:
-    """n of n|n|."""
+    """The n of a given n|n|."""
     return math.copysign(math.sqrt(abs(square)), square)
 
 
 @kernel
 def commanded(square: float, shaft: float, low: float, high: float, lead: float) -> tuple[float, float]:
-    """(command, n before its limits) for a wanted n|n|; `lead` drives a slow shaft at `shaft` harder, if measured."""
+    """(command, n before its limits) for a desired n|n|; `lead` above 1 drives a measured slow `shaft` harder."""
     free = signed_root(square)
     if lead > 1.0 and math.isfinite(shaft):
         free = shaft + lead * (min(max(free, low), high) - shaft)
@@ -129,7 +128,7 @@ def commanded(square: float, shaft: float, low: float, high: float, lead: float)
 def shaft_now(
     measured: float, modelled: float, command: float, low: float, high: float, rate: float, lag: float, dt: float
 ) -> float:
-    """The shaft's speed now: measured, else as an `Actuator` follows the last command from where it was."""
+    """Present shaft speed: the measured one, else `modelled` after the last command has acted for dt."""
     if math.isfinite(measured):
         return measured
     return follow(modelled, command, low, high, rate, lag, dt)

@@ -1,8 +1,8 @@
-"""Holding a speed without knowing the boat: a disturbance observer on the measured shaft speed.
+"""Speed control of a boat with unknown drag and thrust: a disturbance observer on the measured shaft speed.
 
-What the guess of P3 (13) does not explain is one disturbance δ: u̇ = −d0 u − b0 u|u| + g0 n|n| + δ. An observer with
+One disturbance δ stands for all errors of the guess of P3 (13): u̇ = −d0 u − b0 u|u| + g0 n|n| + δ. An observer with
 both poles at ω_o estimates u and δ from the measured speed and shaft (Chen, Yang, Guo and Li 2016), and the shaft is
-commanded so that u̇ = d_m (s − u). It sees what the shaft really did: limits, rate and lag teach it nothing.
+commanded so that u̇ = d_m (s − u). The observer uses the achieved shaft speed: limits, rate and lag do not affect δ.
 """
 
 import math
@@ -31,7 +31,7 @@ class SpeedObserverGains(SpeedGuess):
 
 
 class ObservedSpeed:
-    """One speed loop: `step` gives the shaft speed to command, rev/s.
+    """Speed loop with a disturbance observer: `step` returns the shaft speed to command, rev/s.
 
     `speed` is the estimated speed (m/s), `disturbance` the estimated δ (m/s²).
     """
@@ -51,7 +51,7 @@ class ObservedSpeed:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the disturbance."""
+        """Reset the estimated speed and disturbance."""
         self.speed = math.nan
         self.disturbance = 0.0
         self.command = 0.0
@@ -99,7 +99,7 @@ def _observed_step(
         if not math.isfinite(measured) and lag == 0.0 and shaft_rate == math.inf:
             given = signed_square(now)
         drag = (linear_drag + quadratic_drag * abs(estimate)) * estimate
-        # Drag acts on the way: the implicit step holds however long the step is.
+        # Implicit in the drag: stable for every step length.
         damping = 1.0 + dt * (linear_drag + 2.0 * quadratic_drag * abs(estimate))
         estimate += dt * (thrust * given - drag + disturbance) / damping
     if math.isfinite(speed) and dt > 0.0:

@@ -1,4 +1,4 @@
-"""Holding a speed: PI with the drag fed forward; from a commanded speed to a surge force."""
+"""PI speed control with drag feedforward, from desired speed to surge force."""
 
 import math
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from steerway.core.compiled import kernel
 
 @dataclass(frozen=True)
 class SpeedPIGains:
-    """mass: with its added mass, kg; drag: linear, N·s/m, and quadratic, N·s²/m²; bandwidth ω of the loop, rad/s.
+    """mass: including added mass, kg; drag: linear, N·s/m, and quadratic, N·s²/m²; bandwidth ω of the loop, rad/s.
 
     `limit` of the force ahead and `limit_astern` of the force astern in N (both positive; limit_astern 0: no reverse);
-    `acceleration` at which the desired speed is approached, m/s²: no more than the estimate of the speed can follow.
+    `acceleration` of the reference towards the desired speed, m/s²: no more than the speed estimate can follow.
     """
 
     mass: float
@@ -52,10 +52,10 @@ def speed_pi(
 
 
 class SpeedPI:
-    """One speed loop: both poles at ω on a boat without drag, which makes one quicker and one slower.
+    """PI speed loop with both poles at ω for a boat without drag; drag makes one pole faster and one slower.
 
-    It holds the speed of a reference, with the acceleration of that fed forward where nothing limits it. As the
-    autopilot's, the integral never moves further into a limit.
+    The loop follows a reference speed. Without a limit of acceleration, the reference's acceleration is fed forward.
+    The integral never moves further into a limit, as in the autopilot.
     """
 
     def __init__(self, gains: SpeedPIGains):
@@ -64,7 +64,7 @@ class SpeedPI:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what the integral learned."""
+        """Reset the integral and the reference."""
         self.integral = 0.0
         self.force = 0.0
         self._excess = 0.0
@@ -73,7 +73,7 @@ class SpeedPI:
     def step(self, desired: float, speed: float, dt: float, along: float = 0.0) -> float:
         """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown).
 
-        along: m/s of the current along the bow, where the speed that is held is the sum of these with it.
+        along: current along the bow (m/s), added to both speeds where the speed over ground is controlled.
         """
         gains = self.gains
         held = self._approach(desired, speed, dt)
@@ -89,10 +89,10 @@ class SpeedPI:
         return self.force
 
     def _approach(self, desired: float, speed: float, dt: float) -> float:
-        """The speed to hold now on the way from the boat's own to the desired one.
+        """The reference speed, on its way from the boat's own speed to the desired one.
 
-        Without a largest acceleration by a model of the first order with the loop's bandwidth: both poles at ω alone
-        overshoot a step by 14 %, e⁻², for the proportional part and the integral are both filled by it.
+        Without a limit of acceleration it is a first-order model with the loop's bandwidth. A step fed directly to the
+        loop would overshoot by e⁻² = 14 %.
         """
         before = self._approached
         if math.isnan(before):
@@ -108,16 +108,16 @@ class SpeedPI:
         return self._approached
 
     def speed_of(self, force: float) -> float:
-        """The speed (m/s) at which the drag is as large as a force (N); NaN without drag."""
+        """Speed (m/s) at which the drag balances a force (N); NaN without drag."""
         return settled_speed(force, self.gains.linear_drag, self.gains.quadratic_drag)
 
     def limited_to(self, achieved: float) -> None:
-        """What the propellers made of the last force."""
+        """Report the part of the last force (N) that the propellers achieved."""
         self._excess = beyond(self.force, achieved)
 
 
 def settled_speed(force: float, linear_drag: float, quadratic_drag: float) -> float:
-    """The speed (m/s) at which the drag is as large as a force; NaN without drag."""
+    """Speed (m/s) at which the drag balances a force (N); NaN without drag."""
     if linear_drag + quadratic_drag == 0.0:
         return math.nan
     size = abs(force)

@@ -1,6 +1,6 @@
-"""Turning on the spot: a boat that can sails up to the waypoint of a sharp corner, stops, turns, and goes on.
+"""Turning on the spot: the boat stops at the waypoint of a sharp corner, turns, and goes on.
 
-It drifts meanwhile: where the current carries it too far, the corner is turned under way.
+It drifts meanwhile. If the current would carry it too far, the boat turns the corner under way.
 """
 
 import math
@@ -12,15 +12,14 @@ from steerway.core.estimate import Estimate
 from steerway.core.leg import LegState
 
 _SLOWEST = 0.3
-"""Share of the route's speed at which the waypoint is approached at the last. Chosen: slower it is late by seconds."""
+"""Final speed of the approach to the waypoint, as a fraction of the route's speed. Less delays the turn by seconds."""
 _ROUND = math.radians(10.0)
-"""rad from the heading of the next leg within which the boat goes on. Chosen: the rest is turned within its length."""
+"""Heading error (rad) to the next leg below which the boat goes on; it turns the rest within its own length."""
 
 
 class SpotTurn:
-    """angle: rad between two legs from which on the boat turns on the spot; braking: m/s² at which it stops; drift: m
-    that the current may carry it meanwhile.
-    """
+    """angle: smallest angle between two legs at which the boat turns on the spot, rad; braking: deceleration, m/s²;
+    drift: largest drift with the current during the stop and turn, m."""
 
     def __init__(self, angle: float, braking: float, drift: float):
         self.angle, self.braking = positive("spot_turn.angle", angle), positive("spot_turn.braking", braking)
@@ -28,14 +27,14 @@ class SpotTurn:
         self.restart()
 
     def restart(self) -> None:
-        """The boat begins to steer."""
+        """Reset, when the boat begins to steer."""
         self.turns = False  # on the spot, now
         self._next = -1  # waypoint of the leg that begins with a turn
 
     def lead(self, leg: LegState, following: float, estimate: Estimate, rate: float) -> float:
-        """Distance (m) before the waypoint at which the leg ends; NaN where the corner is not turned on the spot.
+        """Distance (m) before the waypoint at which the leg ends; NaN for a corner that is not turned on the spot.
 
-        following: direction of the next leg, NaN for none; rate: at which the boat turns, rad/s.
+        following: direction of the next leg (rad), NaN for none; rate: yaw rate of the turn, rad/s.
         """
         if leg.target == self._next:
             self.turns, self._next = True, -1
@@ -50,15 +49,15 @@ class SpotTurn:
         return 0.5 * (_SLOWEST * leg.speed) ** 2 / self.braking
 
     def speed(self, leg: LegState, speed: float) -> float:
-        """The speed (m/s) towards such a corner for that of the route."""
+        """Desired speed (m/s): that of the route, reduced before a corner that is turned on the spot."""
         if self._next != leg.target + 1:
             return speed
         return min(speed, max(_SLOWEST * speed, math.sqrt(2.0 * self.braking * max(leg.remaining, 0.0))))
 
     def stays(self, wanted: float, estimate: Estimate) -> bool:
-        """Whether the boat turns on the spot still, for the heading of the leg (rad).
+        """Whether the boat is still turning on the spot, towards the heading `wanted` (rad).
 
-        At rest positions do not show the heading: it ends where that is no longer sure.
+        Positions do not observe the heading at rest: the turn also ends when the heading's σ reaches `SURE`.
         """
         self.turns = self.turns and abs(wrap(wanted - estimate.heading)) > _ROUND and estimate.heading_std < SURE
         return self.turns

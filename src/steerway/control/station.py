@@ -1,8 +1,8 @@
-"""Station keeping of a boat without sideways force: the bow into the disturbance, and just enough thrust.
+"""Station keeping without sway force: the bow points into the disturbance, and thrust balances it.
 
-The force that would hold the boat is computed as a vector in north and east: proportional and integral on the
-position, damping on the velocity. The boat turns towards the slow part of it and applies its component along the bow.
-In a current the integral becomes the drag, so that the boat lies on the point with its bow into the current.
+The force that would hold the boat is a vector in north and east: proportional and integral on the position, damping on
+the velocity. The boat turns towards the slowly varying part of the force and applies the component along the bow. In a
+current the integral converges to the drag, so that the boat stays at the point with its bow into the current.
 """
 
 import math
@@ -17,10 +17,9 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class StationGains:
-    """mass: with added mass, kg; bandwidth ω of the position loop, rad/s; radius: within it the boat does not turn
-    round for a point astern but backs, m; least_force: below it the bow stays where it points, N;
-    limit and limit_astern: of the surge force, N, both positive.
-    """
+    """mass: including added mass, kg; bandwidth: ω of the position loop, rad/s; radius: distance within which the boat
+    backs towards a point astern and does not turn round, m; least_force: force below which the bow keeps its direction,
+    N; limit and limit_astern: of the surge force, N, both positive."""
 
     mass: float
     bandwidth: float = 0.2
@@ -51,7 +50,7 @@ class StationKeeper:
     ) -> tuple[tuple[float, float, float], float]:
         """((desired heading, 0, 0), surge force in N) for a point at a distance (m) and bearing (rad).
 
-        course and speed over ground, heading; an unknown course counts as no speed. Unknown heading gives no force.
+        course and speed are over ground; an unknown course counts as no speed. An unknown heading gives no force.
         """
         gains = self.gains
         stiffness = gains.mass * gains.bandwidth**2
@@ -63,14 +62,14 @@ class StationKeeper:
             return (self.heading, 0.0, 0.0), 0.0
         wanted = _along((lasting[0] - way[0], lasting[1] - way[1]), heading)
         force = max(-gains.limit_astern, min(gains.limit, wanted))
-        # Learn the current only where thrust can answer it: near the point, within limits.
+        # Integrate only near the point and within the limits of thrust.
         if force == wanted and distance < 4.0 * gains.radius:
             share = 0.1 * gains.bandwidth * dt
             self.integral = _sum(self.integral, (share * pull[0], share * pull[1]))
         return (self.heading, 0.0, 0.0), force
 
     def _point(self, lasting: Vector, distance: float, heading: float) -> None:
-        """Turn the bow along the slow force; close by, back towards what is astern unless a current sets there."""
+        """Turn the bow along the slow force; back towards a near point astern, unless a current sets from there."""
         if math.isnan(self.heading):
             self.heading = heading
         for force in (lasting, self.integral):

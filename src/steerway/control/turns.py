@@ -1,8 +1,8 @@
-"""Turns from one leg into the next: both sides are simulated, and the one that stays nearer to the corner is taken.
+"""Turns from one leg to the next: both sides are simulated, and the path that stays nearer to the corner is used.
 
-In a current the crab angles of two legs add to the turn, which may then be more than half a circle to the side of the
-corner, or be shorter to the other side. A turn begins and ends beside the legs, so that what it cuts of the corner is
-no more than what it leaves the legs by; of a ship, whose turns are large, it begins and ends on them.
+In a current the crab angles of both legs add to the turn. It may then exceed 180°, or be shorter to the other side. A
+turn may begin and end beside the legs, which balances the cut of the corner against the excursion outside. The large
+turns of a ship begin and end on the legs.
 """
 
 import math
@@ -19,10 +19,10 @@ _ONE_SIDE = math.radians(100.0)
 """Turn of the bow below which the other side, of more than 260°, is not simulated."""
 
 _CUT, _INSIDE = 1.8, 1.5
-"""Least distance from the waypoint, and largest from the legs, over the largest outside of them. Chosen: a path that
-turns at a right angle and stays as far inside as outside has 1.4 and 1, but paths are carried outwards."""
+"""Divisors in `Turn.cost` of the least distance from the waypoint and the largest from the legs. A right-angled path
+that stays as far inside as outside has 1.4 and 1 times the largest distance outside, but paths are carried outwards."""
 _STEPS = 10
-"""Steps of the search for the offset: they find it to 1 % of the turn's size."""
+"""Steps of the search for the offset, which find it to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -35,9 +35,8 @@ class TurnLimits(NamedTuple):
 
 
 class TurnSpeeds(NamedTuple):
-    """Speed through the water before a turn and the one asked for in it (m/s), its time constant (s), and the most over
-    ground along the bow (m/s); slip_time: as of `turn_path`.
-    """
+    """Speed through the water before a turn and the one ordered in it (m/s), its time constant (s), and the largest
+    speed over ground along the bow (m/s); slip_time: see `turn_path`."""
 
     before: float
     after: float
@@ -47,12 +46,10 @@ class TurnSpeeds(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """A turn from `lead` m before a waypoint, `beside` m to starboard of the leg, to `end` m behind it.
+    """A turn that begins `lead` m before a waypoint and ends `end` m after it, both `beside` m to starboard of the leg.
 
-    It ends `beside` m to starboard of the next leg.
-
-    path: (n, 2) north and east from its beginning, m. angle: by which the bow turns, rad, + to starboard. time: s.
-    excursion: largest distance from the two legs, outside: that outside of them; closest: least distance from the
+    path: (n, 2) north and east from its beginning, m. angle: turn of the bow, rad, + to starboard. time: s. excursion:
+    largest distance from the two legs; outside: largest distance on their outer side; closest: least distance from the
     waypoint, m.
     """
 
@@ -68,7 +65,7 @@ class Turn(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """How far it leaves the corner, m: what is inside of the legs counts less."""
+        """Deviation from the corner, m; distances inside of the legs count less."""
         return max(self.outside, self.closest / _CUT, self.excursion / _INSIDE)
 
 
@@ -81,7 +78,7 @@ def plan_turn(
     pivot: float = 0.0,
     leaves_legs: bool = True,
 ) -> Turn:
-    """The turn between legs of two directions (rad) in a current (north, east; m/s); pivot: as of `turn_path`.
+    """The turn between legs of two directions (rad) in a current (north, east; m/s); pivot: see `turn_path`.
 
     leaves_legs: whether it may begin and end beside the legs.
     """
@@ -97,7 +94,7 @@ def plan_turn(
 
 
 def _placed(direction: float, following: float, angle: float, path: Floats, time: float, leaves_legs: bool) -> Turn:
-    """With the offset of the least cost, by golden section, or none."""
+    """The turn with the offset of least cost, found by golden-section search; 0 unless it leaves the legs."""
 
     def beside(offset: float) -> Turn:
         lead = float(wheel_over(direction, following, path[-1, 0], path[-1, 1], offset, offset))

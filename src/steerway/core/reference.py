@@ -1,7 +1,7 @@
-"""Filters of the commanded course: low-pass, tracking filter and third-order reference model.
+"""Reference filters for course and heading: low-pass, tracking filter and third-order reference model.
 
-A command from guidance jumps at every waypoint; a controller wants an angle with its own true rate and acceleration.
-All three work on angles, go the short way round and give angles in [−π, π).
+A guidance command jumps at every waypoint; a controller needs an angle with its own rate and acceleration. All three
+filters turn through the shorter side and return angles in [−π, π).
 """
 
 import math
@@ -62,7 +62,7 @@ def third_order(
 ) -> tuple[float, float, float]:
     """(angle, rate, acceleration) after dt of (s + ω)(s² + 2ζωs + ω²) with limits that the outputs obey.
 
-    What is given out is what happened: rate is the change of the angle, acceleration that of the rate, also at a limit.
+    The outputs are consistent, also at a limit: rate is the change of the angle, acceleration that of the rate.
     """
     steps = _substeps(bandwidth, dt)
     h = dt / steps
@@ -80,40 +80,40 @@ def third_order(
 
 @kernel
 def _substeps(bandwidth: float, dt: float) -> int:
-    """As many steps as keep the explicit rule within 0.05 of a time constant, so that a slow loop stays stable."""
+    """Integration steps within dt, each at most 0.05/ω, so that the explicit rule is stable."""
     return max(1, math.ceil(bandwidth * dt / 0.05))
 
 
 class _Shaper(ABC):
-    """Holds the reference that a command is shaped into. Until `start` or the first command it knows none."""
+    """Base of the reference filters. `reference` is None until `start` or the first command."""
 
     def __init__(self) -> None:
         self.reference: Reference | None = None
 
     def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0) -> Reference:
-        """Go on from a boat's own angle and rate, so that the controller sees no jump; the reference is then this."""
+        """Start at a boat's own angle and rate, so that the controller sees no jump. Returns the new reference."""
         self.reference = Reference(wrap(angle), rate, acceleration)
         return self.reference
 
     @property
     @abstractmethod
     def lag(self) -> float:
-        """s by which the angle lags behind a command that turns steadily and does not give its rate."""
+        """Lag (s) of the angle behind a ramp command without its rate."""
 
     def _before(self, command: float) -> Reference:
-        """The reference so far; the first command is where it begins."""
+        """The last reference; before it, one at rest on the first command."""
         return self.start(command) if self.reference is None else self.reference
 
     def _held(self, unknown: tuple[float, float, float]) -> Reference:
-        """The last angle at rest, in place of a command that is not known."""
+        """The last angle at rest, in place of an unknown command."""
         return Reference(*unknown) if self.reference is None else self.start(self.reference.angle)
 
 
 class LowPass(_Shaper):
     """First-order low-pass of a course command and of its feedforward rate; P1 (44). `time_constant` T_lp in s.
 
-    The rate given out is the filtered feedforward rate of guidance, as P1 has it, not the rate of the filtered angle.
-    P1 wants 1/T_lp five to ten times below the autopilot's bandwidth: calm rudders, wide turns.
+    The output rate is the filtered feedforward rate of guidance, as in P1, not the rate of the filtered angle. P1 sets
+    1/T_lp five to ten times below the autopilot's bandwidth: little rudder action, wide turns.
     """
 
     def __init__(self, time_constant: float):
@@ -136,10 +136,10 @@ class LowPass(_Shaper):
 
 
 class TrackingFilter(_Shaper):
-    """A second-order filter whose rate is the true rate of its angle; on a ramp it is the ramp's. `bandwidth` rad/s.
+    """A second-order filter whose rate is the derivative of its angle. `bandwidth` rad/s.
 
-    The command's own rate, where guidance gives it, takes the lag away; with rate 0 the angle lags by 2ζ/ω times the
-    rate. No limits: for steps of a person's command take `ReferenceModel`.
+    With the command's rate, the angle follows a ramp without lag; with rate 0 it lags by 2ζ/ω times the ramp's rate.
+    There are no limits: for step commands use `ReferenceModel`.
     """
 
     def __init__(self, bandwidth: float, damping: float = 1.0):
@@ -164,11 +164,11 @@ class TrackingFilter(_Shaper):
 
 
 class ReferenceModel(_Shaper):
-    """Third-order reference model with limits of rate and acceleration: what an autopilot can follow without limits.
+    """Third-order reference model with limits of rate and acceleration, within which an autopilot does not saturate.
 
     bandwidth ω in rad/s, damping ζ, max_rate in rad/s, max_acceleration in rad/s²; Fossen, Handbook of Marine Craft
-    Hydrodynamics and Motion Control, 2nd edition, section 12.1. It comes to rest without overshoot for ζ ≥ 1 as long as
-    max_acceleration is at least 0.28 ω max_rate, what braking takes.
+    Hydrodynamics and Motion Control, 2nd edition, section 12.1. There is no overshoot for ζ ≥ 1 if max_acceleration is
+    at least 0.28 ω max_rate, which stopping a turn needs.
     """
 
     def __init__(
@@ -205,13 +205,13 @@ SHAPERS: dict[str, Callable[["ReferenceTable", float], Filter]] = {
     "model": lambda keys, loop: ReferenceModel(keys.bandwidth or 0.5, keys.damping, math.radians(keys.max_rate_deg)),
     "low-pass": lambda keys, loop: LowPass(keys.time_constant or 2.0 / loop),
 }
-"""Each makes a filter of the table [reference] and of the autopilot's bandwidth ω_n (rad/s)."""
+"""Constructors of the filters, from the table [reference] and the autopilot's bandwidth ω_n (rad/s)."""
 
 
 class ReferenceTable(Table):
-    """The filter between guidance and autopilot; its kind by default as the vessel declares.
+    """The filter between guidance and autopilot; the default `kind` is the vessel's.
 
-    `time_constant` (s) of a low-pass, by default 2/ω_n of the autopilot: the 40 s of P1 for its ship.
+    `time_constant` (s) of a low-pass, by default 2/ω_n of the autopilot: 40 s for the ship of P1.
     """
 
     kind: Literal[*SHAPERS] | None = None  # type: ignore[valid-type]

@@ -1,7 +1,7 @@
-"""Turns from one leg into the next: by the boat's turn through the water, and the current.
+"""Wheel-over point and path of a turn from one leg to the next, from the boat's turn through the water and the current.
 
-The path over ground of such a turn says when to begin it, so that it ends on the next leg, and is what the boat follows
-between the legs.
+The simulated path over ground gives the wheel-over point, from which the turn ends on the next leg. The boat then
+follows this path between the legs.
 """
 
 import math
@@ -14,19 +14,18 @@ from steerway.core.compiled import kernel
 from steerway.core.reference import third_order
 
 _MOST_POINTS = 3000
-"""Maximum number of path points, 0.02/ω apart: enough for half a turn at a rate of ω/19, a lower one is cut off there.
-Chosen."""
+"""Maximum number of path points, 0.02/ω apart: enough for 180° at a rate of ω/19. A slower turn is cut off."""
 
 
 _AHEAD = 2.5
-"""rad by which a command goes ahead of the bow at the most, so that the shortest way to it is that of the turn."""
+"""Largest lead (rad) of the command over the reference, below π: the shorter side to the command is then the turn's."""
 _IN_LINE = 0.1
-"""Sine of the angle between two legs below which a turn cannot be begun so as to end on the next leg."""
+"""Sine of the angle between two legs below which no wheel-over point makes a turn end on the next leg."""
 
 
 @kernel
 def ahead_on(left: float) -> float:
-    """The next command's way ahead of the reference, of a turn of which so much is left; rad, + to starboard."""
+    """Lead (rad, + to starboard) of the next command over the reference, for a remaining turn `left` (rad)."""
     return min(_AHEAD, max(-_AHEAD, left))
 
 
@@ -46,19 +45,19 @@ def turn_path(
     along_most: float = math.inf,
     slip_time: float = 0.0,
 ) -> tuple[Floats, float]:
-    """((n, 2) north and east in m, s) over ground of a turn by the reference model of these limits from the origin.
+    """(path (n, 2) over ground, north and east in m; time in s) of a turn from the origin by a reference model.
 
-    turn: angle by which the bow turns (rad, + to starboard), which may be more than half a circle. The path ends where
-    1° of it is left. pivot: m from the boat's position ahead to the point that moves along
-    the bow. after: speed through the water (m/s) that is asked for in the turn and tended to with the time constant
-    speed_time (s), NaN where it stays as it is; along_most: the largest over ground along the bow, m/s. slip_time: time
-    constant with which the direction of the motion through the water follows the bow, s.
+    turn: change of heading (rad, + to starboard), which may exceed 180°. The path ends 1° before. pivot: distance (m)
+    from the boat's position forward to the pivot point, which moves along the bow. after: ordered speed through the
+    water (m/s), approached with the time constant speed_time (s); NaN keeps water_speed. along_most: largest speed over
+    ground along the bow, m/s. slip_time: time constant (s) with which the direction of the motion through the water
+    follows the bow.
     """
     dt = 0.02 / bandwidth
     angle, rate, acceleration, left = heading, 0.0, 0.0, turn
     follows, abeam = 1.0 if slip_time <= dt else dt / slip_time, 0.0  # rad by which the motion is behind the bow
     path = np.zeros((_MOST_POINTS, 2))
-    north = east = 0.0  # of the point that moves along the bow, from where it was
+    north = east = 0.0  # displacement of the pivot point
     n = 1
     while n < _MOST_POINTS and abs(left) > 0.02:
         before = angle
@@ -81,7 +80,7 @@ def turn_path(
 
 @kernel
 def in_line(direction: float, following: float) -> bool:
-    """Whether a turn between two legs (rad) cannot be begun so as to end on the next one."""
+    """Whether two legs (rad) are so nearly in line that no wheel-over point makes a turn end on the next one."""
     return abs(math.sin(following - direction)) < _IN_LINE
 
 
@@ -89,10 +88,10 @@ def in_line(direction: float, following: float) -> bool:
 def wheel_over(
     direction: float, following: float, north: float, east: float, begins: float = 0.0, ends: float = 0.0
 ) -> float:
-    """Distance (m) before a waypoint at which a turn of this displacement has to begin to end on the next leg.
+    """Distance (m) of the wheel-over point before a waypoint, for a turn with the displacement (north, east) in m.
 
-    direction and following of the two legs, rad. begins, ends: m outside of the legs where it begins and is to end. 0
-    where the legs are (nearly) in line, as for turning round.
+    direction and following: of the two legs, rad. begins, ends: distance (m) outside of the legs where the turn begins
+    and ends. 0 for legs that are (nearly) in line, also in opposite directions.
     """
     sine, cosine = math.sin(wrap(following - direction)), math.cos(following - direction)
     if in_line(direction, following):
@@ -106,10 +105,10 @@ def wheel_over(
 def passing(
     path: Floats, lead: float, direction: float, following: float, begins: float = 0.0
 ) -> tuple[float, float, float, float]:
-    """(largest distance from the two legs, the largest outside of them, least distance from the waypoint, way along the
-    next leg at the end), m.
+    """(largest distance from the legs, largest on their outer side, least from the waypoint, along-track at end), m.
 
-    Of a path (n, 2) that begins `lead` m before the waypoint between legs of two directions (rad), `begins` m outside.
+    The path (n, 2) begins `lead` m before the waypoint between legs of two directions (rad), `begins` m outside. The
+    along-track distance is that on the next leg.
     """
     widest, outside, nearest, along = 0.0, 0.0, math.inf, 0.0
     before_n, before_e = math.cos(direction), math.sin(direction)
@@ -132,7 +131,7 @@ def passing(
 
 @kernel
 def off_path(path: Floats, north: float, east: float) -> tuple[float, bool]:
-    """Distance (m, + to starboard) of a position from a path (n, 2), and whether the path's end is passed."""
+    """(distance from a path (n, 2) in m, + to starboard; whether its end is passed) of a position (north, east)."""
     off, nearest, beyond = 0.0, math.inf, True
     for k in range(len(path) - 1):
         ahead_n, ahead_e = path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1]

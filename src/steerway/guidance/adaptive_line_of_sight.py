@@ -1,4 +1,4 @@
-"""Adaptive line of sight: a heading that leads along the path in a current, the crab angle estimated as such.
+"""Adaptive line of sight (ALOS): a desired heading that keeps the path in a current by estimating the crab angle.
 
 Fossen, "An adaptive line-of-sight (ALOS) guidance law for path following of aircraft and marine craft", IEEE
 Transactions on Control Systems Technology 31(6), 2023.
@@ -36,8 +36,8 @@ def adaptive_line_of_sight(
 class AdaptiveLineOfSight:
     """Adaptive line of sight for heading. `lookahead` Δ in m, `gain` γ in rad/(m·s).
 
-    `crab_angle` β̂ is the estimate, kept from leg to leg and within ± `largest_crab`: a long approach from far away
-    shall not wind it up to a heading that leads back.
+    `crab_angle` β̂ is the estimate, kept from leg to leg. Its limit ± `largest_crab` prevents that a long approach
+    winds it up until the heading leads back.
     """
 
     lookahead: float
@@ -51,7 +51,7 @@ class AdaptiveLineOfSight:
         positive("adaptive_line_of_sight.largest_crab", self.largest_crab)
 
     def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
-        """Desired heading and its rate; an unknown position leaves the estimate as it is. See GuidanceLaw."""
+        """Desired heading and its rate; an unknown position leaves `crab_angle` unchanged. See GuidanceLaw."""
         heading, rate, crab_angle = adaptive_line_of_sight(
             leg.direction,
             leg.cross_track,

@@ -1,4 +1,4 @@
-"""Corners of a route as curves: the way from one leg to the next as an arc, or as a pair of clothoids."""
+"""Curved corners of a route: the path from one leg to the next is an arc or a pair of clothoids."""
 
 import math
 from dataclasses import dataclass
@@ -10,18 +10,18 @@ from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 
 KINDS = ("exact", "arc", "clothoid")
-"""How a boat passes a waypoint: as well as it can turn, on an arc, or on a curve whose curvature rises and falls."""
+"""Path at a waypoint: the boat's own turn, an arc, or a curve whose curvature rises and falls linearly (clothoids)."""
 _STEP = 0.02
-"""rad of the turn between two points of a curve. Chosen: the chord is 5·10⁻⁵ of the radius from the arc."""
+"""Turn (rad) between two points of a curve; the chord is 5·10⁻⁵ of the radius from the arc."""
 _LEAST_TURN = math.radians(3.0)
-"""Below it legs count as in line. Chosen: an arc of 10 m would cut a corner by 3 mm."""
+"""Turn below which legs count as in line; an arc of 10 m would cut such a corner by 3 mm."""
 _LARGEST_TURN = math.radians(175.0)
-"""Chosen: an arc begins r tan(turn/2) before the waypoint, 23 radii here."""
+"""Largest turn of a curved corner. Its arc begins r tan(turn/2) = 23 r before the waypoint."""
 
 
 @dataclass(frozen=True, eq=False)
 class Corner:
-    """A curve that begins `before` m ahead of a waypoint on one leg, and ends as far behind it on the next.
+    """A curve that begins `before` m before a waypoint on one leg, and ends the same distance behind it on the next.
 
     north, east (m) and direction (rad): (n,), points `step` m apart along the curve.
     """
@@ -38,27 +38,27 @@ class Corner:
         return self.step * (len(self.north) - 1)
 
     def seen(self, north: float, east: float) -> tuple[float, float]:
-        """Way along the curve and distance from it (m, + to starboard) of a position, by the nearest point."""
+        """(along-track distance, cross-track error) of a position by the curve's nearest point; m, + to starboard."""
         k = int(np.argmin((self.north - north) ** 2 + (self.east - east) ** 2))
         c, s = math.cos(self.direction[k]), math.sin(self.direction[k])
         dn, de = north - self.north[k], east - self.east[k]
         return k * self.step + dn * c + de * s, de * c - dn * s
 
     def direction_at(self, along: float) -> float:
-        """Direction of the curve (rad), of the legs before and behind it."""
+        """Direction (rad) at a distance (m) along the curve; before and behind the curve, that of the legs."""
         return float(np.interp(along, self.step * np.arange(len(self.north)), self.direction))
 
 
 def corner(kind: str, radius: float, north: float, east: float, direction: float, following: float) -> Corner | None:
-    """The curve at a waypoint between legs of two directions (rad), its least radius in m.
+    """The curve at a waypoint between legs of two directions (rad), with a least radius of curvature in m.
 
-    None where the legs are nearly in line, and for the kind "exact". Raises InputError for a turn right round.
+    None for legs nearly in line, and for the kind "exact". Raises InputError for a turn of more than 175°.
     """
     turn = wrap(following - direction)
     if kind == "exact" or abs(turn) < _LEAST_TURN:
         return None
     if abs(turn) > _LARGEST_TURN:
-        raise InputError(f"turns by {math.degrees(abs(turn)):.0f}°, expected at most 175° of a corner of kind {kind}")
+        raise InputError(f"turns by {math.degrees(abs(turn)):.0f}°, expected at most 175° for a corner of kind {kind}")
     share = np.linspace(0.0, 1.0, max(8, math.ceil(abs(turn) / _STEP)) + 1)
     if kind == "arc":
         turned, length = turn * share, radius * abs(turn)

@@ -1,4 +1,4 @@
-"""Integral line of sight: a heading that leads along the path in a current, the crab angle found by an integral.
+"""Integral line of sight (ILOS): a desired heading that keeps the path in a current by integral action.
 
 Børhaug, Pavlov and Pettersen, CDC 2008, in the form of Fossen, Handbook of Marine Craft Hydrodynamics and Motion
 Control, 2nd edition, section 12.5.
@@ -27,7 +27,7 @@ def integral_line_of_sight(
 ) -> tuple[float, float, float]:
     """(heading, its rate, next integral): ψ = π_p − atan((y_e + κ y_int)/Δ), ẏ_int = Δ y_e/(Δ² + (y_e + κ y_int)²).
 
-    The rate of the integral fades with the distance from the path, which keeps a long approach from winding it up.
+    The integral grows more slowly far from the path, so that a long approach does not wind it up.
     """
     aim = cross_track + integral_gain * integral
     spread = lookahead * lookahead + aim * aim
@@ -40,7 +40,7 @@ def integral_line_of_sight(
 class IntegralLineOfSight:
     """Integral line of sight for heading. `lookahead` Δ in m, `integral_gain` κ in m/s (0: proportional).
 
-    `integral` is y_int in s: κ y_int/Δ settles at the tangent of the crab angle. It is kept from leg to leg.
+    `integral` is y_int in s: κ y_int/Δ converges to the tangent of the crab angle. It is kept from leg to leg.
     """
 
     lookahead: float
@@ -52,7 +52,7 @@ class IntegralLineOfSight:
         not_negative("integral_line_of_sight.integral_gain", self.integral_gain)
 
     def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
-        """Desired heading and its rate; an unknown position leaves the integral as it is. See GuidanceLaw."""
+        """Desired heading and its rate; an unknown position leaves the integral unchanged. See GuidanceLaw."""
         heading, rate, integral = integral_line_of_sight(
             leg.direction,
             leg.cross_track,

@@ -1,7 +1,7 @@
-"""The guidance laws by name: what each steers by and how its gains follow from lookahead distance and speed.
+"""The guidance laws by name: the angle that each commands, and its gains for a look-ahead distance and speed.
 
-A new law is a file of its own and a row here; the table [guidance] of scenarios takes its names from it. Gains that are
-not given make both poles of the path error U/(2Δ): no overshoot in a steady current.
+A new law is a file of its own and a row here; the table [guidance] of scenarios reads its names from `LAWS`. Default
+gains place both poles of the cross-track error at U/(2Δ): no overshoot in a steady current.
 """
 
 import math
@@ -53,14 +53,14 @@ LAWS = {
 
 
 def law(name: str, lookahead: float, speed: float, options: Options | None = None) -> GuidanceLaw:
-    """The law of a name for a lookahead distance (m) and a speed (m/s); InputError for an unknown name."""
+    """The law called `name` for a look-ahead distance (m) and a speed (m/s). Raises InputError for an unknown name."""
     if name not in LAWS:
         raise InputError(f"guidance law is {name!r}, expected one of {', '.join(LAWS)}")
     return LAWS[name].design(lookahead, speed, options or {})
 
 
 class GuidanceTable(Table):
-    """The law and its gains; `steer_by` where it is not the law's own."""
+    """The law and its gains; `steer_by` overrides the angle that the law commands."""
 
     law: Literal[*LAWS] = "line-of-sight"  # type: ignore[valid-type]
     steer_by: Literal["course", "heading"] | None = None
@@ -75,7 +75,7 @@ class GuidanceTable(Table):
         return self.steer_by or LAWS[self.law].steers_by
 
     def design(self, lookahead: float, speed: float) -> GuidanceLaw:
-        """The law for a lookahead distance (m) and a speed (m/s)."""
+        """The law for a look-ahead distance (m) and a speed (m/s)."""
         gains = {
             "integral_gain": self.integral_gain,
             "adaptive_gain": self.adaptive_gain,

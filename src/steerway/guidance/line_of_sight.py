@@ -1,7 +1,7 @@
-"""Line-of-sight guidance for course: steer towards a point on the path a lookahead distance ahead; P1 (35)–(39).
+"""Line-of-sight guidance for course: steer towards a point on the path a look-ahead distance ahead; P1 (35)–(39).
 
-Course over ground needs no knowledge of current or crab angle: whoever makes good the course of this law is on the
-path. With heading in its place the offset Δ tan β remains, see `integral_line_of_sight` and `adaptive_line_of_sight`.
+Course control needs no estimate of current or crab angle: a boat on the desired course converges to the path. Heading
+control leaves a cross-track error of Δ tan β; see `integral_line_of_sight` and `adaptive_line_of_sight`.
 """
 
 import math
@@ -16,10 +16,10 @@ from steerway.core.reference import Reference
 
 
 class GuidanceLaw(Protocol):
-    """What turns a place on a leg into a course or heading to steer."""
+    """A guidance law: desired course or heading for a position relative to a leg."""
 
     def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
-        """The desired angle and its rate. Course over ground in rad and its speed; NaN where unknown: rate 0."""
+        """The desired angle and its rate, for a course (rad) and speed over ground; the rate is 0 if one is NaN."""
 
 
 @kernel
@@ -43,8 +43,8 @@ def line_of_sight(
 class LineOfSight:
     """Proportional line of sight, P1 (35) with the feedforward rate (39). `lookahead` Δ in m.
 
-    A good first choice is three to ten boat lengths, longer for a faster boat; the error dies with U/Δ, which the
-    autopilot has to be quicker than.
+    A good first choice is three to ten boat lengths, longer for a faster boat. The cross-track error decays at the rate
+    U/Δ; the autopilot must be faster.
     """
 
     lookahead: float
@@ -60,16 +60,16 @@ class LineOfSight:
 
 @dataclass(frozen=True)
 class PurePursuit:
-    """Steer straight at the waypoint, P4 (21): what waypoint missions without a path do."""
+    """Pure pursuit: steer straight at the waypoint, P4 (21), for waypoint missions without a path."""
 
     def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
-        """The bearing of the waypoint and the rate at which it turns; see GuidanceLaw."""
+        """The bearing of the waypoint and its rate; see GuidanceLaw."""
         return Reference(wrap(leg.bearing), bearing_rate(leg.bearing, leg.distance, course, speed), 0.0)
 
 
 @kernel
 def bearing_rate(bearing: float, distance: float, course: float, speed: float) -> float:
-    """Rate at which a fixed point's bearing turns, rad/s; 0 while course or speed is unknown, and at the point."""
+    """Rate of a fixed point's bearing, rad/s; 0 at the point, and while course or speed is unknown."""
     if math.isnan(course) or math.isnan(speed) or not distance > 0.0:
         return 0.0
     return -speed * math.sin(course - bearing) / distance

@@ -1,4 +1,4 @@
-"""What a mission log keeps: waypoints reached and missed, distance, time, deviation and control effort."""
+"""The mission log: waypoints reached and missed, distance, time, cross-track error and control effort."""
 
 import math
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from steerway.core.leg import LegState
 
 
 class Passage(NamedTuple):
-    """One waypoint done with."""
+    """How the boat passed one waypoint."""
 
     waypoint: int
     reached: bool
@@ -21,9 +21,9 @@ class Passage(NamedTuple):
 
 @dataclass
 class MissionLog:
-    """Sums over the mission while it is under way.
+    """Totals of a mission while it is under way.
 
-    `distance` adds up the given positions: give it estimates, since raw fixes add their noise at every step.
+    `distance` sums the steps between positions. Pass estimates: the noise of raw fixes would add up.
     """
 
     passages: list[Passage] = field(default_factory=list)
@@ -57,11 +57,11 @@ class MissionLog:
         return self.energy / self.time if self.time > 0.0 else math.nan
 
     def record(self, passage: Passage) -> None:
-        """Keep a waypoint's passage."""
+        """Append the passage of a waypoint."""
         self.passages.append(passage)
 
     def add(self, north: float, east: float, leg: LegState | None, dt: float, effort: float) -> None:
-        """Count one step; an unknown position adds time and effort only, the way is closed by the next known one."""
+        """Add one step. An unknown position adds time and effort only, the next known position the distance since."""
         self.time += dt
         self.energy += effort * dt
         if leg is None or not (math.isfinite(north) and math.isfinite(east)):

@@ -1,4 +1,4 @@
-"""Courses and speeds ordered at given times, in place of a route: a helmsman's orders, and steps for trials."""
+"""Courses and speeds ordered at given times, in place of a route: orders of a helmsman, and steps for trials."""
 
 import math
 from collections.abc import Sequence
@@ -12,20 +12,20 @@ from steerway.guidance.waypoints import Mission, Phase
 
 
 class Order(NamedTuple):
-    """What is ordered from `time` (s) on: rad, m/s, m. NaN: no place, the boat's usual speed."""
+    """An order in force from `time` (s): rad, m/s, m. A NaN means no position, or the boat's cruise speed."""
 
     time: float
-    course: float = 0.0  # or heading, where that is steered by
+    course: float = 0.0  # or heading, if the law commands a heading
     speed: float = math.nan
     north: float = math.nan
     east: float = math.nan
 
 
 class OrderTable(Table):
-    """One of the [[orders]] of a scenario, from `time` (s) on; what is left out stays as it was ordered before.
+    """One of the [[orders]] of a scenario, in force from `time` (s); a key that is left out keeps its previous value.
 
-    `course_deg`: a course, or a heading where `guidance.steer_by` is "heading"; `speed` in m/s. Vessels in dynamic
-    positioning are ordered a place (`north`, `east` in m) and a heading (`course_deg`).
+    `course_deg`: a course, or a heading if `guidance.steer_by` is "heading"; `speed` in m/s. Vessels in dynamic
+    positioning are ordered a position (`north`, `east` in m) and a heading (`course_deg`).
     """
 
     time: Annotated[NotNegative, "s"] = 0.0
@@ -36,7 +36,7 @@ class OrderTable(Table):
 
 
 def orders_of(tables: Sequence[OrderTable], first: Order) -> tuple[Order, ...]:
-    """The orders of tables; `first` is in force before them. Raises InputError for times that do not rise from 0."""
+    """The orders of the tables, after the order `first`. Raises InputError for times that do not rise from 0."""
     orders: list[Order] = []
     for index, table in enumerate(tables):
         before = orders[-1] if orders else first
@@ -54,9 +54,9 @@ def orders_of(tables: Sequence[OrderTable], first: Order) -> tuple[Order, ...]:
 
 
 class Ordered:
-    """Gives the orders in force where a `Mission` gives legs; steps are those of `pilot.LegSource`.
+    """Supplies orders in place of the legs of a `Mission`, as a `pilot.LegSource`.
 
-    orders: in order of time, the first from 0 s on; see `orders_of`. cruise: the boat's usual speed, m/s.
+    orders: in order of time, the first from 0 s; see `orders_of`. cruise: the boat's cruise speed, m/s.
     """
 
     phase = Phase.UNDER_WAY
@@ -72,17 +72,17 @@ class Ordered:
     @property
     def now(self) -> Order:
         """The order in force."""
-        # Times are sums of steps, so that one may come a rounding error early.
+        # Times are sums of steps: they may be early by a rounding error.
         started = [each for each in self.orders if each.time <= self._time + 1e-9]
         return started[-1] if started else self.orders[0]
 
     @property
     def given_course(self) -> float:
-        """The course, or heading, in force, rad."""
+        """The ordered course, or heading, rad."""
         return self.now.course
 
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
-        """The ordered speed, and no leg; the first step is at 0 s. See `waypoints.Mission.step`."""
+        """The ordered speed, without a leg; the first step is at 0 s. See `waypoints.Mission.step`."""
         self._time = 0.0 if math.isnan(self._time) else self._time + dt
         speed = self.now.speed
         return UNSEEN._replace(speed=self.cruise if math.isnan(speed) else speed)

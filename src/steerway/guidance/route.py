@@ -1,4 +1,4 @@
-"""A route: waypoints in the north-east plane, checked once so that nothing behind it has to."""
+"""A route: waypoints in the north-east plane, validated once at construction."""
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -13,9 +13,9 @@ from steerway.core.leg import leg_direction
 from steerway.guidance.corners import KINDS, Corner, corner
 
 LONGEST_LEG = 500e3
-"""A leg beyond this (m) is no straight line in one tangent plane, and most often a slip of unit."""
+"""Longest leg, m. A longer one is no straight line in one tangent plane, and most often a wrong unit."""
 _SHARPEST = -0.9
-"""Cosine of the sharpest turn beside a route, of 154°: behind it the corner is four offsets away. Chosen."""
+"""Cosine of the sharpest turn of a parallel route, 154°: the corner is then four offsets from the waypoint."""
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -23,10 +23,10 @@ class Route:
     """Waypoints joined by straight legs.
 
     north, east: (n,), n ≥ 2, m in the tangent plane.
-    acceptance:  radius within which a waypoint is reached, m: one number or (n,), NaN: `default_acceptance`.
-    speed:       what is asked for on the leg towards each waypoint, m/s: None, one number or (n,), NaN for no wish.
-    corners:     one of `corners.KINDS`; corner_radius: the least of a curve, m.
-    Raises InputError that names the waypoint for anything that cannot be sailed.
+    acceptance:  radius of acceptance of a waypoint, m: one number or (n,), NaN: `default_acceptance`.
+    speed:       desired on the leg to each waypoint, m/s: None, one number or (n,), NaN for none.
+    corners:     one of `corners.KINDS`; corner_radius: least radius of a curve, m.
+    Raises InputError that names the waypoint for a route that a boat cannot follow.
     """
 
     north: Floats
@@ -78,15 +78,15 @@ class Route:
         return np.hypot(np.diff(self.north), np.diff(self.east))
 
     def beside(self, offset: float) -> "Route":
-        """The route whose legs lie `offset` m to starboard of these, to port where negative.
+        """The parallel route with its legs `offset` m to starboard, to port where negative.
 
-        Raises InputError where it turns nearly right round, or where a leg would be none there.
+        Raises InputError for a turn of more than 154°, or if a leg becomes no longer than its radius of acceptance.
         """
         ahead = np.column_stack([np.diff(self.north), np.diff(self.east)]) / self.lengths[:, None]
         turns = np.sum(ahead[:-1] * ahead[1:], axis=1)
         if np.any(turns < _SHARPEST):
             index = int(np.argmin(turns)) + 1
-            raise InputError(f"the route turns nearly right round at waypoint {index}, there is no way beside it")
+            raise InputError(f"the route turns nearly right round at waypoint {index}, expected at most 154° beside it")
         abeam = np.column_stack([-ahead[:, 1], ahead[:, 0]])
         corners = (abeam[:-1] + abeam[1:]) / (1.0 + turns)[:, None]
         north, east = (np.array([self.north, self.east]).T + offset * np.vstack([abeam[:1], corners, abeam[-1:]])).T
@@ -114,7 +114,7 @@ class Route:
                 raise InputError(f"route.waypoint[{index}] {error}") from None
         for index, length in enumerate(self.lengths, start=1):
             taken = sum(each.before for each in curves[index - 1 : index + 1] if each is not None)
-            if taken > 1.001 * length:  # the curves are sampled
+            if taken > 1.001 * length:  # tolerates the sampling of the curves
                 raise InputError(
                     f"corners with a radius of {self.corner_radius:.3g} m take {taken:.3g} m of the leg to "
                     f"route.waypoint[{index}], which has {length:.3g} m, expected a smaller corner_radius"
@@ -149,7 +149,7 @@ class Route:
 
 
 def _column(name: str, given: ArrayLike | None, n: int) -> np.ndarray:
-    """An own array of n values from None (unknown), one value or n of them."""
+    """A new array of n values from None (NaN), one value or n values."""
     column = np.array(np.nan if given is None else given, dtype=np.float64)
     if column.shape not in ((), (n,)):
         raise InputError(f"route.{name} has {column.size} values, expected one or {n}")

@@ -1,6 +1,6 @@
-"""The tables of a route, of scenarios and missions alike: places, waypoints, the lines of a survey, corners.
+"""The tables of a route in scenarios and missions: positions, waypoints, survey lines, corners.
 
-A place is given in metres north and east of an origin, or in latitude and longitude.
+A position is given in metres north and east of an origin, or in latitude and longitude.
 """
 
 import math
@@ -22,12 +22,12 @@ from steerway.guidance.route import Route
 def lawnmower(
     north: float, east: float, direction: float, length: float, spacing: float, lines: int, run_in: float = 0.0
 ) -> Floats:
-    """(2 · lines, 2) waypoints, north and east in m, of lines to and fro.
+    """Waypoints (2 · lines, 2) of parallel lines to and fro, north and east in m.
 
-    The first line begins at (north, east) and runs `length` m in a `direction` (rad); the next ones lie `spacing` m to
-    starboard of it, to port where it is negative. Every line is sailed `run_in` m longer at both ends, so that the
-    turns and what they leave of a distance from the line lie outside of the area.
-    Raises InputError for less than one line, a length that is not positive, and a spacing of 0.
+    The first line begins at (north, east) and runs `length` m in a `direction` (rad). Each next line lies `spacing` m
+    to starboard of the line before, to port if negative. Every line is extended by `run_in` m at both ends, so that the
+    turns and their cross-track errors lie outside of the area. Raises InputError for less than one line, a length that
+    is not positive, and a spacing of 0.
     """
     positive("survey.length", length)
     not_negative("survey.run_in", run_in)
@@ -46,7 +46,7 @@ def lawnmower(
 
 
 class SurveyTable(Table):
-    """Parallel lines as of `lawnmower`, of a file of settings: m, and degrees from true north."""
+    """Parallel survey lines, see `lawnmower`: m, and degrees from true north."""
 
     direction_deg: Number = 0.0
     length: Annotated[Positive, "m"]
@@ -55,7 +55,7 @@ class SurveyTable(Table):
     run_in: Annotated[NotNegative, "m"] = 0.0
 
     def offsets(self) -> Floats:
-        """(2 · lines, 2) north and east of the waypoints from the beginning of the first line, m."""
+        """Waypoints (2 · lines, 2), north and east from the beginning of the first line, m."""
         towards = math.radians(self.direction_deg)
         return lawnmower(0.0, 0.0, towards, self.length, self.spacing, self.lines, self.run_in)
 
@@ -65,7 +65,7 @@ Place = tuple[float, float]
 
 
 class PlaceTable(Table):
-    """A place, in m from the origin or as latitude and longitude."""
+    """A position, in m from the origin or as latitude and longitude."""
 
     north: Annotated[Number | None, "m"] = None
     east: Annotated[Number | None, "m"] = None
@@ -73,7 +73,7 @@ class PlaceTable(Table):
     longitude_deg: Longitude | None = Field(default=None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
 
     def is_plane(self, name: str) -> bool:
-        """Whether the place is given in m; raises InputError with its name where neither pair is whole."""
+        """Whether the position is in m. Raises InputError that names it unless exactly one pair of keys is given."""
         return self._pair(name)[0]
 
     def _pair(self, name: str) -> tuple[bool, float, float]:
@@ -104,7 +104,7 @@ class PlaceTable(Table):
         return _within_reach(displaced(*origin, first, second), name)
 
     def moved(self, north: float, east: float) -> dict[str, float]:
-        """The keys of a place so many m from this one, given as this one is."""
+        """The keys of a position (m north, m east) from this one, in the same kind of coordinates."""
         is_plane, first, second = self._pair("survey")
         if is_plane:
             return {"north": first + north, "east": second + east}
@@ -116,7 +116,7 @@ _LARGEST_LATITUDE = math.radians(89.0)
 
 
 def _within_reach(place: Place, name: str) -> Place:
-    """The place itself. Raises InputError where no route can be."""
+    """Return the position. Raises InputError outside of the latitudes and longitudes of routes."""
     if abs(place[0]) <= _LARGEST_LATITUDE and abs(place[1]) <= math.pi:
         return place
     latitude, longitude = map(math.degrees, place)
@@ -127,28 +127,28 @@ _COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")
 
 
 class WaypointTable(PlaceTable):
-    """A waypoint, and the speed (m/s) and acceptance (m) that differ from the rest of the route on the leg to it."""
+    """A waypoint. `speed` (m/s) and `acceptance` (m) override those of the route on the leg to it."""
 
     speed: Annotated[Positive | None, "m/s"] = Field(default=None, validation_alias=AliasChoices("speed", "speed_mps"))
     acceptance: Annotated[Positive | None, "m"] = None
 
 
 class StayWaypointTable(WaypointTable):
-    """A waypoint of a scenario; `stay` s of station keeping before going on."""
+    """A waypoint of a scenario; `stay`: duration of station keeping at it, s."""
 
     stay: Annotated[NotNegative, "s"] = 0.0
 
 
 class SurveyRouteTable(SurveyTable, PlaceTable):
-    """A survey; the place is where its first line begins."""
+    """A survey; the position is the beginning of its first line."""
 
     def points(self) -> list[dict[str, float]]:
-        """The keys of the places of the lines' ends."""
+        """The keys of the positions of the lines' ends."""
         return [self.moved(*offset) for offset in self.offsets().tolist()]
 
 
 class OriginTable(Table):
-    """Where north = east = 0 lies."""
+    """The origin, at which north = east = 0."""
 
     latitude_deg: Latitude = Field(default=63.44, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
     longitude_deg: Longitude = Field(default=10.40, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
@@ -160,10 +160,10 @@ class OriginTable(Table):
 
 
 class RouteKeys(Table):
-    """What a route has beside its waypoints: the lines of a survey after them, and its corners.
+    """Keys of a route in addition to its waypoints: survey lines that follow them, and corners.
 
-    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default one and a half of
-    the tightest turn.
+    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default 1.5 times the radius
+    of the tightest turn.
     """
 
     survey: SurveyRouteTable | None = None
@@ -173,7 +173,7 @@ class RouteKeys(Table):
 
 
 class Turning(Protocol):
-    """What a route has to know of a boat: `control.boats.Boat`."""
+    """Parameters of a boat for its routes: `control.boats.Boat`."""
 
     @property
     def acceptance(self) -> float: ...
@@ -185,7 +185,7 @@ class Turning(Protocol):
 def route_of(
     keys: RouteKeys, places: Sequence[tuple[float, float]], waypoints: Sequence[WaypointTable], boat: Turning
 ) -> Route:
-    """The route through places (north, east; m), with the boat's acceptance and radius where a table gives none."""
+    """The route through positions (north, east; m); acceptance and corner radius default to the boat's."""
     north, east = np.array(places, dtype=float).reshape(-1, 2).T
     acceptance, speed = (
         np.array([np.nan if getattr(each, name) is None else getattr(each, name) for each in waypoints])

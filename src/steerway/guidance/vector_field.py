@@ -1,7 +1,7 @@
-"""Vector-field guidance, the rival of line of sight that P1 names: far away it meets the path at a chosen angle.
+"""Vector-field guidance, P1's alternative to line of sight: far away, the boat approaches the path at a chosen angle.
 
 Nelson, Barber, McLain and Beard, "Vector field path following for miniature air vehicles", IEEE Transactions on
-Robotics 23(3), 2007: the field of its straight line. Its sliding-mode course loop is left to the autopilot here.
+Robotics 23(3), 2007: the field of its straight line. The autopilot replaces its sliding-mode course loop.
 """
 
 import math
@@ -30,7 +30,7 @@ def vector_field(
 class VectorField:
     """Vector field for course. `steepness` k in 1/m, `approach` χ∞ in (0, π/2]: the angle to the path from far away.
 
-    With χ∞ = π/2 it is proportional line of sight of lookahead 1/k.
+    With χ∞ = π/2 it is proportional line of sight with the look-ahead distance 1/k.
     """
 
     steepness: float

@@ -1,4 +1,4 @@
-"""Missions one after another, with a stay between them: sail there, hold station, sail on."""
+"""Missions one after another, with station keeping between them."""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,9 @@ from steerway.guidance.waypoints import Mission, Passing, Phase
 
 
 class Voyage:
-    """A mission that stays for a while at some of its waypoints; steps and phases are those of `Mission`.
+    """A mission that keeps station at some of its waypoints for a time; steps and phases are those of `Mission`.
 
-    Between two stays the route is sailed as one mission that ends holding. The waypoints' indices are those of the
-    whole route.
+    The route between two stays is one mission, which ends holding. The waypoints' indices are those of the whole route.
     """
 
     given_course = math.nan
@@ -30,7 +29,7 @@ class Voyage:
         start: str = "line",
         at_end: str = "stop",
     ):
-        """`stays`: s at each waypoint of the route, 0 for none; the last and the first are not for staying."""
+        """`stays`: duration (s) at each waypoint of the route, 0 for none; the first and the last must be 0."""
         stays = list(stays) or [0.0] * len(route)
         if len(stays) != len(route):
             raise InputError(f"voyage has {len(stays)} stays, expected one for each of the {len(route)} waypoints")
@@ -99,7 +98,7 @@ class Voyage:
 
     @property
     def passages(self) -> list[Passage]:
-        """The waypoints done with so far; their times count time under way, without the stays."""
+        """Passages of the waypoints so far; their times count time under way, without the stays."""
         done, time, sailed = [], 0.0, 0.0
         for first, mission in zip(self._firsts, self.missions, strict=True):
             for each in mission.log.passages:

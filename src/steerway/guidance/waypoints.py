@@ -1,7 +1,6 @@
-"""Sailing a route: which leg is under way, when a waypoint is reached or missed, and what happens at the ends.
+"""Waypoint switching: the active leg of a route, when a waypoint is reached or missed, and what follows the last one.
 
-One `Mission` serves line-of-sight path following, waypoint missions and live runs. It knows positions only; who steers
-is none of its business.
+`Mission` serves path following, waypoint missions and live runs. It uses positions only and does not steer.
 """
 
 import math
@@ -19,7 +18,7 @@ class Phase(Enum):
     """What the boat should be doing."""
 
     UNDER_WAY = "under way"
-    CONTINUING = "continuing"  # beyond the last waypoint on the last leg's line, no end
+    CONTINUING = "continuing"  # beyond the last waypoint, along the last leg's line
     HOLDING = "holding"  # keep station at the last waypoint
     STOPPED = "stopped"
 
@@ -31,13 +30,13 @@ AT_END = {"continue": Phase.CONTINUING, "hold": Phase.HOLDING, "stop": Phase.STO
 class Passing:
     """When a waypoint counts as reached, and when as missed.
 
-    rule "remaining": reached when the signed distance left along the leg is within the acceptance radius, however far
-        to the side; P1 (45) with x_e signed, so that a boat behind the leg does not switch.
-    rule "circle": reached inside the circle of acceptance, P4 (22); missed on passing the plane through the waypoint
-        normal to the leg outside of it. (The sign change of the range rate, which P4 prints, also fires at the start
+    rule "remaining": reached when the signed along-track distance left is within the radius of acceptance, whatever the
+        cross-track error; P1 (45) with x_e signed, so that a boat behind the leg does not switch.
+    rule "circle": reached inside the circle of acceptance, P4 (22); missed when the boat passes the waypoint's plane
+        normal to the leg outside of the circle. (The sign change of the range rate, as in P4, also occurs at the start
         and after every switch.)
-    Under both, a leg whose speed is known is given up after time_factor · length / speed + time_margin; the length is
-    the boat's own distance where that is longer. time_factor None: never.
+    Under both, a leg with a desired speed is given up after time_factor · length / speed + time_margin (s), with the
+    boat's distance from the waypoint as length if that is longer. time_factor None: never.
     """
 
     rule: str = "remaining"
@@ -52,9 +51,9 @@ class Passing:
         not_negative("passing.time_margin", self.time_margin)
 
     def verdict(self, leg: LegState, acceptance: float, lead: float = math.nan) -> tuple[bool, str] | None:
-        """(reached, why) when the leg is done, None when it is not; unknown position leaves it open.
+        """(reached, why) if the leg is done, else None; also None for an unknown position.
 
-        lead: distance along the leg (m) at which the turn into the next one begins, in place of the rule.
+        lead: distance (m) of the wheel-over point from the waypoint, which replaces the rule; NaN for none.
         """
         if not math.isnan(lead):
             return (True, "turn") if leg.remaining <= lead else None
@@ -67,18 +66,19 @@ class Passing:
 
 
 class Mission:
-    """A boat on a route; one step per position.
+    """Progress of a boat along a route; one step per position.
 
-    start "line": the first leg runs from waypoint 0 to 1 and is followed along its line even from behind its beginning
-        or beside it; a boat already beyond its end passes on by the rule. Waypoint 0 begins the route and is no goal.
-    start "point": waypoint 0 is the first goal, on a leg that begins where the boat is first seen.
-    at_end "continue" | "hold" | "stop": beyond the last waypoint the last leg's line goes on; the asked speed is the
-        last leg's for "continue" and 0 otherwise. `phase` says which.
-    A passed waypoint switches the leg for the next step: the step that passes it still answers for the old leg, and at
-    most one waypoint is passed in a step. `lead` (m before the waypoint, NaN for none) may be set before a step by who
-    knows how the boat turns: then the leg ends there, in place of the rule. A curve at the leg's end belongs to it; its
-    direction is that of the way `preview` m ahead, for a boat that follows with a delay. `following` is the direction
-    (rad) of the leg after that of the last step, NaN where there is none, a curve leads to it, or it is under way now.
+    start "line": the first leg runs from waypoint 0 to 1; its line is followed also from behind or beside it. A boat
+        already beyond its end passes waypoint 1 by the rule. Waypoint 0 begins the route and is no goal.
+    start "point": waypoint 0 is the first goal, on a leg from the boat's first known position.
+    at_end "continue" | "hold" | "stop": the last leg's line continues beyond the last waypoint; the desired speed is
+        the last leg's for "continue" and 0 otherwise. `phase` is set to match.
+    The step that passes a waypoint still returns the old leg; the next step returns the new one. A step passes at most
+    one waypoint. `lead` may be set before a step to the distance (m) of the wheel-over point from the waypoint, at
+    which the leg then ends in place of the rule (NaN for none). A curve at the end of a leg belongs to the leg, whose
+    direction is then taken `preview` m ahead, for a boat that follows with a delay. `following` is the direction (rad)
+    of the leg after that of the last step. It is NaN if there is no such leg, if a curve leads to it, or if it has
+    become the active leg.
     """
 
     given_course = math.nan
@@ -91,18 +91,18 @@ class Mission:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything sailed so far."""
+        """Reset to the beginning of the route, with an empty log."""
         self.lead, self.preview, self.following = math.nan, 0.0, math.nan
         self.phase = Phase.UNDER_WAY
         self.log = MissionLog()
-        self._target = -1  # no position was known yet
+        self._target = -1  # no known position yet
         self._leg_since = 0.0
         self._time_limit = math.inf
 
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
-        """The position seen from the leg under way. Position in m (NaN for unknown), dt since the step before.
+        """The position relative to the active leg. Position in m (NaN for unknown), dt in s since the previous step.
 
-        `effort` is what the control costs per second, in a unit of the caller's choice; the log integrates it.
+        `effort`: cost of control per second, in a unit of your choice; the log integrates it.
         """
         known = math.isfinite(north) and math.isfinite(east)
         if self._target < 0:
@@ -115,25 +115,25 @@ class Mission:
             self.log.add(north, east, leg, dt, effort)
             if known:
                 self._judge(leg, north, east)
-        if self._target != leg.target:  # the turn has begun: how far before a waypoint it does is no longer asked
+        if self._target != leg.target:  # the turn has begun: its lead is not needed any more
             self.following = math.nan
         return leg
 
     @property
     def target(self) -> int | None:
-        """Index of the waypoint under way, None before a position was known."""
+        """Index of the waypoint at the end of the active leg, None before the first known position."""
         return None if self._target < 0 else self._target
 
     def skip(self, why: str = "skipped") -> None:
-        """Give up the waypoint under way as missed, on the word of an outer judge or a person."""
+        """Record the active waypoint as missed, with the reason `why`, and go on to the next one."""
         if self.phase is Phase.UNDER_WAY and self._target >= 0:
             north, east = self._last_seen
             self._pass(False, why, (north, east), math.hypot(self._ends[2] - north, self._ends[3] - east))
 
     def go_to(self, target: int) -> None:
-        """Sail the leg that leads to a waypoint, whichever is under way, and go on from there.
+        """Make the leg to waypoint `target` active, and go on from there.
 
-        A boat that is beyond the leg's end, and not at the waypoint, sails straight to it.
+        A boat beyond the leg's end, and not at the waypoint, goes straight to the waypoint.
         """
         if not 1 <= target < len(self.route) or self._target < 0:
             raise InputError(f"waypoint is {target}, expected 1 to {len(self.route) - 1} of a mission under way")
@@ -145,7 +145,7 @@ class Mission:
             self._sail(target, north, east, north, east)
 
     def exchange(self, route: Route) -> None:
-        """Sail another route of as many waypoints, from the leg under way on."""
+        """Replace the route by another with as many waypoints, from the active leg on."""
         self.route = route
         if self._target > 0 and self.phase is Phase.UNDER_WAY:
             before = self._target - 1
@@ -165,7 +165,7 @@ class Mission:
             self._sail(0, north, east, north, east)
 
     def _sail(self, target: int, north_0: float, east_0: float, north: float, east: float) -> None:
-        """Set the leg from point 0 to a waypoint, the boat being at (north, east)."""
+        """Make the leg from a point (north_0, east_0) to a waypoint active, the boat being at (north, east)."""
         route = self.route
         end = (float(route.north[target]), float(route.east[target]))
         on_route = target > 0 and (north_0, east_0) == (route.north[target - 1], route.east[target - 1])
