@@ -20,7 +20,7 @@ SETTLED = 60.0
 _NUMBER = r"([\d.e+-]+)"
 _SPREAD = rf"{_NUMBER} ms \(99\.9 %: {_NUMBER}, at most {_NUMBER}\)"
 _PULSE = re.compile(
-    rf"{_NUMBER} ticks, each {_SPREAD}, with all else {_SPREAD}, late by {_SPREAD}, {_NUMBER} later than"
+    rf"{_NUMBER} ticks, processor time {_SPREAD}, from tick to tick {_SPREAD}, lateness {_SPREAD}, {_NUMBER} later than"
 )
 _USED = re.compile(rf"{_NUMBER} used")
 
