@@ -1,4 +1,4 @@
-"""What this costs, against what else one could use, on one machine in one run.
+"""Processor time and memory of Steerway and of alternatives, measured on one machine in one run.
 
-One file a subject, each with `run()` that yields results; `support` holds what they share.
+One file per subject, each with `run()`, which yields results; `support` contains shared code.
 """

@@ -1,4 +1,4 @@
-"""python -m benchmarks [name…]: runs all subjects, or those named."""
+"""python -m benchmarks [name…]: runs the named subjects, or all."""
 
 import importlib
 import pkgutil
@@ -9,7 +9,7 @@ from benchmarks.support.harness import machine
 
 
 def subjects() -> list[str]:
-    """Names of the files beside this one."""
+    """Names of the benchmark files."""
     modules = pkgutil.iter_modules(benchmarks.__path__)
     return [each.name for each in modules if not each.ispkg and not each.name.startswith("_")]
 
@@ -18,7 +18,7 @@ def main(names):
     known = subjects()
     unknown = [name for name in names if name not in known]
     if unknown:
-        sys.exit(f"{unknown[0]!r} is no benchmark, expected some of {', '.join(known)}")
+        sys.exit(f"{unknown[0]!r} is not a benchmark, expected some of {', '.join(known)}")
     print(machine(), flush=True)
     missed = []
     for name in names or known:

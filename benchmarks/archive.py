@@ -1,4 +1,4 @@
-"""A generated archive of AIS, 540 ships in three days: CPU a row against plain differences by polars, and memory."""
+"""A generated AIS archive (540 ships, three days): CPU time per row, beside differences computed by polars; memory."""
 
 import os
 import subprocess
@@ -22,7 +22,7 @@ from steerway.core.records import Fixes
 from steerway.estimation.vessel.aids import NO_AIDS
 
 _SHIPS, _DAYS, _SEED = 540, 3, 7
-_FEW = 50  # ships for what takes long
+_FEW = 50  # ships in the slow measurements
 
 
 def run():
@@ -43,7 +43,7 @@ def _reports(directory):
 
 
 def _filter(directory):
-    """Association and filters on their own, and the smoother."""
+    """Association with filters, and the smoother, without reading and writing."""
     fixes = _reports(directory).in_order()
     filters = filters_of_levels([[each.model_dump() for each in some] for some in levels(None)], ())
     n, bounds = len(fixes), np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, len(fixes)]
@@ -87,7 +87,7 @@ def _throughput(place, rows):
 
 
 def _plain_difference(path, out):
-    """What a table library alone gives: sorted, the difference of every row to the one before of its vessel."""
+    """What a table library alone can do: sort the rows, and subtract from each the vessel's row before it."""
     vessel = pl.col("MMSI")
     named = ("# Timestamp", "Latitude", "Longitude", "SOG", "COG")
     frame = pl.scan_parquet(path).select("MMSI", *named).sort("MMSI", "# Timestamp")

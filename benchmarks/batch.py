@@ -1,4 +1,4 @@
-"""Many short tracks at once: CPU time a row against C."""
+"""Many short tracks in one call: CPU time per row, against C."""
 
 import numpy as np
 
@@ -11,10 +11,10 @@ _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
 
 
 class Batch:
-    """Tracks behind one another, and room for their estimates."""
+    """Tracks one after another in arrays, and arrays for their estimates."""
 
     def __init__(self, tracks):
-        each = winding(_ROWS * 50)  # fifty tracks that start at different places, again and again
+        each = winding(_ROWS * 50)  # fifty tracks with different starts, repeated
         repeats = -(-tracks * _ROWS // len(each))
         n = tracks * _ROWS
         self.bounds = np.arange(0, n + 1, _ROWS)
@@ -23,7 +23,7 @@ class Batch:
         self.found, self.outputs = np.empty((n, FUSED + 2)), np.empty((n, FUSED))
 
     def all(self):
-        """Run them."""
+        """Filter all tracks."""
         ours.tracks(self.bounds, self.time, self.north, self.east, self.found)
 
 

@@ -1,4 +1,4 @@
-"""A whole record at its fixes, on one core: what a user gets without a profile, beside models of one and two modes."""
+"""A whole record at its fixes, on one core: models of one and two modes, and the default without a profile."""
 
 import time
 
@@ -36,4 +36,4 @@ def run():
     fit = time.process_time() - began
     yield Result("the default's fit, processor time", fit, "s", note=f"{len(profile.structures)} structures")
     taken = interleaved({"": lambda: steerway.estimate(fixes, profile, causal=True)}, 3)[""]
-    yield Result("the default's estimate with what was fitted", 1e9 * taken / _FIXES, "ns a fix")
+    yield Result("the default's estimate with the fitted profile", 1e9 * taken / _FIXES, "ns a fix")

@@ -1,8 +1,8 @@
-"""How long orders and a STOP take to the wire, with every output of this computer open.
+"""Latency of orders and of STOP up to the wire, with all local kinds of outputs open.
 
-A receiver is imitated over UDP (5 Hz, a boat at 2 m/s); the propeller commands come back over UDP. An order's latency
-is from the time of its tick, by the receiver's clock, to its arrival here; that of STOP from the request at the control
-port to the first command that is stopped.
+A simulated receiver sends over UDP (5 Hz, a boat at 2 m/s); propeller commands come back over UDP. The latency of an
+order is the time from its tick, by the receiver's clock, to its arrival; the latency of STOP is the time from the
+request at the control port to the first command with state "stopped".
 """
 
 import json
@@ -23,7 +23,7 @@ from steerway.formats.nmea0183.writing import gga, rmc
 
 _STOPS, _SECONDS = 20, 30.0
 _TOKEN = "token of the benchmark"
-_STEP = 2.0 / 6.37e6  # rad a second at 2 m/s
+_STEP = 2.0 / 6.37e6  # rad of latitude per second at 2 m/s
 _HOME = math.radians(54.0), math.radians(10.0)
 _MISSION = "speed_mps = 2.0\n" + "".join(
     f"[[waypoint]]\nlat_deg = {54.0 + north}\nlon_deg = 10.0\n" for north in (0.0, 0.2)
@@ -81,7 +81,7 @@ def measure() -> tuple[list[float], list[float]]:
 
 
 def _sail(running, port):
-    """Sentences of the receiver."""
+    """Send the receiver's sentences."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         while running.is_set():
             now = round(time.time() * 5.0) / 5.0 + 0.2
@@ -91,7 +91,7 @@ def _sail(running, port):
 
 
 def _start_and_stop(talk, commands):
-    """The autopilot is started and stopped over and over."""
+    """Start and stop the autopilot `_STOPS` times."""
     orders, stops = [], []
 
     def send(**message):

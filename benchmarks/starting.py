@@ -1,4 +1,4 @@
-"""Before anything is estimated: import, the very first compilation, and the same start when all is compiled."""
+"""Start-up: import, the first start with compilation, and a start with everything compiled."""
 
 import os
 import subprocess
@@ -21,7 +21,7 @@ estimator = steerway.FiveStateFilter()
 estimator.predict(0.02)
 estimator.update(1.0, 0.2)
 """
-# Started by a small process: the largest memory of a process begins with that of the one that started it.
+# A small process starts the command: the largest memory of a process includes that of the process it was forked from.
 _MEASURED = """
 import resource, subprocess, sys
 subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, check=True)
@@ -45,7 +45,7 @@ def run():
 
 
 def _seconds(code, cache):
-    """Wall time of `code` in a process of its own."""
+    """Wall time (s) of `code` in its own process."""
     environment = os.environ | ({"STEERWAY_CACHE": cache} if cache else {})
     ended = subprocess.run([sys.executable, "-c", _TIMED.format(code)], env=environment, capture_output=True, text=True)
     if ended.returncode:

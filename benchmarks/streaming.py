@@ -1,4 +1,4 @@
-"""Row by row, as a control loop calls it: predict at 50 Hz, update by a fix at 5 Hz."""
+"""Row by row, as in a control loop: predict at 50 Hz, update with fixes at 5 Hz."""
 
 import copy
 
@@ -36,13 +36,13 @@ def run():
 
 
 def _fresh(make, stream, positions):
-    """Work that begins each time with a filter made beforehand: making it is not what is timed."""
+    """Work on a filter that was made before: the time to make it does not count."""
     made = [make() for _ in range(_ROUNDS + 1)]
     return lambda: stream(made.pop(), positions)
 
 
 def _difference(estimator, peer) -> float:
-    """Largest difference of state (course as an angle) and covariance."""
+    """Largest difference in state (course modulo 2π) and covariance."""
     gap = estimator.state - peer.x
     gap[3] = np.remainder(gap[3] + np.pi, 2.0 * np.pi) - np.pi
     return float(max(np.abs(gap).max(), np.abs(estimator.covariance - peer.p).max()))

@@ -1,4 +1,4 @@
-"""A record at once: the compiled pass over 50 Hz rows with 5 Hz fixes, against C, and what a user's call adds."""
+"""A whole record in one call, 50 Hz rows with 5 Hz fixes: the kernel against C, and the public functions."""
 
 import numpy as np
 

@@ -112,4 +112,4 @@ def test_live_gives_each_fix_late_and_all_at_the_end(tmp_path):
     settings = tmp_path / "boat.toml"
     settings.write_text('lag = 2.0\nrate = 5.0\nfrom = "file:none.nmea"\n', encoding="utf-8")
     code, _, said = run("live", settings)
-    assert code == 2 and "--lag gives rows of the past, a row a fix, expected neither" in said
+    assert code == 2 and "--lag delays the row of every fix, expected neither" in said

@@ -200,7 +200,7 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(what, value, why):
     with pytest.raises(InputError) as refused:
         asks(holding_desk(), what, value)
     assert why in str(refused.value)
-    with pytest.raises(InputError, match="nothing is steered"):
+    with pytest.raises(InputError, match="this run has no autopilot"):
         Controls().do("start", None, "a test")
 
 
@@ -314,7 +314,7 @@ def test_only_this_computer_and_with_a_token(tmp_path, monkeypatch):
     (tmp_path / "token").write_text(TOKEN)
     found = control_address("127.0.0.1:10120", str(tmp_path / "token"))
     assert found == Address("127.0.0.1", 10120, TOKEN)
-    with pytest.raises(InputError, match="expected host:port of this computer"):
+    with pytest.raises(InputError, match="expected host:port on this computer"):
         control_address("0.0.0.0:10120", str(tmp_path / "token"))
     with pytest.raises(InputError, match="expected a token"):
         control_address("127.0.0.1:10120", None)

@@ -194,7 +194,7 @@ def works(page):
     page.click("start")
     until(lambda: page.find("sure").is_displayed())
     page.click("sure")
-    until(lambda: "This page was late" in page.browser.find_element(By.TAG_NAME, "body").text)
+    until(lambda: "This page was out of date" in page.browser.find_element(By.TAG_NAME, "body").text)
     assert page.text("state") == "ready"
     seen = page.browser.execute_script("helmBeat = kept; return helmSeq")
     until(lambda: page.browser.execute_script("return helmSeq") > seen)  # else it may still be late

@@ -147,7 +147,7 @@ def test_a_recording_that_was_cut_off_is_repeated_as_far_as_it_goes(recorded, tm
     found = replay(cut)
     assert not found.differing
     (tmp_path / "noise.mcap").write_bytes(b"noise")
-    with pytest.raises(InputError, match="is no MCAP"):
+    with pytest.raises(InputError, match="is not an MCAP file"):
         replay(tmp_path / "noise.mcap")
     with pytest.raises(InputError, match=r"expected \.mcap"):
         Recorder("run.bag", SETTINGS)

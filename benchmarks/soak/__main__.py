@@ -1,4 +1,4 @@
-"""python -m benchmarks.soak [--minutes M]: prints the table, exits with 1 if a target is missed."""
+"""python -m benchmarks.soak [--minutes M]: prints the table; exit code 1 if a target is missed."""
 
 import argparse
 import asyncio

@@ -1,4 +1,4 @@
-"""Consumers of the outputs of the boat: one an output, each reads everything and keeps none of it."""
+"""Consumers of the service's outputs, one per output; each reads and drops everything."""
 
 import asyncio
 import contextlib
@@ -14,7 +14,7 @@ HERE = "127.0.0.1"
 
 
 class Consumer:
-    """`arguments` for the command, and `received`, the bytes that came; `listen(consumer, port)` runs all the while."""
+    """One consumer. `arguments`: for the command; `received`: bytes so far; `listen(consumer, port)` receives."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class Consumer:
 
     @asynccontextmanager
     async def listening(self):
-        """While this is entered, what comes is read."""
+        """Receive while the context is open."""
         task = asyncio.create_task(self._listen(self, self._port)) if self._listen else None
         try:
             yield
@@ -52,7 +52,7 @@ async def _sentences(consumer, port):
 
 
 async def _datagrams(consumer, port, answer=None):
-    """Something said over UDP; `answer` is sent five times a second to whoever spoke last."""
+    """Receive datagrams over UDP, and send `answer` to the last sender five times a second."""
     companion = None
 
     class Ear(asyncio.DatagramProtocol):
@@ -70,7 +70,7 @@ async def _datagrams(consumer, port, answer=None):
 
 
 async def _vehicle(consumer, port):
-    """Says by MAVLink that it is there, armed and in GUIDED, and takes its commands."""
+    """A MAVLink vehicle: sends heartbeats (armed, GUIDED) and receives commands."""
     from pymavlink.dialects.v20 import ardupilotmega as messages
 
     vehicle = messages.MAVLink(None, srcSystem=1, srcComponent=1)
@@ -84,7 +84,7 @@ async def _vehicle(consumer, port):
 
 
 async def _signalk(consumer, port):
-    """A WebSocket server that takes deltas as a Signal K server does."""
+    """A WebSocket server that receives deltas as a Signal K server does."""
     from websockets.asyncio.server import serve
     from websockets.exceptions import ConnectionClosed
 
@@ -98,7 +98,7 @@ async def _signalk(consumer, port):
 
 
 async def _foxglove(consumer, port):
-    """A viewer on the Foxglove WebSocket that subscribes to all there is."""
+    """A viewer on the Foxglove WebSocket that subscribes to every channel."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
 
@@ -116,7 +116,7 @@ async def _foxglove(consumer, port):
 
 
 def consumers(table: str, route: str) -> list[Consumer]:
-    """One of every output that there is; `table` is where the run is to be written, `route` one to follow."""
+    """A consumer for every output. `table`: path of the run's table; `route`: path of a mission file."""
     udp, to = socket.SOCK_DGRAM, "--to"
     return [
         Consumer("tcp-server", to, f"tcp-server://{HERE}:{{port}}?period=0.1", _sentences),

@@ -1,4 +1,4 @@
-"""python -m benchmarks.soak.idle SECONDS: ticks that do nothing, to know what this machine does to a rhythm."""
+"""python -m benchmarks.soak.idle SECONDS: ticks that do nothing, to measure the lateness that the machine causes."""
 
 import asyncio
 import sys
@@ -7,7 +7,7 @@ from steerway.live.tick_timing import Pulse
 
 
 async def idle(seconds: float, rate: float = 50.0) -> Pulse:
-    """Beat for so long."""
+    """Tick for `seconds`; return the statistics."""
     loop, pulse = asyncio.get_running_loop(), Pulse()
     beat = loop.time()
     for _ in range(round(seconds * rate)):

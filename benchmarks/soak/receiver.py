@@ -1,4 +1,4 @@
-"""A receiver on a serial line with faults, and the count of what of it should be taken."""
+"""A simulated receiver on a faulty serial line, and the number of positions that should be used."""
 
 import asyncio
 import os
@@ -14,14 +14,14 @@ from steerway.formats import nmea0183
 from steerway.formats.nmea0183.writing import gga, rmc
 
 RATE, PIECE, PAUSE = 5.0, 38, 0.01
-"""Epochs a second; bytes and s between them: 38400 baud are 3840 bytes a second."""
-_DAMAGED = 0.04  # of the messages
-_NORTH, _EAST = 3e-8, 6e-8  # rad from one epoch to the next: about one metre a second each way
+"""Epochs per second; bytes in a piece and s between pieces: 38400 baud are 3840 bytes per second."""
+_DAMAGED = 0.04  # fraction of messages
+_NORTH, _EAST = 3e-8, 6e-8  # rad per epoch: about 1 m/s to the north and to the east
 _HOME = 0.942, 0.175
 
 
 class Receiver:
-    """`path` is the serial port to listen on; `sent` all that was written to it."""
+    """`path`: the serial port to read from; `sent`: all bytes written to it."""
 
     def __init__(self, seed: int = 1):
         self._line, self._port = pty.openpty()
@@ -30,8 +30,8 @@ class Receiver:
         self.sent = bytearray()
         self._rng = np.random.default_rng(seed)
 
-    async def tell(self) -> None:
-        """Tell epochs until cancelled, each at its moment, at the pace of the line."""
+    async def send(self) -> None:
+        """Send epochs until cancelled, each at its time, at the pace of the line."""
         begin, k = time.time(), 0
         while True:
             await asyncio.sleep(begin + k / RATE - time.time())
@@ -43,24 +43,24 @@ class Receiver:
             k += 1
 
     def route(self) -> str:
-        """A mission file along her way, longer than any run."""
+        """A mission file along the boat's track, longer than any run."""
         points = [np.degrees([_HOME[0] + k * _NORTH, _HOME[1] + k * _EAST]) for k in (0, 1000, 2000, 100_000)]
         return "".join(
             f"[[waypoint]]\nlat_deg = {lat!r}\nlon_deg = {lon!r}\n" for lat, lon in map(np.ndarray.tolist, points)
         )
 
     def positions(self) -> int:
-        """How many positions of the talker GP stand whole in what was sent."""
+        """Number of undamaged positions of the talker GP in the sent bytes."""
         fixes = nmea0183.read(bytes(self.sent)).sources["GP"]
         return int(fixes.has_position.sum())
 
     def close(self) -> None:
-        """The line is cut."""
+        """Close the line."""
         os.close(self._line)
         os.close(self._port)
 
     def _damaged(self, message):
-        """A message, now and then with a byte changed or cut short, so that the next one hangs on to it."""
+        """The message; sometimes with one byte changed, or cut short, so that the next message follows directly."""
         if self._rng.random() > _DAMAGED:
             return message
         at = int(self._rng.integers(1, len(message) - 2))
@@ -70,7 +70,7 @@ class Receiver:
 
 
 def _epoch(now, k):
-    """RMC, GGA and NAV-PVT of a moment."""
+    """RMC, GGA and NAV-PVT of one epoch."""
     latitude, longitude = _HOME[0] + _NORTH * k, _HOME[1] + _EAST * k
     moment = datetime.fromtimestamp(round(now, 3), UTC)
     solution = UBXMessage(

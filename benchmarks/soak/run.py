@@ -1,4 +1,4 @@
-"""The soak itself: the command as a user starts it, its consumers, its receiver and the idle loop beside it."""
+"""The soak: runs the command as a user starts it, its consumers, its receiver and the idle loop."""
 
 import asyncio
 import contextlib
@@ -20,19 +20,19 @@ SETTLED = 60.0
 _NUMBER = r"([\d.e+-]+)"
 _SPREAD = rf"{_NUMBER} ms \(99\.9 %: {_NUMBER}, at most {_NUMBER}\)"
 _PULSE = re.compile(
-    rf"{_NUMBER} ticks, each {_SPREAD}, with all else {_SPREAD}, late by {_SPREAD}, {_NUMBER} later than"
+    rf"{_NUMBER} ticks, processor time {_SPREAD}, from tick to tick {_SPREAD}, lateness {_SPREAD}, {_NUMBER} later than"
 )
 _USED = re.compile(rf"{_NUMBER} used")
 
 
 class Rhythm(NamedTuple):
-    """A pulse as it was logged, ms."""
+    """The statistics of ticks in the log, ms."""
 
     ticks: float
-    own: float  # what a tick costs alone
+    own: float  # processor time in a tick
     own_999: float
     own_most: float
-    compute: float  # … and with all that the loop's thread did since the one before
+    compute: float  # processor time of the thread from tick to tick
     compute_999: float
     compute_most: float
     late: float
@@ -42,7 +42,7 @@ class Rhythm(NamedTuple):
 
 
 class Soak(NamedTuple):
-    """What a run came to; s and bytes."""
+    """Result of a run; s and bytes."""
 
     first_row: float  # s from the start
     boat: Rhythm
@@ -58,19 +58,19 @@ class Soak(NamedTuple):
 
     @property
     def steered(self) -> float:
-        """The part of the rows in which the autopilot was running."""
+        """Fraction of rows in which the autopilot was running."""
         return float((self.states["state"] == "running").mean()) if self.states.height else 0.0
 
     @property
     def growth(self) -> float:
-        """Bytes from when it had settled to the end."""
+        """Growth of memory after the first `SETTLED` s, bytes."""
         end = self.memory[-1][0]
         before = [size for when, size in self.memory if when >= min(SETTLED, end / 2.0)]
         return float(before[-1] - before[0])
 
 
 async def soak(seconds: float) -> Soak:
-    """Run for so long."""
+    """Run for `seconds` s."""
     receiver = Receiver()
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "run.parquet"
@@ -84,12 +84,12 @@ async def soak(seconds: float) -> Soak:
             boat, begun = await _started(receiver, arguments), time.monotonic()
             try:
                 await asyncio.wait_for(listeners[0].connected.wait(), 120.0)  # the serial port is open by then
-                telling = asyncio.create_task(receiver.tell())
-                stack.callback(telling.cancel)
+                sending = asyncio.create_task(receiver.send())
+                stack.callback(sending.cancel)
                 idle = await _process("-m", "benchmarks.soak.idle", str(seconds))
                 stack.callback(_end, idle)
                 first_row, rows, memory = await _watched(boat, begun, seconds)
-                telling.cancel()
+                sending.cancel()
                 await asyncio.sleep(0.5)
             except EOFError:
                 log = (await boat.stderr.read()).decode()
@@ -125,7 +125,7 @@ def _end(process):
 
 
 async def _watched(boat, begun, seconds):
-    """When the first row came, how many came, and the memory all the while; EOFError when she ends before."""
+    """Time of the first row, number of rows, and memory over time. Raises EOFError if the command ends early."""
 
     async def row():
         if not await boat.stdout.readline():
@@ -145,7 +145,7 @@ async def _watched(boat, begun, seconds):
 
 
 def _resident(pid):
-    """Bytes of memory that a process holds; EOFError when it has ended."""
+    """Resident memory of a process, bytes. Raises EOFError if the process has ended."""
     found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text(encoding="utf-8"))
     if found is None:
         raise EOFError
@@ -165,23 +165,23 @@ def results(done: Soak):
     yield Result("ticks", boat.ticks, note=received)
     yield Result("start to the first row", done.first_row, "s", at_most=3.0)
     for what, name, limit in (
-        ("a tick, median", "own", None),
-        ("a tick, 99.9 %", "own_999", 2.0),
-        ("a tick, most", "own_most", None),
-        ("… with all else the loop did, median", "compute", None),
-        ("… with all else, 99.9 %", "compute_999", 5.0),
-        ("… with all else, most", "compute_most", None),
-        ("late by, 99.9 %", "late_999", None),
-        ("late by, most", "late_most", max(50.0, idle.late_most)),
+        ("processor time in a tick, median", "own", None),
+        ("processor time in a tick, 99.9 %", "own_999", 2.0),
+        ("processor time in a tick, most", "own_most", None),
+        ("processor time from tick to tick, median", "compute", None),
+        ("processor time from tick to tick, 99.9 %", "compute_999", 5.0),
+        ("processor time from tick to tick, most", "compute_most", None),
+        ("lateness, 99.9 %", "late_999", None),
+        ("lateness, most", "late_most", max(50.0, idle.late_most)),
     ):
         note = "" if name.startswith("own") else f"idle loop {getattr(idle, name):.3g}"
         yield Result(what, getattr(boat, name), "ms", at_most=limit, note=note)
     yield Result("ticks later than 50 ms", boat.missed, at_most=idle.missed, note=f"idle loop {idle.missed:.0f}")
     yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
-    yield Result("… more than when it had settled", done.growth / 1e6, "MB", at_most=5.0)
+    yield Result(f"… growth after the first {SETTLED:.0f} s", done.growth / 1e6, "MB", at_most=5.0)
     unused, unwritten = abs(done.reported - done.used), abs(done.rows - done.states.height)
-    yield Result("valid fixes reported and not used, or not yet", unused, at_most=1.0, note=f"of {done.reported}")
-    yield Result("rows put out and not in the table", unwritten, at_most=0.0, note=f"of {done.rows}")
+    yield Result("valid fixes sent but not used", unused, at_most=1.0, note=f"of {done.reported}")
+    yield Result("rows output but not in the table", unwritten, at_most=0.0, note=f"of {done.rows}")
     last = done.states.row(-1) if done.states.height else ("", "")
     yield Result("autopilot running", 100.0 * done.steered, "%", at_least=50.0, note=" ".join(map(str, last)))
     yield Result("exit code", float(done.code), at_most=0.0)

@@ -1,4 +1,4 @@
-"""The same arithmetic in C, compiled here for this machine when there is a compiler."""
+"""The filter's arithmetic in C, compiled for this machine if it has a compiler."""
 
 import ctypes
 import shutil
@@ -16,13 +16,13 @@ _OF_MODE = "speed_noise", "speed_decay", "rate_noise", "rate_decay", "drift_spee
 _NUMBERS = np.array(
     [*(MODEL.modes[name][0] for name in _OF_MODE), *MODEL.receiver[["fix_variance", "outlier_rate"]][0]]
 )
-"""In the order of the places in `five_state.c`."""
+"""Numbers of the model, in the order of the enum in `five_state.c`."""
 _SOURCE = Path(__file__).with_name("five_state.c")
 _SAID = 10
 
 
 class Library:
-    """The compiled yardstick; `available()` says whether there can be one."""
+    """The compiled C code; `available()`: whether there is a compiler."""
 
     @staticmethod
     def available() -> bool:
@@ -37,12 +37,12 @@ class Library:
         self._run.argtypes = [ctypes.c_size_t] + 6 * [ctypes.c_void_p]
 
     def tracks(self, bounds, time, north, east, output=None) -> np.ndarray:
-        """(n, 10) as the columns of `ours.whole_record`, for tracks behind one another."""
+        """(n, 10) with the columns of `ours.whole_record`, for tracks one after another."""
         output = np.empty((len(time), _SAID)) if output is None else output
         arrays = [np.ascontiguousarray(bounds, np.int64), time, north, east, _NUMBERS, output]
         self._run(len(bounds) - 1, *[each.ctypes.data for each in arrays])
         return output
 
     def whole_record(self, record: Record) -> np.ndarray:
-        """(n, 10) as the columns of `ours.whole_record`."""
+        """(n, 10) with the columns of `ours.whole_record`."""
         return self.tracks([0, len(record)], record.time, record.north, record.east)

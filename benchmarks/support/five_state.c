@@ -1,4 +1,4 @@
-/* The plain five-state filter by hand, as one would write it for a microcontroller: the yardstick of the benchmarks.
+/* The plain five-state filter written by hand, as for a microcontroller: the reference of the benchmarks.
  *
  * Same arithmetic as src/steerway/estimation/filter/five_state.py: exact turn, spectral densities, the velocity across
  * the course for the course in the covariance, of which the upper triangle is kept, and fixes weighed against outliers.
@@ -10,7 +10,7 @@
 #include <math.h>
 #include <stddef.h>
 
-/* Places in `model`, as `by_hand.py` fills it. */
+/* Indices of `model`, which `by_hand.py` fills. */
 enum { SPEED_NOISE, SPEED_DECAY, RATE_NOISE, RATE_DECAY, DRIFT_SPEED, START_RATE, FIX_VARIANCE, OUTLIER_RATE };
 enum { SAID = 10 };
 static const double PI = 3.14159265358979323846;
@@ -214,7 +214,7 @@ static void speak(const Filter *f, double nis, double *said)
     said[9] = nis;
 }
 
-/* Tracks behind one another, track i in rows bounds[i] to bounds[i + 1]; north is NAN where a row is no fix. */
+/* Tracks one after another, track i in rows bounds[i] to bounds[i + 1]; north is NAN where a row is no fix. */
 void five_state_tracks(size_t tracks, const long long *bounds, const double *time, const double *north,
                        const double *east, const double *model, double *said)
 {

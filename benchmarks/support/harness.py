@@ -1,4 +1,4 @@
-"""Timing side by side, and results that say what they were meant to be."""
+"""Timing of alternatives side by side, and results with their targets."""
 
 import os
 import platform
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Result:
-    """One number; with a target, whether it was met."""
+    """One number and its target, if any."""
 
     what: str
-    value: float | None  # None: could not be measured, the reason stands in `note`
+    value: float | None  # None: could not be measured, `note` gives the reason
     unit: str = ""
     at_most: float | None = None
     at_least: float | None = None
@@ -22,7 +22,7 @@ class Result:
 
     @property
     def met(self) -> bool | None:
-        """None without a target or a value."""
+        """Whether the target is met; None without a target or a value."""
         if self.value is None or (self.at_most is None and self.at_least is None):
             return None
         return (self.at_most is None or self.value <= self.at_most) and (
@@ -38,11 +38,11 @@ class Result:
 
 
 def interleaved(contenders: dict[str, Callable[[], object]], rounds: int, clock=time.process_time) -> dict[str, float]:
-    """Median seconds of each contender; they take turns (A B C A B C …), so that a slow moment slows them alike."""
+    """Median seconds of each contender. They take turns (A B C A B C …), so that a slow moment slows all of them."""
     taken = {name: [] for name in contenders}
     print(f"    timing {', '.join(map(str, contenders))}, {rounds} rounds …", file=sys.stderr, flush=True)
     for work in contenders.values():
-        work()  # compiles, and warms what is warm in use
+        work()  # compiles and fills caches
     for _ in range(rounds):
         for name, work in contenders.items():
             start = clock()
@@ -52,7 +52,7 @@ def interleaved(contenders: dict[str, Callable[[], object]], rounds: int, clock=
 
 
 def machine() -> str:
-    """What these numbers were measured on."""
+    """The machine and the versions of the measurement."""
     load = ", ".join(f"{each:.1f}" for each in os.getloadavg()) if hasattr(os, "getloadavg") else "unknown"
     system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
     return f"{_processor()}, {os.cpu_count()} cores, load {load}; {system}; {_versions()}"

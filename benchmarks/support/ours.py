@@ -1,4 +1,4 @@
-"""This project's filter as a contender."""
+"""Steerway's filter, as a contender."""
 
 import numpy as np
 
@@ -15,30 +15,30 @@ _NONE = np.empty(0)
 
 
 def tracks(bounds, time, north, east, output, model: Model = MODEL) -> None:
-    """Fill `output` (n, FUSED + 2) for tracks behind one another, track i in rows bounds[i] to bounds[i + 1]."""
+    """Fill `output` (n, FUSED + 2) for tracks one after another, track i in rows bounds[i] to bounds[i + 1]."""
     rows = Rows(time, north, east, _NONE, NO_AIDS, np.asarray(bounds[1:-1], np.int64))
     run_model(rows, model, empty_bank(model), Asked(output, _NONE, room_to_keep(0, model), 0))
 
 
 def whole_record(record: Record, model: Model = MODEL) -> np.ndarray:
-    """What the filter says after every row in the record's own plane, and the NIS of its fixes: (n, 10)."""
+    """(n, 10) estimates after every row, in the record's plane, and the NIS of fixes."""
     output = np.empty((len(record), FUSED + 2))
     tracks([0, len(record)], record.time, record.north, record.east, output, model)
     return compared(output)
 
 
 def compared(output) -> np.ndarray:
-    """The columns that C says too."""
+    """The columns that the C code also fills."""
     return output[:, [*range(FUSED - 1), -2]]
 
 
 def model_with(**update) -> Model:
-    """The model of the benchmarks' profile with other numbers."""
+    """The model of the benchmarks' profile with changed parameters."""
     return model_of_profile(Profile(**(PROFILE.model_dump() | update)))
 
 
 def started(record: Record, rows: int) -> FiveStateFilter:
-    """A filter that has seen the first rows of a record and is under way."""
+    """A filter under way, after the first rows of a record."""
     estimator = FiveStateFilter(PROFILE)
     stream(estimator, record.positions(0, rows))
     assert estimator.underway
@@ -46,7 +46,7 @@ def started(record: Record, rows: int) -> FiveStateFilter:
 
 
 def stream(estimator: FiveStateFilter, positions) -> None:
-    """Rows one by one."""
+    """Filter rows one by one; NaN is a row without a fix."""
     for north, east in positions:
         estimator.predict(STEP)
         if north == north:

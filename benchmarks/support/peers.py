@@ -1,4 +1,4 @@
-"""The peers, each with the product's motion model given as its model functions: stream(positions)."""
+"""Other libraries' filters with Steerway's motion model, each with a method `stream(positions)`."""
 
 from datetime import datetime, timedelta
 
@@ -85,7 +85,7 @@ class StoneSoup:
 
 
 def _stone_soup_model():
-    """Stone Soup asks for f, F and Q one by one and gives Q no state: the step is taken once and shared."""
+    """Stone Soup calls f, F and Q separately, Q without the state; so one step computes and stores all three."""
     from stonesoup.models.base import TimeVariantModel
     from stonesoup.models.transition.base import TransitionModel
     from stonesoup.types.array import StateVector

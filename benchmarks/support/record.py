@@ -1,4 +1,4 @@
-"""The filter work that every contender does: predict at 50 Hz, a fix at 5 Hz, one boat that winds its way."""
+"""The record that every contender filters: a boat on a winding track, rows at 50 Hz, fixes at 5 Hz."""
 
 from dataclasses import dataclass
 
@@ -14,8 +14,8 @@ PROFILE = Profile(
     course_rate_noise=1e-3,
     course_rate_decay=0.2,
     position_std=0.2,
-    steerageway=1e-3,  # the paper's filter as it stands: no drift at any speed sailed here
-    outlier_rate=0.0,  # and each fix counts in full
+    steerageway=1e-3,  # as in the paper's filter: no drift mode at the speeds of the record
+    outlier_rate=0.0,  # every fix counts fully
 )
 
 
@@ -31,12 +31,12 @@ class Record:
         return len(self.time)
 
     def positions(self, first: int, last: int) -> list[tuple[float, float]]:
-        """Rows as pairs of floats, NaN where a row is no fix: what a loop is fed with."""
+        """Rows as pairs of floats for a loop, NaN where a row is no fix."""
         return list(zip(self.north[first:last].tolist(), self.east[first:last].tolist(), strict=True))
 
 
 def winding(steps: int, seed: int = 0) -> Record:
-    """A boat of about 3 m/s that turns to and fro, its fixes with 0.15 m of noise."""
+    """A boat that turns to and fro at about 3 m/s; its fixes have noise of 0.15 m."""
     time = STEP * np.arange(steps)
     rng = np.random.default_rng(seed)
     phase = rng.uniform(0.0, 2.0 * np.pi)
@@ -51,7 +51,7 @@ def winding(steps: int, seed: int = 0) -> Record:
 
 
 def fixes_of(record: Record) -> Fixes:
-    """The record's fixes around a place at 59° N."""
+    """The record's fixes as `Fixes` at 59° N."""
     latitude, longitude = np.radians(59.0), np.radians(10.5)
     meridian, prime_vertical = radii(latitude)
     chosen = slice(0, None, STEPS_A_FIX)

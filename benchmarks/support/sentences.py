@@ -1,10 +1,10 @@
-"""A generated log of NMEA 0183."""
+"""A generated NMEA 0183 log."""
 
 from datetime import UTC, datetime, timedelta
 
 
 def sentences(epochs: int) -> bytes:
-    """GGA, RMC and VTG, ten times a second, of a boat that sails north-east."""
+    """GGA, RMC and VTG at 10 Hz, from a boat that sails north-east."""
     start = datetime(2024, 5, 1, tzinfo=UTC)
     lines = []
     for k in range(epochs):

@@ -1,5 +1,5 @@
-// Steerway as an autopilot provider of a Signal K server: requests of the v2 autopilot API go to the control port of
-// `steerway live`, lines of JSON on this computer, and its state comes back. No dependencies.
+// Steerway as an autopilot provider of a Signal K server. It passes requests of the v2 autopilot API to the control port
+// of `steerway live` on this computer, as lines of JSON, and reports the autopilot's state. No dependencies.
 'use strict'
 
 const fs = require('fs')
@@ -56,7 +56,7 @@ module.exports = function (app) {
     })
     here.on('error', () => {}) // "close" follows
     here.on('close', () => {
-      if (socket !== here) return // stopped, and possibly started again since
+      if (socket !== here) return // the plugin was stopped, and possibly started again
       socket = null
       steerway = null
       publish()
@@ -147,20 +147,20 @@ module.exports = function (app) {
     gybe: () => unsupported('gybing'),
     dodge: (by) => ask('dodge', by),
     courseCurrentPoint: () => ask('route'),
-    courseNextPoint: () => unsupported('going on to the next point')
+    courseNextPoint: () => unsupported('skipping to the next point')
   }
 
   return {
     id: 'signalk-steerway',
     name: 'Steerway autopilot',
-    description: 'Engage, disengage, target and adjust of Steerway by the v2 autopilot API',
+    description: 'Engage, disengage, set and adjust the target of Steerway through the v2 autopilot API',
     schema: {
       type: 'object',
       properties: {
         host: { type: 'string', title: 'Host of the control port', default: '127.0.0.1' },
         port: { type: 'number', title: 'Control port', default: 10120 },
         tokenFile: { type: 'string', title: 'File with the token of the control port' },
-        token: { type: 'string', title: 'Token, where there is no file' }
+        token: { type: 'string', title: 'Token, if there is no file' }
       }
     },
     start: (options) => {

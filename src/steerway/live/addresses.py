@@ -1,6 +1,6 @@
-"""From addresses to inputs and outputs: the links by scheme, what each can read and write, its options and its checks.
+"""Opens inputs and outputs by address: for every scheme its link, what it can read and write, its options and checks.
 
-A new link is a file of its own and a row of `SCHEMES`; a new form of output a file and a row of `FORMATS`.
+To add a link, write a file and add a row to `SCHEMES`; to add an output format, write a file and add one to `FORMATS`.
 """
 
 import math
@@ -35,11 +35,11 @@ T = TypeVar("T")
 
 
 class Context(NamedTuple):
-    """The service that an output belongs to.
+    """What an output uses of its service.
 
-    every_tick: rows at a rate, else a row a fix.
-    lossless:   a log is replayed, which waits for slow outputs.
-    inputs:     those that are open already; a link that works both ways is not opened twice.
+    every_tick: whether to output a row per tick instead of a row per fix.
+    lossless:   whether a log is replayed, which waits for slow outputs.
+    inputs:     the open inputs; an output on the same link uses the open link.
     supervisor: gives the orders for a vehicle; None without a route.
     """
 
@@ -53,13 +53,13 @@ class Context(NamedTuple):
 class Scheme:
     """One kind of link.
 
-    check: the address itself, completed, or InputError.
-    port:  default, 0 for none.
-    source: (address, name of its place) → input; None for what cannot be read here.
-    source_options: of its address as an input.
-    sink:  (address, lossless) → sink, for any form of output; `form` is the default one, `forms` those that it takes.
-    output: (address, context) → output and its link, for what has a form of its own.
-    sink_options: of its address as an output.
+    check: address → completed address; raises InputError.
+    port:  default port, 0 for none.
+    source: (address, suffix for names of sources) → input; None if it cannot be read from.
+    source_options: options of an input address.
+    sink:  (address, lossless) → sink, for any format of `forms`; `form` is the default format.
+    output: (address, context) → output and its link, for a scheme with a format of its own.
+    sink_options: options of an output address.
     """
 
     check: Callable[[Uri], Uri] = uri.with_port
@@ -108,7 +108,7 @@ def _table_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
 
 
 def _signalk_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
-    """The own position is not sent back to the server that the positions come from."""
+    """By default the position is not sent back to a server from which it is read."""
     read = any(isinstance(each, SignalKInput) and each.uri.place == address.place for each in context.inputs)
     text = address.options.get("position", "no" if read else "yes")
     if text not in ("yes", "no"):
@@ -119,7 +119,7 @@ def _signalk_output(address: Uri, context: Context) -> tuple[Output, Runs | None
 
 
 def _mavlink_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
-    """The companion that reads from the same link, or a new one."""
+    """The companion that reads from the same link, or else a new one."""
     if context.supervisor is None or context.lossless:
         what = "a live link" if context.lossless else "a route, expected --mission FILE"
         raise InputError(f"{address.text}: steering a vehicle needs {what}")
@@ -137,7 +137,7 @@ def _n2k(address: Uri) -> Uri:
 
 
 def _n2k_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
-    """The device that reads from the same bus, or a new one."""
+    """The device that reads from the same bus, or else a new one."""
     if context.lossless:
         raise InputError(f"{address.text}: a log is replayed, expected a live link")
     found = (each for each in context.inputs if isinstance(each, N2kDevice) and each.uri.place == address.place)
@@ -194,11 +194,11 @@ PORTS = {name: each.port for name, each in SCHEMES.items() if each.port}
 
 
 class Format(NamedTuple):
-    """One form.
+    """One output format.
 
     make:    (sink, period in s, whether every tick is sent) → output.
-    period:  default, s; None for a form that has none.
-    commands_propellers: whether it carries the autopilot's commands, and is of no use without a route.
+    period:  default period, s; None for a format without one.
+    commands_propellers: whether it contains the autopilot's propeller commands, so that it needs a route.
     """
 
     make: Callable[[Sink, float, bool], Output]
@@ -214,9 +214,9 @@ FORMATS = {
 
 
 def sources(texts: Sequence[str]) -> tuple[list[Uri], float]:
-    """The addresses of --from, checked, and the speed of a replay (NaN for live links).
+    """The checked addresses of --from, and the speed of a replay (NaN for live links).
 
-    Raises InputError for an address that cannot be, and for a log beside a live link: they have no common time.
+    Raises InputError for an invalid address, and for a log together with a live link: they have no common time.
     """
     found = [_checked(text, INPUTS) for text in texts]
     if not found:
@@ -228,17 +228,17 @@ def sources(texts: Sequence[str]) -> tuple[list[Uri], float]:
         raise InputError(f"{logs[0].text}: a log cannot be replayed beside a live link, expected one or the other")
     speeds = {_speed(each) for each in logs}
     if len(speeds) > 1:
-        raise InputError(f"{logs[1].text}: the logs have different speeds, expected one for all")
+        raise InputError(f"{logs[1].text}: the logs have different replay speeds, expected the same for all")
     return found, speeds.pop()
 
 
 def opened(address: Uri, among: int) -> Reads:
-    """The input of an address, one of `among`."""
+    """The input of an address. If it is one of several (`among`), names of its sources contain the address."""
     return _given(SCHEMES[address.scheme].source)(address, address.text if among > 1 else "")
 
 
 def sink(text: str) -> Uri:
-    """An address of --to, checked. Raises InputError for one that cannot be."""
+    """The checked address of --to. Raises InputError for an invalid one."""
     address = uri.parse(text, OUTPUTS, PORTS)
     scheme = SCHEMES[address.scheme]
     options = scheme.sink_options
@@ -250,12 +250,12 @@ def sink(text: str) -> Uri:
 
 
 def commands_propellers(address: Uri) -> bool:
-    """Whether an output carries the autopilot's propeller commands."""
+    """Whether an output contains the autopilot's propeller commands."""
     return SCHEMES[address.scheme].sink is not None and FORMATS[_form(address)].commands_propellers
 
 
 def output(address: Uri | str, context: Context = Context()) -> tuple[Output, Runs | None]:  # noqa: B008
-    """The output of an address and its link, None for a file."""
+    """The output of an address, and its link (None for a file)."""
     address = sink(address) if isinstance(address, str) else address
     scheme = SCHEMES[address.scheme]
     if scheme.output is not None:
@@ -269,20 +269,20 @@ def output(address: Uri | str, context: Context = Context()) -> tuple[Output, Ru
 
 
 def stream(text: str) -> Sink:
-    """A link for sentences as they come. Raises InputError as the others do."""
+    """A sink for NMEA 0183 sentences. Raises InputError for an invalid address."""
     streams = [name for name in OUTPUTS if "nmea" in SCHEMES[name].forms and SCHEMES[name].sink]
     scheme = SCHEMES[uri.parse(text, streams, PORTS).scheme]
     return _given(scheme.sink)(_checked(text, streams, scheme.sink_options), False)
 
 
-def _given(way: T | None) -> T:
-    """A scheme's way of opening, which an address of `INPUTS` or `OUTPUTS` has."""
-    assert way is not None
-    return way
+def _given(opener: T | None) -> T:
+    """A scheme's opener, which every scheme in `INPUTS` or `OUTPUTS` has."""
+    assert opener is not None
+    return opener
 
 
 def signed(text: str, key_file: str | None) -> str:
-    """An address with the file of the signing key, where it is one of MAVLink that names none."""
+    """The address with the file of the signing key, if it is a MAVLink address that names none."""
     if key_file is None or not text.startswith("mavlink:") or "signing=" in text:
         return text
     return f"{text}{'&' if '?' in text else '?'}signing={quote(key_file)}"
@@ -294,7 +294,7 @@ def vehicle(text: str) -> Uri:
 
 
 def ground_station(text: str, key_file: str | None = None) -> Uri:
-    """The address of ground stations, with or without `mavlink:` before it; key_file: as of `signed`."""
+    """The address of ground stations, with or without `mavlink:` before it; key_file: as for `signed`."""
     return _checked(signed(_of_mavlink(text), key_file), ("mavlink",), ("baud", "signing"))
 
 
@@ -308,7 +308,7 @@ def _of_mavlink(text: str) -> str:
 
 
 def _checked(text: str, schemes: Sequence[str], options: Sequence[str] | None = None) -> Uri:
-    """An address of one of some schemes, with these options, by default those of its scheme as an input."""
+    """A checked address with one of `schemes`. options: the allowed ones, by default those of an input address."""
     address = uri.parse(text, schemes, PORTS)
     scheme = SCHEMES[address.scheme]
     return scheme.check(uri.with_options(address, scheme.source_options if options is None else options))

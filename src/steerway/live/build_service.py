@@ -1,4 +1,4 @@
-"""From settings to a running service."""
+"""Builds a service from its settings and runs it."""
 
 import asyncio
 import gc
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from steerway.live.recording import Recorder
 
 SLOWEST_STEERING = 5.0
-"""Hz, the least rate with an autopilot."""
+"""Lowest tick rate with an autopilot, Hz."""
 _COLLECTIONS = 200, 5, 20
 """Thresholds of the garbage collector: small collections often, so that each is short."""
 _WARM_SECONDS = 30
@@ -59,9 +59,9 @@ class _NullSink(Sink):
 
 
 def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings = EstimatorSettings()) -> int:  # noqa: B008
-    """Run a short track through decoder, filter, route, autopilot and outputs; the number of fixes that were used.
+    """Compile all code of a live run by running a short track through it; return the number of fixes used.
 
-    The autopilot, speed controller and estimators are those that will run.
+    kinds, estimators: autopilot, speed controller and estimators that will run.
     """
     decoder, navigator = ReceiverDecoder(), Navigator(LearningFilter(background=False))
     place, rows = (math.radians(54.0), math.radians(10.0)), []
@@ -79,7 +79,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
     finally:
         LOG.disabled = was_disabled
     _infer()
-    for k in range(_WARM_SECONDS):  # with a velocity and a heading too
+    for k in range(_WARM_SECONDS):  # rows with velocity and heading run further code
         later = rows[-1].time + 1.0 + k
         supervisor.estimator.filter.fix(later, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
         supervisor.take(InputRow("", later, sog=2.0, cog=0.0, heading=0.0, bottom_speed=2.0, acceleration=0.0))
@@ -87,7 +87,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
 
 
 def _infer() -> None:
-    """Infer from a few generated fixes, so that the kernels of an inference are compiled."""
+    """Compile the kernels of an inference by one on a few generated fixes."""
     from steerway.estimation.log.run import infer_log
 
     chance = np.random.default_rng(0)
@@ -96,7 +96,7 @@ def _infer() -> None:
 
 
 def launch(settings: Settings) -> None:
-    """Run to the end of the logs, or until stopped. Raises InputError for what cannot be run."""
+    """Run to the end of the logs, or until stopped. Raises InputError for settings that cannot be run."""
     _check(settings)
     signing = settings.mavlink_signing
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
@@ -156,19 +156,19 @@ def _check(settings: Settings) -> None:
         raise InputError("--engage needs a route, expected --mission FILE with it")
     steering = settings.autopilot, settings.speed, settings.estimator
     if settings.mission is None and any(table.model_fields_set for table in steering):
-        raise InputError("settings: autopilot, speed and estimator are of a boat that is steered, expected mission too")
+        raise InputError("settings: autopilot, speed and estimator are only used with a route, expected mission too")
     if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     if settings.lag and (settings.mission is not None or settings.rate is not None):
-        raise InputError("--lag gives rows of the past, a row a fix, expected neither --mission nor --rate with it")
+        raise InputError("--lag delays the row of every fix, expected neither --mission nor --rate with it")
     if not 0.0 <= settings.lag <= LONGEST_LAG:
         raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
 
 
 def _missions(text: str, signing: str | None, controls: Controls) -> MissionLink:
-    """The link on which ground stations give missions. Raises InputError where nothing is steered."""
+    """The link on which ground stations upload missions. Raises InputError for a run without an autopilot."""
     if controls.supervisor is None:
-        raise InputError("--missions changes the route that is steered along, expected --mission FILE with it")
+        raise InputError("--missions lets ground stations change the route, expected --mission FILE with it")
     return MissionLink(addresses.ground_station(text, signing), controls.supervisor, controls)
 
 
@@ -179,7 +179,7 @@ def _page(settings: Settings) -> Address | None:
 
 
 def _tuning(settings: Settings, aids: tuple[str, ...], replayed: bool) -> Profile | InferredProfile | RecordedLearning:
-    """The profile that is given, or a filter that learns one, from the file of what it learned last on."""
+    """The given profile, or a filter that learns one, starting with the profile in the file of the last run."""
     if settings.profile is not None:
         return profile_of(settings.profile)
     start, keep = None, None
@@ -196,7 +196,7 @@ def _recorder(
     aids: tuple[str, ...],
     inputs: Sequence[object],
 ) -> "Recorder":
-    """The recorder of a run, which gets also the bytes of the links. Raises InputError where it cannot be written."""
+    """The recorder of a run, connected to the bytes of its links. Raises InputError if it cannot write its file."""
     from steerway.live.recording import Recorder
 
     if any(_is_input(path, each) for each in settings.inputs):
@@ -229,7 +229,7 @@ def _is_input(path: str, address: str) -> bool:
 
 
 def _rows_of_logs(paths: Sequence[str], wanted: Sequence[str]) -> list[InputRow]:
-    """The rows of all logs in time order: of the source that `estimate` chooses, or of all where several are wanted.
+    """The rows of all logs in time order: from the source that `estimate` chooses, or from all if several are wanted.
 
     Raises InputError as `read` does.
     """
@@ -247,7 +247,7 @@ def _rows_of_logs(paths: Sequence[str], wanted: Sequence[str]) -> list[InputRow]
 
 
 def _made_ready(kinds: tuple[str, str], estimators: EstimatorSettings) -> None:
-    """Load what is compiled, and make garbage collections short: a full one takes 70 ms, an early one 1 ms."""
+    """Load compiled code, and collect garbage often: a full collection takes 70 ms, an early one 1 ms."""
     warm(kinds, estimators)
     gc.collect()
     gc.freeze()

@@ -1,8 +1,8 @@
-"""The control port: requests of other programs on this computer, lines of JSON over TCP.
+"""The control port: other programs on this computer send requests as lines of JSON over TCP.
 
-A client sends `{"token": "…"}` first, then requests `{"id": 1, "do": "adjust", "value": 0.17}`; each is answered by
-`{"id": 1, "ok": true}` or `{"id": 1, "error": "…"}`. `{"state": {…}}` (see `Controls.state`) comes after the token,
-once a second and at every change. Requests are those of `Controls`.
+A client sends `{"token": "…"}` first, then requests (see `Controls`) as `{"id": 1, "do": "adjust", "value": 0.17}`. The
+port answers each with `{"id": 1, "ok": true}` or `{"id": 1, "error": "…"}`. After the token it also sends
+`{"state": {…}}` (see `Controls.state`), once a second and at every change.
 """
 
 import asyncio
@@ -20,14 +20,14 @@ from steerway.live.uri import Address, checked, host_and_port, is_loopback, toke
 DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
 _LONGEST = 4096  # bytes of a request
-_FIRST = 5.0  # s for the token
+_FIRST = 5.0  # s within which a client has to send the token
 _MOST = 16  # connections with the token, and as many without
-_LOOK = 0.1  # s between two looks at the state
-_PERIOD = 1.0  # s in which it is sent at least once
+_LOOK = 0.1  # s between two checks for a changed state
+_PERIOD = 1.0  # longest time between two states that are sent, s
 
 
 def control_address(text: str, token_file: str | None) -> Address:
-    """The address of a text `host:port` of this computer, with the token of a file or of the environment.
+    """The address `host:port` on this computer, with the token from a file or the environment.
 
     Raises InputError for any other address, and without a token.
     """
@@ -36,7 +36,7 @@ def control_address(text: str, token_file: str | None) -> Address:
     except ValueError:
         host, port = "", None
     if not (is_loopback(host) and port):
-        raise InputError(f"control is {text!r}, expected host:port of this computer such as {DEFAULT}")
+        raise InputError(f"control is {text!r}, expected host:port on this computer such as {DEFAULT}")
     token = checked(token_of(token_file, TOKEN_VARIABLE, "control"), "control")
     if token is None:
         raise InputError(
@@ -47,7 +47,7 @@ def control_address(text: str, token_file: str | None) -> Address:
 
 
 class ControlPort:
-    """Runs beside the service like a link."""
+    """Serves requests to `controls` at `address`; runs beside the service like a link."""
 
     def __init__(self, controls: Controls, address: Address):
         self.controls, self.address = controls, address
@@ -88,7 +88,7 @@ class ControlPort:
             return False
         token = first.get("token") if isinstance(first, dict) else None
         if not (isinstance(token, str) and hmac.compare_digest(token.encode(), str(self.address.token).encode())):
-            _send(writer, {"error": "the token is not this one"})
+            _send(writer, {"error": "wrong token"})
             await asyncio.sleep(1.0)
             return False
         return len(self._clients) < _MOST
@@ -101,13 +101,13 @@ class ControlPort:
             while line := await reader.readline():
                 _send(writer, self._answer(_parsed(line)))
                 if writer.transport.get_write_buffer_size() > BACKLOG:
-                    writer.transport.abort()  # it does not read its answers
+                    writer.transport.abort()  # the client does not read its answers
         finally:
             states.cancel()
 
     def _answer(self, request: object) -> dict[str, Any]:
         if not isinstance(request, dict):
-            return {"error": "a request is no object, expected one with do and id"}
+            return {"error": "the request is not a JSON object, expected one with do and id"}
         try:
             self.controls.do(request.get("do"), request.get("value"), "the control port")
         except InputError as error:

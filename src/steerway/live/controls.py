@@ -1,4 +1,4 @@
-"""What may be asked of a run while it runs: by the helm page, by the control port, and through it by other programs."""
+"""Requests to a running service: from the helm page, and from other programs through the control port."""
 
 import logging
 import math
@@ -11,13 +11,13 @@ from steerway.live.rows import UNDER_WAY, Row, lost
 
 LOG = logging.getLogger("steerway.live")
 PRESENT = "present"
-"""The request that asks for nothing."""
-_LARGEST = 1e6  # of an angle in rad: of a larger number it is not known to a degree; and of what else is given
-_ADJUSTED = math.radians(90.0)  # at most by one request
+"""A request that changes nothing: a sign of life."""
+_LARGEST = 1e6  # largest value of a request, in rad, m or m/s
+_ADJUSTED = math.radians(90.0)  # largest change of course by one request
 
 
 class Mark(NamedTuple):
-    """A man overboard: where and when (Unix s; rad)."""
+    """Time (Unix, s) and position (rad) at which a man went overboard."""
 
     time: float
     latitude: float
@@ -25,10 +25,7 @@ class Mark(NamedTuple):
 
 
 class Controls:
-    """Requests by name: `REQUESTS`, and `PRESENT`.
-
-    Without a supervisor (no mission) only the mark of a man overboard can be set.
-    """
+    """Carries out requests by name: `REQUESTS` and `PRESENT`. Without a supervisor (no mission) only MOB marks work."""
 
     def __init__(self, supervisor: Supervisor | None = None):
         self.supervisor = supervisor
@@ -37,12 +34,12 @@ class Controls:
         self.row: Row = lost(math.nan)
 
     def present(self) -> None:
-        """A page or a program that commands gave a sign of life."""
+        """Take a sign of life from the page or program that commands the boat."""
         if self.supervisor is not None:
             self.supervisor.operator_heard()
 
     def do(self, what: object, value: object, who: str) -> None:
-        """Carry out a request. Raises InputError that says why it is refused."""
+        """Carry out a request. Raises InputError with the reason if it is refused."""
         self.present()
         if what == PRESENT:
             return
@@ -77,13 +74,13 @@ class Controls:
         elif what == "mob-over":
             self.mark = None
         elif self.supervisor is None:
-            raise InputError("nothing is steered, expected a run with --mission")
+            raise InputError("this run has no autopilot, expected a run with --mission")
         else:
             _STEERING[what](self.supervisor, value, who)
 
     def _mark(self) -> None:
         if not self.row.valid:
-            raise InputError("the position is not known, expected one to mark")
+            raise InputError("the position is not known and cannot be marked, expected a fix first")
         self.mark = Mark(self.row.time, self.row.latitude, self.row.longitude)
         LOG.warning(
             "man overboard marked at %.6f° %.6f°", math.degrees(self.mark.latitude), math.degrees(self.mark.longitude)
@@ -91,7 +88,7 @@ class Controls:
 
 
 def _number(value: Any, unit: str) -> float | None:
-    """The number, or None for none."""
+    """The value as a number, or None. Raises InputError for anything else."""
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
@@ -128,4 +125,4 @@ _STEERING: dict[str, Callable[[Supervisor, Any, str], None]] = {
     "faster": lambda supervisor, value, who: supervisor.guide.change_speed(_number(value, "m/s")),
 }
 REQUESTS = (*_STEERING, "mob", "mob-over")
-"""What may be asked: the name of a request. Values are angles in rad to starboard, m to starboard, m/s, or a leg."""
+"""Names of requests. Values: a course or a turn (rad, + to starboard), m to starboard, m/s, or a leg's number."""

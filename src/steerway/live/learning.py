@@ -1,6 +1,6 @@
-"""The filter that learns its profile, with the moments noted at which it does: they depend on other threads.
+"""The filter that learns its profile, reporting the rows at which it does. These depend on a background thread.
 
-A recording has them, so that a replay learns at the same rows.
+A recording contains them, so that a replay learns at the same rows.
 """
 
 import ctypes
@@ -12,17 +12,17 @@ from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile
 
 BEGINS, TAKES = "begins", "takes"
-"""An inference begins with the rows so far; what it found is taken up."""
+"""Reports: an inference begins with the rows so far; the filter changes to the profile that was inferred."""
 
 
 class RecordedLearning(LearningFilter):
-    """A `LearningFilter` that reports (what, number of the row) to `note`."""
+    """A `LearningFilter` that reports (`BEGINS` or `TAKES`, number of the row) to `note`."""
 
     note: Callable[[str, int], None] | None = None
     _count = 0
 
     def row(self, *arguments: Any, **more: Any) -> Any:
-        """As of `LearningFilter.row`."""
+        """See `LearningFilter.row`."""
         self._count += 1
         return super().row(*arguments, **more)
 
@@ -48,7 +48,7 @@ class RecordedLearning(LearningFilter):
 
 
 class ReplayedLearning(RecordedLearning):
-    """Learns at the rows that a recording names: `moments` by row, of `BEGINS` and `TAKES`."""
+    """Learns at recorded rows. `moments`: its keys are (`BEGINS` or `TAKES`, number of the row)."""
 
     def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
         super().__init__(start, aid, background=False)
@@ -67,6 +67,6 @@ class ReplayedLearning(RecordedLearning):
 
 
 def _return_memory() -> None:
-    """Give what an inference has freed back to the system: 4.5 MB of the heap stay resident without it."""
+    """Return the memory that an inference freed to the system; otherwise 4.5 MB of heap stay resident."""
     if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):  # of glibc, not of musl
         trim(0)

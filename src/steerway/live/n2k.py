@@ -1,8 +1,8 @@
-"""NMEA 2000 on the wire: a device on the bus, an input and an output on one link.
+"""A device on an NMEA 2000 bus: an input and an output on one link.
 
-The link is SocketCAN by python-can or a gateway's TCP port. The gateway's lines are those of Yacht Devices' RAW format:
-`hh:mm:ss.sss R 19F51323 01 2F …` in, `19F51323 01 2F …` out. Fields of what is sent, 129026, 127251, 129283, 129284 and
-127237: the canboat PGN database.
+The link is SocketCAN by python-can, or the TCP port of a gateway with Yacht Devices' RAW format: received lines are
+`hh:mm:ss.sss R 19F51323 01 2F …`, sent lines are `19F51323 01 2F …`. The fields of the sent messages 129026, 127251,
+129283, 129284 and 127237 are from the canboat PGN database.
 """
 
 import asyncio
@@ -30,24 +30,24 @@ _HEADING_CONTROL = 4  # steering mode of 127237
 
 
 def write_course_and_speed(sid: int, cog: float, sog: float) -> bytes:
-    """129026 of true course."""
+    """Data of PGN 129026: SOG (m/s) and true COG (rad)."""
     return struct.pack("<BBHHH", sid, 0xFC | TRUE, _u16(cog % math.tau, 1e-4), _u16(sog, 0.01), 0xFFFF)
 
 
 def write_rate_of_turn(sid: int, rate: float) -> bytes:
-    """127251."""
+    """Data of PGN 127251: rate of turn (rad/s, + to starboard)."""
     return struct.pack("<BiBH", sid, _i32(rate, 3.125e-8), 0xFF, 0xFFFF)
 
 
 def write_cross_track(sid: int, leg: Leg | None) -> bytes:
-    """129283, + when the boat is to starboard of the leg; navigation terminated without a leg."""
+    """Data of PGN 129283: cross-track error, + to starboard of the leg; "navigation terminated" without a leg."""
     ended = leg is None or math.isnan(leg.cross_track)
     error = math.nan if leg is None else leg.cross_track
     return struct.pack("<BBiH", sid, (1 if ended else 0) << 6 | 0x30, _i32(error, 0.01), 0xFFFF)
 
 
 def write_navigation(sid: int, leg: Leg, origin: int, destination: int) -> bytes:
-    """129284; true bearings, great circle."""
+    """Data of PGN 129284: waypoint, distance and bearings (true, great circle). origin, destination: their numbers."""
     flags = TRUE | int(leg.is_passed) << 2 | int(leg.is_arrived) << 4
     return struct.pack(
         "<BIBIHHHIIiih",
@@ -67,7 +67,7 @@ def write_navigation(sid: int, leg: Leg, origin: int, destination: int) -> bytes
 
 
 def write_track_control(course: float, rate: float) -> bytes:
-    """127237: the course to steer, and the rate of turn that is ordered, under heading control."""
+    """Data of PGN 127237, in mode heading control: course to steer (rad) and ordered rate of turn (rad/s)."""
     mode = _HEADING_CONTROL | 7 << 3 | TRUE << 6
     steer = _u16(course % math.tau, 1e-4)
     unknown = 0xFFFF
@@ -78,7 +78,7 @@ def write_track_control(course: float, rate: float) -> bytes:
 
 
 def _scaled(value: float, unit: float, most: int) -> int:
-    """An integer within its range; `most` is the one that means unknown."""
+    """A value as an integer in its unit, limited to the range above; `most` means unknown."""
     return most if not math.isfinite(value) else min(round(value / unit), most - 3)
 
 
@@ -111,7 +111,7 @@ def require_can(uri: Uri) -> None:
 
 
 class N2kDecoder:
-    """Rows of the messages of all senders, each a source "src N", with a second one for the full position."""
+    """Decodes frames to rows. Messages of sender N are from the source "src N", those with a time from "src N GNSS"."""
 
     def __init__(self, place: str = ""):
         self._place = f" in {place}" if place else ""
@@ -119,13 +119,13 @@ class N2kDecoder:
         self._clock_error = 0.0
 
     def frame(self, frame: Frame, arrived: float) -> list[InputRow]:
-        """The rows, none or one, of a frame that arrived at a Unix time."""
+        """The rows, none or one, that a frame completes; `arrived` is its arrival (Unix, s)."""
         message = MESSAGES.get(frame.pgn)
         data = self._joiner.add(frame) if message else None
         if message is None or data is None or len(data) < message.length:
             return []
-        told = self._decoder.values(frame.pgn, frame.source, message.raw(data), arrived)
-        values: dict[str, Any] = {name: value for name, value in told.items() if not math.isnan(value)}
+        decoded = self._decoder.values(frame.pgn, frame.source, message.raw(data), arrived)
+        values: dict[str, Any] = {name: value for name, value in decoded.items() if not math.isnan(value)}
         if not values.keys() - {"time", "position_std"}:
             return []
         source = f"src {frame.source}"
@@ -138,10 +138,10 @@ class N2kDecoder:
 
 
 class N2kDevice(Output):
-    """Output and link in one, and an input with `run(deliver)`; opened once for both.
+    """Output and link in one, and with `run(deliver)` an input; the link is opened once for both.
 
-    Sent: 129026 and 127251 ten times a second, 129283 and 129284 once a second on a route, and 127237 four times a
-    second while the autopilot is engaged, never otherwise. Nothing is sent before an address is held.
+    Sends 129026 and 127251 ten times a second, 129283 and 129284 once a second on a route, and 127237 four times a
+    second while the autopilot is engaged, never otherwise. It sends nothing before it has claimed an address.
     """
 
     def __init__(self, uri: Uri, place: str = "", name: int | None = None):
@@ -182,10 +182,10 @@ class N2kDevice(Output):
             self._send(127237, write_track_control(order.course, order.yaw_rate), priority=2)
 
     def unreachable(self) -> str:
-        """Why no order reaches the bus, "" when they do."""
+        """The reason why no order reaches the bus; "" if orders reach it."""
         if self._write is None:
             return f"{self.uri.text} is not open"
-        return "" if self.claim.holds(time.monotonic()) else "no address is held on the bus"
+        return "" if self.claim.holds(time.monotonic()) else "no address is claimed on the NMEA 2000 bus"
 
     def _frame(self, frame: Frame, arrived: float) -> None:
         for pgn, data in self.claim.receive(frame, time.monotonic()):
@@ -274,14 +274,15 @@ _NAVIGATION, _OWN_POSITION, _MARINE, _UNKNOWN_MAKER = 60, 145, 4, 2047
 
 
 def name_of(identity: int) -> int:
-    """The NAME of a device: its identity number, class and function; it may take any address."""
+    """The NAME of a device: its identity number, class and function; arbitrary-address capable."""
     low = (identity & 0x1FFFFF) | _UNKNOWN_MAKER << 21
     high = _OWN_POSITION << 8 | _NAVIGATION << 17 | _MARINE << 28 | 1 << 31
     return high << 32 | low
 
 
 class AddressClaim:
-    """No clock and no I/O: `begin`, then `receive` every frame; both return the frames to send as (PGN, data)."""
+    """Claims an address, without clock and I/O: call `begin`, then `receive` for every frame. Both return the messages
+    to send as (PGN, data)."""
 
     def __init__(self, name: int, address: int = 40):
         self.name, self.address = name, address

@@ -1,7 +1,7 @@
-"""Navigation: input rows as they come, estimates out at the fixes or at any time.
+"""Navigation: takes input rows as they arrive and gives estimates at the fixes or at any other time.
 
-No clock and no I/O: a replayed log and a live link give the same rows. The filter goes from fix to fix, as `estimate`
-does; rows between and ahead of fixes are predicted with a copy, so that asking for one changes nothing.
+No clock and no I/O: a replayed log and a live link give the same rows. The filter steps from fix to fix, as `estimate`
+does. A copy of the filter predicts the rows between and after fixes, so that requesting them changes no estimate.
 """
 
 import math
@@ -25,17 +25,18 @@ from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
 
 STEP = 60.0
-"""s: a time so far from the last one, forward or back, is accepted when a second one confirms it."""
+"""A fix whose time differs by more than this (s) from the last one is used once the next fix confirms it."""
 AHEAD = 1.0
-"""s: so is one that leaves a gap and is so far ahead of the present, where that is known."""
+"""So is a fix after a gap that is more than this (s) ahead of the present, where the present is known."""
 _LEAD, _LEAD_S = 0.3, 0.1
-"""Intervals, and s, by which a fix may be ahead of the present. One that is further ahead comes from a log that is
-replayed faster than recorded, where the next one ahead may be a gap."""
+"""Largest lead of a fix over the present, in intervals and in s. After a larger lead the present is treated as unknown:
+a log is being replayed faster than recorded, and a fix far ahead may follow a gap in it."""
 _BEHIND, _BEHIND_ROWS = 1.0, 3
-"""s and fixes in unbroken order, all before those used: the receiver's clock was set back."""
+"""The receiver's clock was set back if fixes over this span (s), at least so many, are in order but all older than the
+last used one."""
 
 MEETS = 1e-4
-"""s from a fix within which the row of a time is the row of the fix."""
+"""A time within this (s) of a fix gets the row of the fix."""
 
 Place = tuple[float, float]
 Aids = tuple[float, ...]
@@ -53,19 +54,19 @@ class _Used(NamedTuple):
 
 
 class Navigator:
-    """The course estimate aboard.
+    """The estimate aboard: chooses sources, orders fixes in time, and steps or predicts the filter.
 
-    profile: as of `FiveStateFilter`; or a filter that learns.
-    aid: as of the filter, or "auto".
+    profile: as in `FiveStateFilter`, or a filter that learns its profile.
+    aid: as in `FiveStateFilter`; "auto" as in `filter_of`.
     sources:  names of sources in order of priority; see `SourceChoice`.
-    max_dead_reckoning: time without a fix for which the motion is predicted, s; then it is unknown.
-    rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
-        the filter steps from fix to fix.
-    recall:   s by which a fix may be late and still be used at its own time.
+    max_dead_reckoning: longest time without a fix for which the motion is predicted, s; then it is unknown.
+    rate:     Hz; the filter also steps at every multiple of 1/rate, as `estimate` does when it gives rows at a rate.
+        None: it steps from fix to fix.
+    recall:   largest delay of a late fix that is still used at its own time, s.
     accuracy: whether the reported accuracy of fixes is used.
-    lag:      s that the rows of fixes wait for later ones, by which they are smoothed; 0 for none.
+    lag:      time by which the rows of fixes are delayed and smoothed by later fixes, s; 0 for none.
 
-    When the receiver's clock steps, the motion goes on as if it had not, unless the position contradicts that.
+    When the receiver's clock steps, the motion continues without a gap, unless the position contradicts that.
 
     `counts` of rows: used, late (used at their own time), too late (dropped), stray (one time far from all others),
     clock steps, other source, repeated.
@@ -105,7 +106,7 @@ class Navigator:
         self._ahead_time = math.nan
         self._receiver = ""
         self._slow = USUAL_STD  # 1σ of the receiver's slow error at the last fix, m
-        self._last_filter = self.filter  # which one gave the last row
+        self._last_filter = self.filter  # that gave the last row
 
     @property
     def last_fix(self) -> Row:
@@ -120,14 +121,14 @@ class Navigator:
 
     @property
     def untimely(self) -> int:
-        """Number of rows whose time did not follow: older than the one before, or far ahead and not confirmed."""
+        """Number of rows out of time order: older than the row before, or far ahead and not confirmed."""
         return self.counts["late"] + self.counts["too late"] + self.counts["stray"] + (self._stray is not None)
 
     def add(self, row: InputRow, present: float = math.nan) -> list[Row]:
-        """Use an input row; the new estimates: one a fix in order, none for anything else.
+        """Use an input row and return the new estimates: one per fix in time order, none for other rows.
 
-        `present` is the time of a fix that would arrive now without delay, NaN in a replay: it distinguishes a dropout
-        from a clock step.
+        `present` is the time of a fix that would arrive now with the lowest latency, NaN in a replay. It distinguishes
+        a dropout from a clock step.
         """
         if not math.isfinite(row.time):
             return []
@@ -148,7 +149,7 @@ class Navigator:
         return self._in_time(row, aids, row.time - present)
 
     def at(self, time: float) -> Row:
-        """The estimate at a time: predicted from the last fix, unknown when that is too long ago."""
+        """The estimate at a time (Unix, s): predicted from the last fix, unknown if that fix is too old."""
         if math.isnan(self._time) or not time - self.fix_time <= self.max_dead_reckoning:
             return lost(time)
         if abs(time - self._row.time) < MEETS:
@@ -163,13 +164,13 @@ class Navigator:
         return _row(self._ahead_time, values, self._slow, math.nan, status)
 
     def finish(self) -> list[Row]:
-        """The end of a log: the row that waited for confirmation is used."""
+        """At the end of a log, use the row that waits for confirmation; return the last estimates."""
         held, self._stray = self._stray, None
         rows = [] if held is None or held.time < self._time else self._use(held, self._aids(held, held.time))
         return rows + self._smoothed(rest=True)
 
     def _aids(self, row: InputRow, now: float) -> Aids:
-        """The aids in the order of AIDS that this row may give."""
+        """The row's aids in the order of AIDS; NaN for those that are not used from its source."""
         wanted = self.filter.aid
         return tuple(
             value if name in wanted and not math.isnan(value) and self.choice.uses_aid(name, row, now) else math.nan
@@ -177,7 +178,7 @@ class Navigator:
         )
 
     def _news(self, time: float, place: Place, aids: Aids) -> tuple[Place, Aids]:
-        """What of position and aids no used row of the same time has given."""
+        """Position and aids, NaN where a used row of the same time has given the same value."""
         for used in reversed(self._used):
             if used.time < time:
                 break
@@ -187,7 +188,7 @@ class Navigator:
         return place, aids
 
     def _in_time(self, row: InputRow, aids: Aids, surplus: float) -> list[Row]:
-        """Use a row at its time: next, among those used already, or not at all."""
+        """Use a row at its own time, after the last used row or between earlier ones; or hold it back; or drop it."""
         ahead = 0.0 if math.isnan(self._time) else row.time - self._time
         lead, surplus = surplus, surplus if self._lead <= max(_LEAD * self.choice.interval, _LEAD_S) else math.nan
         too_early = ahead > self.choice.silence and surplus > AHEAD
@@ -207,7 +208,7 @@ class Navigator:
         return []
 
     def _held_back(self, row: InputRow, aids: Aids, surplus: float) -> list[Row]:
-        """A time far from the last: the fix is held until the next one confirms it."""
+        """Hold a fix whose time is far from the last one until the next fix confirms it."""
         held, self._stray = self._stray, row if row.has_position else None
         if held is None or not 0.0 <= row.time - held.time <= STEP:
             self.counts["stray"] += held is not None or not row.has_position
@@ -218,7 +219,7 @@ class Navigator:
         return self._stepped([held, row], surplus)
 
     def _is_set_back(self, row: InputRow) -> bool:
-        """Whether only fixes of the past have come, for longer than fixes are late."""
+        """Whether the clock was set back: all newest fixes are older than the last used one, over `_BEHIND` s."""
         if not self._behind or row.time <= self._behind[-1].time:
             self._behind, self._before_behind = [], (self.filter.snapshot(), self._time)
         self._behind.append(row)
@@ -229,7 +230,7 @@ class Navigator:
         return is_long
 
     def _stepped(self, rows: Sequence[InputRow], by: float) -> list[Row]:
-        """The clock stepped by so much before these rows; NaN: so that the first is one interval after the last."""
+        """Use rows after a clock step of `by` s; NaN: one that puts the first row an interval after the last fix."""
         self.counts["clock steps"] += 1
         if math.isnan(by):
             by = 2.0 * rows[0].time - rows[1].time - self._time
@@ -260,7 +261,7 @@ class Navigator:
         return self._smoothed() if self.lag else [estimate]
 
     def _smoothed(self, rest: bool = False) -> list[Row]:
-        """The rows that have waited long enough, or all."""
+        """The smoothed rows that are `lag` old; `rest`: all waiting ones."""
         return [
             _row(self._time - age, values, self._slow, math.nan, NO_COURSE if math.isnan(values[3]) else OK)
             for age, values in self.filter.lagged(rest)
@@ -277,7 +278,7 @@ class Navigator:
         return _row(time, values, self._slow, nis, status)
 
     def _insert(self, row: InputRow, aids: Aids) -> None:
-        """Go back to before a late row, use it, and use again those after it."""
+        """Restore the filter to its state before a late row, use that row, then use the later rows again."""
         later = []
         while self._used and self._used[-1].time > row.time:
             later.append(self._used.pop())
@@ -288,7 +289,7 @@ class Navigator:
             self._step(used.time, used.latitude, used.longitude, used.position_std, used.aids)
 
     def _approach(self, estimator: Any, start: float, stop: float) -> float:
-        """Predict from start to the last step of the rate's grid before stop; the s that remain."""
+        """Predict from start to the last multiple of 1/rate before stop; return the remaining time to stop, s."""
         if math.isnan(start):
             return 0.0
         if self.rate is not None and stop - start <= LONGEST_GAP:
@@ -301,7 +302,7 @@ class Navigator:
 
 
 def filter_of(profile: Profile | InferredProfile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
-    """The filter of a profile; "auto" among the aids is what its structures have of SOG and COG."""
+    """The filter of a profile; "auto" among the aids means those of SOG and COG that its structures model."""
     if AUTO in aid:
         aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile_of(profile))) if each != AUTO))
     return FiveStateFilter(profile, aid)

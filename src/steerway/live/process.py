@@ -1,4 +1,4 @@
-"""A command that runs until it is stopped: its log on standard error, its end by signal."""
+"""Runs a command until a signal stops it, with its log on standard error."""
 
 import asyncio
 import contextlib
@@ -13,7 +13,7 @@ from steerway.core.errors import InputError, printable
 
 
 class OneLine(logging.Formatter):
-    """A line a message: what names of devices and vessels contain of control characters is escaped."""
+    """Formats a message as one line: control characters, as in names of devices and vessels, are escaped."""
 
     def format(self, record: logging.LogRecord) -> str:
         """See logging.Formatter; a traceback keeps its lines."""
@@ -33,7 +33,7 @@ def log_to_stderr(command: str) -> None:
 
 
 def until_stopped(work: Coroutine[Any, Any, None]) -> None:
-    """Run to the end, or until SIGINT or SIGTERM, or until standard output is closed."""
+    """Run to the end, until SIGINT or SIGTERM, or until standard output is closed. Raises the first InputError."""
 
     async def run() -> None:
         task = asyncio.ensure_future(work)

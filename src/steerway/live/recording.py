@@ -1,8 +1,8 @@
-"""A recording of a run as MCAP: every input as it came, every estimate and every order; Foxglove shows it.
+"""Records a run as MCAP: every input as received, every estimate and every order; Foxglove displays the file.
 
-Topics: `/raw` the bytes of the links, `/input` the rows decoded from them as the navigator gets them, `/estimate` a row
-a fix, `/order` a row a tick with an autopilot, `/position` for maps, `/learning` when a profile was inferred. The
-metadata `steerway` holds the settings that `replay` needs, and which code recorded.
+Topics: `/raw` the bytes of the links, `/input` the decoded rows as the navigator receives them, `/estimate` a row per
+fix, `/order` a row per tick with an autopilot, `/position` for maps, `/learning` when a profile was inferred. The
+metadata `steerway` contains the settings that `replay` needs, and the version of the code.
 """
 
 import json
@@ -26,16 +26,16 @@ LOG = logging.getLogger("steerway.live")
 RAW, ESTIMATE, ORDER, POSITION, LEARNING = "/raw", "/estimate", "/order", "/position", "/learning"
 SETTINGS = "steerway"
 """The name of the metadata, with the keys `settings` and `code`."""
-_CHUNK = 1 << 16  # bytes; what a loss of power costs
+_CHUNK = 1 << 16  # bytes that a loss of power costs
 
 
 def code() -> str:
-    """Version of the package, and a digest of all code that makes an estimate of an input."""
+    """Version of the package, and a digest of all code between an input and its estimate."""
     return f"{__version__}-{source_digest('steerway.live.service')}"
 
 
 class Recorder(Output):
-    """An output, and the place to which inputs are reported. Raises InputError for a file that cannot be written.
+    """Writes a recording: an output that also receives the inputs. Raises InputError for a file it cannot write.
 
     If the disk is full, recording stops after the last whole chunk, with a line in the log; the run goes on.
     """
@@ -68,7 +68,7 @@ class Recorder(Output):
         self._send()
 
     def write(self, data: bytes) -> int:
-        """See io.RawIOBase: pieces of the format are kept until a whole chunk is there."""
+        """See io.RawIOBase. Pieces are kept until the chunk is whole."""
         self._pieces += data
         self._size += len(data)
         return len(data)
@@ -85,12 +85,12 @@ class Recorder(Output):
         self._add(RAW, link.encode() + b"\0" + data, time.time())
 
     def input(self, row: InputRow, arrived: float, chosen: str) -> None:
-        """A row as the navigator gets it: when it came (s, monotonic) and which source is chosen."""
+        """Record a row as the navigator receives it, its arrival (s, monotonic clock) and the chosen source."""
         values = {name: _or_null(value) for name, value in row._asdict().items()}
         self._json(INPUT, values | {"arrived": _or_null(arrived), "chosen": chosen}, row.time)
 
     def learning(self, what: str, count: int) -> None:
-        """The filter begins to infer its profile, or takes one up, at its row of this number."""
+        """Record the number of the filter's row at which an inference begins or its profile is used; see `learning`."""
         self._json(LEARNING, {"what": what, "row": count}, time.time())
 
     def fix(self, row: Row) -> None:
@@ -139,7 +139,7 @@ class Recorder(Output):
         self._send()
 
     def _send(self) -> None:
-        """Hand over what the writer has finished: whole chunks, so that a file that ends early is sound."""
+        """Write the finished chunks; only whole ones, so that a file that ends early is readable."""
         if self._pieces and not self._sink.broken:
             self._sink.send(bytes(self._pieces))
         self._pieces.clear()

@@ -1,4 +1,4 @@
-"""Replay of a recording: its inputs go through the navigator again, and its estimates have to be the same."""
+"""Replay of a recording: its inputs pass through the navigator again, which has to give the recorded estimates."""
 
 import json
 import math
@@ -20,13 +20,13 @@ from steerway.live.rows import InputRow, Row
 from steerway.live.service import RATE, Service
 
 ANOTHER_PROCESSOR = 1e-9
-"""Bound of `Replayed.largest` for a recording of another processor; x86-64 on aarch64: 5e-14 with a profile, 6e-12 with
-an inferred one."""
+"""Bound of `Replayed.largest` for a recording from another processor. Measured, x86-64 replayed on aarch64: 5e-14 with
+a given profile, 6e-12 with an inferred one."""
 
 
 class Replayed(NamedTuple):
-    """What came of a replay. `recorded`, `repeated`: the rows at the fixes; `orders`: their number in the recording;
-    `code`: which made it, as of `recording.code`, "" where it does not say.
+    """Result of a replay. `recorded`, `repeated`: rows at the fixes, in the recording and from the replay; `inputs`,
+    `orders`: numbers of both in the recording; `code`: the code that recorded, see `recording.code`, "" if unknown.
     """
 
     recorded: list[Row]
@@ -37,7 +37,7 @@ class Replayed(NamedTuple):
 
     @property
     def differing(self) -> list[Row]:
-        """The recorded or repeated rows that are not the same in every bit, or that only one of both has."""
+        """The recorded rows that are not repeated bit by bit, and the rows that only one of both has."""
         pairs = zip(self.recorded, self.repeated, strict=False)
         unequal = [one for one, other in pairs if np.array(one, float).tobytes() != np.array(other, float).tobytes()]
         n = min(len(self.recorded), len(self.repeated))
@@ -45,8 +45,8 @@ class Replayed(NamedTuple):
 
     @property
     def largest(self) -> tuple[float, str]:
-        """The largest difference, in SI and of numbers above 1 as a part of them, and the column it is in; inf where a
-        number is missing, or "row".
+        """The largest difference and its column: absolute in SI units, relative for values above 1. inf if one side has
+        no value; (inf, "row") if the numbers of rows differ.
 
         Another processor rounds sums and products in another order: see ANOTHER_PROCESSOR.
         """
@@ -59,7 +59,7 @@ class Replayed(NamedTuple):
         return float(most.max()), Row._fields[int(most.argmax())]
 
     def motion(self) -> Motion:
-        """The repeated rows as a record."""
+        """The repeated rows as `Motion`."""
         columns = dict(zip(Row._fields, np.array(self.repeated, float).reshape(-1, len(Row._fields)).T, strict=True))
         return Motion(**(columns | {"status": columns["status"].astype(np.uint8)}))
 
@@ -75,7 +75,7 @@ class _Kept(Output):
 
 
 def replay(path: str | Path) -> Replayed:
-    """Repeat a recording of `steerway live --record`. Raises InputError for anything else."""
+    """Repeat a recording of `steerway live --record`. Raises InputError for any other file."""
     require_mcap(str(path))
     try:
         with open(path, "rb") as file:
@@ -88,7 +88,7 @@ def replay(path: str | Path) -> Replayed:
 
 def _replayed(file: BinaryIO) -> Replayed:
     if file.read(len(MAGIC)) != MAGIC:
-        raise InputError("is no MCAP, expected a recording of live --record")
+        raise InputError("is not an MCAP file, expected a recording of live --record")
     file.seek(0)
     metadata: dict[str, Any] = {}
     kept, recorded, service, inputs, orders = _Kept(), [], None, 0, 0
@@ -100,7 +100,7 @@ def _replayed(file: BinaryIO) -> Replayed:
     file.seek(0)
     for message in messages(file, metadata):
         if SETTINGS not in metadata:
-            raise InputError("is no recording of Steerway, expected one of live --record")
+            raise InputError("is not a recording of Steerway, expected one of live --record")
         service = service or _service(json.loads(metadata[SETTINGS]["settings"]), kept, moments)
         if message.topic == INPUT:
             inputs += 1
@@ -111,7 +111,7 @@ def _replayed(file: BinaryIO) -> Replayed:
     if service is not None and len(recorded) > len(kept.rows):
         kept.rows += service.navigator.finish()
     if service is None:
-        raise InputError("holds no message, expected a recording of live --record")
+        raise InputError("contains no message, expected a recording of live --record")
     repeated = kept.rows[: len(recorded)] if _is_cut(file) else kept.rows
     return Replayed(recorded, repeated, inputs, orders, metadata[SETTINGS].get("code", ""))
 
@@ -137,7 +137,7 @@ def _feed(service: Service, values: dict[str, Any]) -> None:
 
 
 def _values(values: dict[str, Any], kind: type[NamedTuple]) -> Iterator[Any]:
-    """The fields of a row; NaN for one that the recording's version did not have."""
+    """The fields of a row; NaN for a field that the recording does not have."""
     for name in kind._fields:
         value = values.get(name)
         yield math.nan if value is None else value

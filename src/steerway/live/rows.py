@@ -1,4 +1,4 @@
-"""One row from an input, one row of the estimate, the autopilot's state and order, and what rows can be believed."""
+"""Rows of inputs and of the estimate, the autopilot's state and order, and the limits of possible values."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -12,10 +12,10 @@ from steerway.core.records import LOST, REPORTED, Fixes
 
 
 class InputRow(NamedTuple):
-    """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report.
+    """One measurement of one source, as a row of Fixes: SI, rad, NaN for values that it does not report.
 
-    `time` is Unix UTC, by the instrument; `formatters` are bits of the NMEA 0183 formatters that gave the position;
-    `throttle` is the share of full that drives the motors, 0 where they idle.
+    `time` is Unix time (UTC) from the instrument; `formatters` has a bit for each NMEA 0183 formatter that gave the
+    position; `throttle` is the motors' throttle as a fraction of full, 0 when idling.
     """
 
     source: str
@@ -36,7 +36,7 @@ class InputRow(NamedTuple):
 
     @property
     def has_position(self) -> bool:
-        """Whether it reports a position."""
+        """Whether the row has a position."""
         return not (math.isnan(self.latitude) or math.isnan(self.longitude))
 
 
@@ -69,9 +69,9 @@ def lost(time: float) -> Row:
 
 
 def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | None = None) -> Iterator[InputRow]:
-    """The rows of all sources in time order, without vessels reported by AIS, which are not aboard.
+    """The rows of all sources in time order, without AIS targets: those are other vessels.
 
-    formatters: by source, (n,), as of `Recording`.
+    formatters: by source, (n,), as in `Recording`.
     """
     rows = []
     for name, fixes in sources.items():
@@ -89,7 +89,7 @@ class State(StrEnum):
     IDLE = "idle"
     READY = "ready"
     RUNNING = "running"
-    DEGRADED = "degraded"  # steers, by dead reckoning, with fixes that do not fit, or after a late tick
+    DEGRADED = "degraded"  # steers, but by dead reckoning, with rejected fixes, or after a late tick
     STOPPED = "stopped"
 
 
@@ -99,11 +99,11 @@ FIT = (State.READY, *UNDER_WAY)
 
 
 class Order(NamedTuple):
-    """What the vessel is commanded; SI and rad. An order is carried out only while it is `engaged`."""
+    """The command to the vessel; SI and rad. Outputs carry out an order only while it is `engaged`."""
 
     state: State
     reason: str = ""  # why the state is not RUNNING, "" when it is
-    engaged: bool = False  # whether the command is to be carried out; also the safe output "stop"
+    engaged: bool = False  # whether to carry the command out; also true for the safe output "stop"
     yaw_rate: float = 0.0  # rad/s, + to starboard
     thrust: float = 0.0  # fraction of full, -1 to 1
     port: float = 0.0  # propellers, -1 to 1 of full speed
@@ -114,17 +114,17 @@ class Order(NamedTuple):
 
 _LAST_TIME = 1e10  # Unix time of the year 2286
 _TURN = 2.0 * math.pi
-_FASTEST = 1000.0 * KNOT  # as of NMEA 0183
+_FASTEST = 1000.0 * KNOT  # as for NMEA 0183
 _LIMITS = {
     "latitude": (-0.5 * math.pi, 0.5 * math.pi),
     "longitude": (-math.pi, math.pi),
-    "position_std": (0.0, 1e4),  # m; who knows it no better has no position
+    "position_std": (0.0, 1e4),  # m; a fix with a larger σ is no position
     "sog": (0.0, _FASTEST),
     "cog": (-_TURN, _TURN),
     "heading": (-_TURN, _TURN),
     "water_speed": (-_FASTEST, _FASTEST),
     "bottom_speed": (-_FASTEST, _FASTEST),
-    "yaw_rate": (-10.0, 10.0),  # rad/s; of a small boat's gyro 1 is much
+    "yaw_rate": (-10.0, 10.0),  # rad/s; 1 is high even for a small boat
     "acceleration": (-20.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY),
     "shaft": (-1000.0, 1000.0),  # rev/s
     "throttle": (-1.0, 1.0),
@@ -146,5 +146,5 @@ def believable(row: InputRow) -> InputRow | None:
 
 
 def _is_beyond(value: float, least: float, most: float) -> bool:
-    """Whether a value is reported, other than NaN, and beyond its limits; an integer of JSON may be any."""
+    """Whether a value is reported (not NaN) and beyond its limits; an integer from JSON may exceed every float."""
     return value == value and not least <= value <= most

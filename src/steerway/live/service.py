@@ -1,7 +1,7 @@
-"""The service: rows of the inputs go through the navigator, and its estimates to the outputs, at a rate.
+"""The service passes input rows to the navigator and sends its estimates to the outputs at a fixed rate.
 
-Live, the event loop's monotonic clock gives the ticks. In replay the log's own times do, so that a log gives the same
-rows at any speed.
+A live run takes its ticks from the event loop's monotonic clock. A replay takes them from the times in the log, so that
+a log gives the same rows at any replay speed.
 """
 
 import asyncio
@@ -29,12 +29,13 @@ from steerway.live.tick_timing import FixClock, Pulse
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
 _BEHIND = 1.0  # s by which ticks may be late before they are skipped
-_SAID, _NUMBER = 5.0, re.compile(r"[-+]?\d+(\.\d+)?")  # s between two reasons of a state in the log; what may differ
+_SAID = 5.0  # s between two log lines about different reasons of one state
+_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")  # in a reason; reasons that differ only in numbers count as the same
 _YIELD = 256  # rows of a replay after which other tasks run
 
 
 class LatestTick(NamedTuple):
-    """The newest tick, for those that poll; None where there is none."""
+    """The newest tick, for readers that poll. `leg` is None without a leg under way, `order` without an autopilot."""
 
     row: Row
     leg: Leg | None
@@ -45,9 +46,9 @@ class Service:
     """Runs navigation, guidance and supervision between inputs and outputs.
 
     rate:    ticks a second, Hz.
-    latency: least latency of fixes, s; see FixClock.
-    supervisor: gets every fix and steps every tick, which gives the leg and the order; the service never starts it.
-    recorder: gets every row before it is used; it is also one of the outputs.
+    latency: lowest latency of fixes, s; see FixClock.
+    supervisor: receives every fix, and gives leg and order at every tick; the service never starts the autopilot.
+    recorder: receives every input row before it is used; pass it in `outputs` too.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class Service:
         self._ticked = math.nan  # time of the last tick, by the clock that times the supervisor
 
     def receive(self, rows: Iterable[InputRow], arrived: float | None = None) -> None:
-        """Rows of a live link that arrived at a time of the event loop's clock, by default just now."""
+        """Take rows of a live link; `arrived` is their arrival by the event loop's clock (s), by default now."""
         admitted: list[tuple[InputRow, float]] = []
         with self._dropping("rows of a link"):
             admitted = self.startup.add_rows(self._believed(rows), _now() if arrived is None else arrived)
@@ -81,34 +82,34 @@ class Service:
             self.use(row, came)
 
     def unreachable(self) -> str:
-        """Why no order reaches the boat, "" when they do."""
+        """The reason why no order reaches the boat; "" if orders reach it."""
         if self.supervisor is None:
             return ""
-        for name in ("unreachable", "leg_unreachable"):  # orders, or else the leg for another autopilot
+        for name in ("unreachable", "leg_unreachable"):  # outputs of orders, else outputs of the leg for an autopilot
             reasons = [getattr(each, name)() for each in self.outputs if hasattr(each, name)]
             if reasons:
                 return reasons[0] if all(reasons) else ""
         return "no output carries orders"
 
     def use(self, row: InputRow, now: float = math.nan) -> None:
-        """A row whose source is known, and when it arrived; NaN: of a log."""
+        """Use a row with its final source name. `now` is its arrival (s, event loop's clock), NaN for a log."""
         with self._dropping(row):
             self._use(row, now)
 
     @contextmanager
     def _dropping(self, what: object) -> Iterator[None]:
-        """What raises within is dropped and counted: a boat under way is not left to itself by what a link sends."""
+        """Drop and count input that raises an exception: bad data from a link must not end the control of a boat."""
         try:
             yield
         except OSError:
-            raise  # of an output
+            raise  # an output failed
         except Exception:
             if not self.navigator.counts["failed"]:
-                LOG.exception("dropped, as all that fails from now on: %s", what)
+                LOG.exception("dropped after an error, later errors are only counted: %s", what)
             self.navigator.counts["failed"] += 1
 
     def _believed(self, rows: Iterable[InputRow]) -> Iterator[InputRow]:
-        """The rows without what no vessel could report, which is counted."""
+        """The rows without impossible values (see `believable`); rows that had some are counted."""
         for given in rows:
             row = None
             with self._dropping(given):
@@ -135,7 +136,7 @@ class Service:
             self._fix(estimate, now)
 
     async def run(self, inputs: Sequence[Reads], links: Sequence[Runs] = ()) -> None:
-        """Run until cancelled; `links` are those of the outputs."""
+        """Run until cancelled; `links` are the links of the outputs."""
         try:
             async with asyncio.TaskGroup() as tasks:
                 for link in links:
@@ -167,7 +168,7 @@ class Service:
             LOG.info("%s", self.pulse)
 
     def _navigated(self, row: InputRow, present: float = math.nan) -> list[Row]:
-        """The new estimates by an input row; a time that does not follow is reported to the supervisor."""
+        """The new estimates after an input row; the supervisor is informed of a row out of time order."""
         untimely = self.navigator.untimely
         if self.supervisor is not None:
             self.supervisor.take(row)
@@ -177,7 +178,7 @@ class Service:
         return estimates
 
     def _fix(self, row: Row, now: float = math.nan) -> None:
-        """A new estimate; `now` is when its fix arrived, NaN in a replay."""
+        """Pass on a new estimate; `now` is the arrival of its fix, NaN in a replay."""
         if self.supervisor is not None:
             since = now - self._ticked
             self.supervisor.fix(row, self.navigator.last_input, since if since > 0.0 else 0.0)
@@ -185,7 +186,7 @@ class Service:
             output.fix(row)
 
     def _tick(self, moment: float, now: float) -> None:
-        """Output a time; `now` is by the clock that times the supervisor."""
+        """Output the estimate at a moment; `now` is read from the clock that times the supervisor."""
         row = self.controls.row = self.navigator.at(moment)
         leg = order = None
         if self.supervisor is not None:
@@ -203,7 +204,7 @@ class Service:
         return order
 
     def _say(self, order: Order, now: float) -> None:
-        """Log a state at once, and another reason of it, numbers aside, at most every few seconds."""
+        """Log a new state at once, and a new reason for the same state at most every `_SAID` s."""
         before, said = self._said
         words = order.state, _NUMBER.sub("", order.reason)
         if words == before or (before is not None and order.state is before[0] and now - said < _SAID):
@@ -235,7 +236,7 @@ class Service:
             self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment: float) -> None:
-        """Tick, unless this time was output already; a step back is followed, a smaller one is waited out."""
+        """Tick unless this time was output already. A step back by more than `_BEHIND` is output at once."""
         if moment > self._sent_until or moment < self._sent_until - _BEHIND:
             self._sent_until = moment
             self._tick(moment, _now())
@@ -261,7 +262,7 @@ class Service:
             self._tick(next_tick / self.rate, next_tick / self.rate)
 
     async def _until(self, origin: float, moment: float, speed: float) -> None:
-        """Wait for a moment of the log."""
+        """Wait until the replay is due to reach a moment of the log."""
         if math.isfinite(speed):
             left = origin + moment / speed - _now()
             if left > 0.0:
@@ -269,5 +270,5 @@ class Service:
 
 
 def _now() -> float:
-    """The event loop's clock: tests run it faster."""
+    """The event loop's clock (s), which tests run faster."""
     return asyncio.get_running_loop().time()

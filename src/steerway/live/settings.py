@@ -1,7 +1,7 @@
 """The settings of `steerway live` as one TOML file, checked before anything runs.
 
-Keys are the command's options, with `_` for `-`; options on the command line override the file. Relative file names in
-it are relative to its folder.
+Keys are the command's options, with `_` for `-`; options on the command line override the file. File names in the file
+are relative to its folder.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from steerway.live.uri import DEFAULT
 
 
 def _several(value: Any) -> Any:
-    """A single text is a list of one."""
+    """A single text becomes a tuple of one."""
     return (value,) if isinstance(value, str) else value
 
 
@@ -28,7 +28,7 @@ def _page(value: Any) -> Any:
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Aid = Literal["auto", *(name.replace("_", "-") for name in AIDS)]  # type: ignore[valid-type]
 LONGEST_LAG = 60.0
-"""s that rows of fixes can wait. Chosen: the rows of a minute are smoothed anew at every fix."""
+"""Longest `lag`, s. Every fix smooths all waiting rows again, so that its processor time grows with the lag."""
 FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
 """Keys that name a file."""
 

@@ -1,6 +1,6 @@
-"""Which source is used, by what came so far: one for positions, one for each kind of aid.
+"""Chooses one source for positions and one for each kind of aid, from the rows so far.
 
-Two receivers are never mixed: the distance of their antennas and of their errors would appear as motion.
+Two receivers are never mixed: the difference of their antenna positions and errors would look like motion.
 """
 
 import math
@@ -13,15 +13,15 @@ from steerway.core.records import INSTRUMENT_COLUMNS
 from steerway.formats.sources import OWN_SHARE, rank
 from steerway.live.rows import InputRow
 
-_KEPT = 20  # positions of a source over which its interval is taken
+_KEPT = 20  # newest rows of a source that give its median interval
 _SILENT = 3.0  # intervals after which a source counts as silent
-_LEAST_SILENCE = 2.0  # s, and never sooner
-_QUICKER = 1.5  # times the rate of the present source at which another replaces it
-_JITTER = 1.1  # between intervals that are the same
+_LEAST_SILENCE = 2.0  # shortest time after which a source counts as silent, s
+_QUICKER = 1.5  # a source replaces the present one if its rate is more than this multiple of the present one's
+_JITTER = 1.1  # two intervals count as equal up to this ratio
 
 
 class _Choice:
-    """The one of several sources that is used: by rank, then by rate; another where it is silent."""
+    """Chooses among sources by rank, then by rate; a silent source is replaced."""
 
     def __init__(self) -> None:
         self.present = ""
@@ -29,7 +29,7 @@ class _Choice:
         self.last: dict[str, float] = {}
 
     def add(self, source: str, time: float, now: float) -> None:
-        """A row of this source."""
+        """Note a row of a source; `time` is the row's own time, `now` the present (s)."""
         self.times.setdefault(source, deque(maxlen=_KEPT)).append(time)
         self.last[source] = now
 
@@ -55,12 +55,12 @@ class _Choice:
 
 
 class SourceChoice:
-    """The source of positions, and for each column the source of that aid.
+    """The source of positions, and the source of each aid.
 
-    wanted: names in order of priority, as of `formats.sources.rank`. Without any, the first one that comes, until it is
-        silent or another is `_QUICKER`. An aid comes, as in a log, from the source of the positions where that has it
-        at half of its fixes or more, else from the one that reports it most often: the first, until it is silent or
-        another is `_QUICKER`. SOG and COG never come from another receiver.
+    wanted: names in order of priority, as in `formats.sources.rank`. Without names the first source is used until it is
+        silent or another one is `_QUICKER`. As in a log, an aid comes from the source of positions if that reports it
+        at half of its fixes or more, else from the source that reports it most often: the first one, until it is silent
+        or another is `_QUICKER`. SOG and COG never come from another receiver.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
@@ -75,7 +75,7 @@ class SourceChoice:
         return self._positions.present
 
     def uses_position(self, row: InputRow, now: float) -> bool:
-        """Whether this position is used. Silence is measured by `now`, since clocks of receivers may differ."""
+        """Whether a row's position is used. Silence is measured by `now`, because receivers' clocks may differ."""
         self._positions.add(row.source, row.time, now)
         if rank(row.source, self.names) is None:
             return False
@@ -84,13 +84,13 @@ class SourceChoice:
         return row.source == self.present
 
     def prefer(self, source: str, now: float) -> None:
-        """Take the positions of a source from now on."""
+        """Use the positions of a source from now on."""
         self._change_to(source)
         self._positions.times.setdefault(source, deque(maxlen=_KEPT))
         self._positions.last[source] = now
 
     def uses_aid(self, column: str, row: InputRow, now: float) -> bool:
-        """Whether this source gives a column."""
+        """Whether the aid `column` is used from this row's source."""
         if column not in INSTRUMENT_COLUMNS and row.source != self.present and row.source in self._positions.times:
             return False
         choice = self._aids[column]
@@ -115,7 +115,7 @@ class SourceChoice:
             choice.last = {source: last + by for source, last in choice.last.items()}
 
     def _is_other(self, choice: _Choice, source: str) -> bool:
-        """The rank of a source of an aid: the receiver of the positions comes first, unless it has it at few fixes."""
+        """Rank of a source for an aid: 0 for the source of positions if it reports the aid often enough, else 1."""
         is_rare = OWN_SHARE * choice.interval(source) > _JITTER * self.interval > 0.0
         return source != self.present or is_rare
 

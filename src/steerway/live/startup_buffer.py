@@ -1,7 +1,7 @@
-"""The first seconds of a live run: rows are held until their sources are known and the best is chosen.
+"""Holds the rows of the first seconds of a live run until the best source is chosen.
 
-What is chosen is what `estimate` chooses on a log of these seconds: the same division of a talker into streams, the
-same quality. The rows held then go on in the order in which they came.
+The choice is the one that `estimate` makes on a log of these seconds, with the same division of talkers into streams
+and the same measure of quality. The held rows then pass on in their order of arrival.
 """
 
 import math
@@ -18,14 +18,14 @@ from steerway.live.rows import InputRow
 
 LONGEST = 10.0
 """s after the first position at which a source is chosen in any case."""
-_ALONE, _ALONE_SPAN = 3, 0.5  # epochs, of which the last may be incomplete, and s, of the only source
-_COMPARED = 10  # epochs of each of several sources
+_ALONE, _ALONE_SPAN = 3, 0.5  # epochs (the last may be incomplete) and s that are enough for the only source
+_COMPARED = 10  # epochs that are needed from each of several sources
 _HALF_DAY = 0.5 * DAY
-_REMEMBERED = 40  # rows of a talker by which it is divided
+_REMEMBERED = 40  # newest rows of a talker that show its streams
 
 
 class Streams:
-    """Names rows by the stream of their talker's positions; see `formats.nmea0183.streams`."""
+    """Divides talkers into streams of positions and names rows by stream; see `formats.nmea0183.streams`."""
 
     def __init__(self) -> None:
         self._newest: dict[str, deque[tuple[int, InputRow]]] = {}
@@ -35,7 +35,7 @@ class Streams:
         self._count = 0
 
     def learn(self, row: InputRow) -> bool:
-        """Whether this row shows that its talker has to be divided."""
+        """Remember a row; return whether its talker is now found to have two streams."""
         self._count += 1
         if not (row.has_position and row.formatters):
             return False
@@ -44,7 +44,7 @@ class Streams:
         return row.source not in self._divisions and self.divide(row.source)
 
     def divide(self, source: str) -> bool:
-        """Divide a talker by its newest rows, where they show two streams."""
+        """Divide a talker if its newest rows show two streams; return whether they do."""
         newest = self._newest.get(source, ())
         divided = None
         if len(newest) >= FEW and self.is_double(source):
@@ -58,7 +58,7 @@ class Streams:
         return [row for _, row in self._newest[source]]
 
     def is_double(self, source: str) -> bool:
-        """Whether a talker has sent two positions of one time."""
+        """Whether a talker has sent two positions for one time."""
         rows = [row for _, row in self._newest.get(source, ())]
         places = {(row.time, row.latitude, row.longitude) for row in rows}
         return len({time for time, *_ in places}) < len(places)
@@ -72,12 +72,12 @@ class Streams:
         return [name for kind, name in names if row.formatters >> kind & 1]
 
     def lesser(self) -> set[str]:
-        """The names, casefolded, of all formatters but the best of each talker divided by them."""
+        """The casefolded stream names of divided talkers, except the stream of each talker's best formatter."""
         divided = ((source, each) for source, each in self._divisions.items() if each.formatters)
         return {name.casefold() for source, each in divided for name in each.names(source)[1:]}
 
     def named(self, row: InputRow, present: str = "") -> InputRow:
-        """The row under the name of its stream; `present` where it belongs to that one too."""
+        """The row with its stream as source: `present` if that is one of its streams."""
         divided = self._divisions.get(row.source)
         if divided is None:
             return row
@@ -89,8 +89,8 @@ class Streams:
         return row._replace(source=names[self._track(row)] if row.has_position else names[0])
 
     def _completed(self, row: InputRow, present: str) -> InputRow:
-        """With the position that another formatter gave already: decoders give a position once, also where a pause
-        parts an epoch before the formatter that is used confirms it.
+        """The row with its epoch's position if another formatter gave it: decoders give one position per epoch, even
+        if a pause splits the epoch before the formatter in use arrives.
         """
         before = self._placed.get(row.source)
         if row.has_position:
@@ -103,7 +103,7 @@ class Streams:
         return row
 
     def _track(self, row: InputRow) -> int:
-        """Which of two receivers in one talker: the one whose track it continues, once an epoch."""
+        """Index (0 or 1) of the receiver whose track a row continues; a receiver gives one position per epoch."""
         newest = self._tracks.setdefault(row.source, [])
         if len(newest) < 2:
             if newest and newest[0].time != row.time:
@@ -118,9 +118,9 @@ class Streams:
 
 
 class StartupBuffer:
-    """Holds rows until a source can be chosen. `wanted` as of `SourceChoice`; `chosen` is "" until then.
+    """Holds rows until a source can be chosen. `wanted` as in `SourceChoice`; `chosen` is "" until then.
 
-    `refusal` says which sources there are when no wanted one is among those that have sent positions for `LONGEST`.
+    `refusal` lists the sources with positions if no wanted one is among them after `LONGEST`, else "".
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
@@ -131,7 +131,7 @@ class StartupBuffer:
         self._begun = math.nan  # arrival of the first position
 
     def add_rows(self, rows: Iterable[InputRow], arrived: float) -> list[tuple[InputRow, float]]:
-        """The rows that may be used, each with its arrival: those held and these once a source is chosen."""
+        """The rows to use now, each with its arrival: none until a source is chosen, then the held and the new rows."""
         for row in rows:
             if math.isnan(self._begun) and not row.has_position:
                 continue
@@ -154,7 +154,7 @@ class StartupBuffer:
             self._held.append((dated, arrived))
 
     def take_ready(self, now: float) -> list[tuple[InputRow, float]]:
-        """The same without new rows."""
+        """As `add_rows`, without new rows."""
         if not self._held or not (self.chosen or self._choose(now)):
             return []
         held, self._held = self._held, []
@@ -174,8 +174,8 @@ class StartupBuffer:
         return bool(self.chosen)
 
     def _best(self, sources: dict[str, list[InputRow]]) -> str:
-        """What `estimate` chooses among the sources of the best rank; "" where none is wanted."""
-        # A few epochs do not tell one formatter from another.
+        """The source that `estimate` chooses among those of the best rank; "" if no wanted one is there."""
+        # A few epochs do not show which formatter is better.
         lesser = self.streams.lesser() - {name.casefold() for name in self.names}
         places = {name: rank(name, self.names) for name in sources if name.casefold() not in lesser}
         ranks = {name: place for name, place in places.items() if place is not None}

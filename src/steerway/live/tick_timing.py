@@ -1,4 +1,4 @@
-"""Time: what each tick costs and how late it is, in memory of fixed size; and the clock of the fixes."""
+"""Timing of ticks: their processor time and lateness, in memory of fixed size; and the time of the receiver."""
 
 import math
 import time
@@ -6,9 +6,9 @@ from collections import deque
 
 from steerway.core.checks import not_negative
 
-_LEAST, _PER_DECADE, _BINS = 1e-6, 25, 200  # s: from a microsecond to a hundred seconds, each bin a tenth wider
+_LEAST, _PER_DECADE, _BINS = 1e-6, 25, 200  # bins from 1 µs to 100 s, each 10 % wider than the one before
 LATE = 0.05
-"""s by which a tick may be late."""
+"""Lateness above which a tick counts as missed, s."""
 
 
 class Durations:
@@ -19,13 +19,13 @@ class Durations:
         self.longest = 0.0
 
     def add(self, duration: float) -> None:
-        """Add one."""
+        """Add a duration, s."""
         place = int(_PER_DECADE * math.log10(max(duration / _LEAST, 1.0)))
         self._counts[min(place, _BINS - 1)] += 1
         self.longest = max(self.longest, duration)
 
     def within(self, fraction: float) -> float:
-        """The quantile of a fraction; NaN without any."""
+        """The quantile at a fraction (0 to 1), s; NaN without durations."""
         left = fraction * sum(self._counts)
         for place, count in enumerate(self._counts):
             left -= count
@@ -35,7 +35,7 @@ class Durations:
 
 
 class Pulse:
-    """Processor time of this thread in a tick, and since the tick before; and how late ticks were."""
+    """Processor time of this thread in each tick and from tick to tick; and the lateness of ticks."""
 
     def __init__(self) -> None:
         self.beats = 0
@@ -48,7 +48,7 @@ class Pulse:
         self._begun = time.thread_time()
 
     def beat(self, lateness: float) -> None:
-        """A tick that was so late (s) ends."""
+        """A tick ends that began `lateness` s late."""
         spent = time.thread_time()
         self.beats += 1
         self.own.add(spent - self._begun)
@@ -58,7 +58,7 @@ class Pulse:
         self._spent = spent
 
     def __str__(self) -> str:
-        spreads = {"each": self.own, "with all else": self.compute, "late by": self.lateness}
+        spreads = {"processor time": self.own, "from tick to tick": self.compute, "lateness": self.lateness}
         parts = ", ".join(f"{name} {_ms(each)}" for name, each in spreads.items())
         return f"{self.beats} ticks, {parts}, {self.missed} later than {1e3 * LATE:g} ms"
 
@@ -69,18 +69,19 @@ def _ms(durations: Durations) -> str:
 
 
 WINDOW = 30.0
-"""s after which a fix no longer counts, so that clocks may drift."""
+"""s for which a fix counts; older ones are dropped, because clocks drift."""
 
 
 class FixClock:
-    """`latency`: least time from the moment of a fix to its arrival, s; 0 where it is not known."""
+    """Receiver time by the monotonic clock. The fix with the lowest latency sets the offset; `latency` (s) is that
+    latency, from the moment of the fix to its arrival, 0 if unknown."""
 
     def __init__(self, latency: float = 0.0):
         self.latency = not_negative("latency", latency)
         self._offsets: deque[tuple[float, float]] = deque()  # (arrival, offset), offsets falling
 
     def add(self, time: float, monotonic: float) -> None:
-        """A fix of `time` arrived at a time of the monotonic clock."""
+        """Add a fix at `time` (Unix, s) that arrived at `monotonic` (s)."""
         offset = time - monotonic
         while self._offsets and self._offsets[-1][1] <= offset:
             self._offsets.pop()
@@ -89,9 +90,9 @@ class FixClock:
             self._offsets.popleft()
 
     def forget(self) -> None:
-        """The receiver's time has stepped: the offsets are void."""
+        """Drop all offsets: the receiver's time has stepped."""
         self._offsets.clear()
 
     def now(self, monotonic: float) -> float:
-        """Unix time by the receiver; NaN before the first fix."""
+        """Unix time (s) by the receiver; NaN before the first fix."""
         return monotonic + self._offsets[0][1] + self.latency if self._offsets else math.nan

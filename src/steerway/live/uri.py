@@ -1,7 +1,7 @@
-"""Addresses of links: `scheme:…` with options behind a question mark.
+"""Addresses of links: `scheme:…` with options after a question mark.
 
-A scheme that is no link itself names the one that carries it: `mavlink:udpin:host:port`. An address at which something
-is served is `host:port`, with a token for access from other computers.
+MAVLink also names the link that carries it: `mavlink:udpin:host:port`. The address of a server (helm page, control
+port) is `host:port`, with a token for access from other computers.
 """
 
 import ipaddress
@@ -31,7 +31,7 @@ _TOKEN = re.compile(r"([?&]token=)[^&]*")
 
 @dataclass(frozen=True)
 class Uri:
-    """One address. `host` "" and `port` 0 where it has none; `via` is the carrier, where the scheme is not the link."""
+    """One address. `host` is "" and `port` 0 if it has none; `via` is the carrier of `mavlink:`, else ""."""
 
     text: str
     scheme: str
@@ -43,11 +43,11 @@ class Uri:
 
     @property
     def place(self) -> tuple[str, str, str, int, str]:
-        """What distinguishes one link from another."""
+        """The parts that identify the link."""
         return self.scheme, self.via, self.host, self.port, self.path
 
     def number(self, name: str, default: float) -> float:
-        """A numeric option. Raises InputError for anything else."""
+        """An option as a number, or `default`. Raises InputError if it is not a number."""
         try:
             return float(self.options.get(name, default))
         except ValueError:
@@ -55,9 +55,9 @@ class Uri:
 
 
 def parse(text: str, schemes: Collection[str], default_ports: Mapping[str, int]) -> Uri:
-    """The address that a text means; its options are not checked yet.
+    """Parse an address; its options are not checked yet.
 
-    Raises InputError for a scheme that is not among `schemes`, and for a malformed host or port. A token stands in the
+    Raises InputError for a scheme that is not among `schemes`, and for a malformed host or port. A token is kept in the
     options only, never in the text that logs and messages show.
     """
     given, text = text, _TOKEN.sub(r"\1***", text)
@@ -67,13 +67,13 @@ def parse(text: str, schemes: Collection[str], default_ports: Mapping[str, int])
     except ValueError as error:
         raise InputError(f"{text}: {error}, expected scheme://host:port") from None
     if parts.scheme not in schemes:
-        raise InputError(f"{text!r} is not a known address, expected one beginning with {', '.join(schemes)}")
+        raise InputError(f"{text!r} is not a known address, expected one that begins with {', '.join(schemes)}")
     options = dict(parse_qsl(parts.query, keep_blank_values=True))
     return Uri(text, parts.scheme, host, port, parts.path, options)
 
 
 def with_options(uri: Uri, known: Collection[str]) -> Uri:
-    """The address itself when all its options are known. Raises InputError that names the first other one."""
+    """The address itself if all its options are known. Raises InputError that names the first unknown one."""
     for name in uri.options:
         if name not in known:
             expected = ", ".join(known) or "none"
@@ -82,16 +82,16 @@ def with_options(uri: Uri, known: Collection[str]) -> Uri:
 
 
 def split_carrier(uri: Uri, carriers: tuple[str, ...]) -> Uri:
-    """The address with host and port of its carrier; one of a path stays as it is.
+    """The address with its carrier, host and port taken from the path; an address of a device file stays as it is.
 
-    Raises InputError for what is neither one of `carriers` with host and port nor a path.
+    Raises InputError for any path that is neither a device file nor one of `carriers` with host and port.
     """
     via, colon, place = uri.path.partition(":")
     if via not in carriers or not colon:
         if uri.path.startswith("/"):
             return uri
-        ways = ", ".join(f"{uri.scheme}:{each}:host:port" for each in carriers)
-        raise InputError(f"{uri.text}: names no link, expected {ways} or {uri.scheme}:/dev/…")
+        forms = ", ".join(f"{uri.scheme}:{each}:host:port" for each in carriers)
+        raise InputError(f"{uri.text}: names no link, expected {forms} or {uri.scheme}:/dev/…")
     try:
         host, port = host_and_port(place)
     except ValueError as error:
@@ -110,9 +110,9 @@ def host_and_port(text: str) -> tuple[str, int | None]:
 
 
 def secret_in(path: str | Path, what: str) -> str:
-    """The secret in a file, without the space around it; a warning where other users of the computer can read the file.
+    """Read a secret from a file, without the space around it; warn if other users of the computer can read the file.
 
-    Raises InputError with `what`, which does not repeat it.
+    Raises InputError if the file cannot be read; the message starts with `what` and never contains the secret.
     """
     try:
         with open(path, encoding="utf-8") as file:
@@ -125,14 +125,14 @@ def secret_in(path: str | Path, what: str) -> str:
 
 
 def with_port(uri: Uri) -> Uri:
-    """The address itself when it names a port."""
+    """The address itself. Raises InputError if it names no port."""
     if not uri.port:
         raise InputError(f"{uri.text}: names no port, expected {uri.scheme}://host:port")
     return uri
 
 
 def with_path(uri: Uri) -> Uri:
-    """The address itself when it names a path."""
+    """The address itself. Raises InputError if it names no path."""
     if not uri.path:
         raise InputError(f"{uri.text}: names no path, expected {uri.scheme}:PATH")
     return uri
@@ -159,10 +159,10 @@ class Address(NamedTuple):
 
 
 def address(text: str, token: str | None = None, origin: str | None = None) -> Address:
-    """The address of a text `host:port`; port 8080 by default. origin: `https://host` at which a proxy serves the page.
+    """Parse `host:port`; the default port is 8080. origin: `https://host` at which a proxy serves the page.
 
-    Raises InputError for anything else, for a token that is too short, and for an address or an origin that other
-    computers reach without a token.
+    Raises InputError for any other text, for a token of a wrong length, and if other computers can reach the address or
+    the origin but there is no token.
     """
     try:
         host, port = host_and_port(text)
@@ -183,18 +183,18 @@ def address(text: str, token: str | None = None, origin: str | None = None) -> A
 
 
 def checked(token: str | None, whose: str = "helm") -> str | None:
-    """The token itself when it is long enough. Raises InputError, which does not repeat it."""
+    """The token itself if its length is allowed. Raises InputError otherwise, without the token in the message."""
     if token is not None and not (_SHORTEST <= len(token) <= _LONGEST and token.isprintable()):
         raise InputError(
-            f"the {whose}'s token has {len(token)} characters, expected {_SHORTEST} to {_LONGEST} printable"
+            f"the {whose}'s token has {len(token)} characters, expected {_SHORTEST} to {_LONGEST} printable ones"
         )
     return token
 
 
 def token_of(path: str | None, variable: str = TOKEN_VARIABLE, whose: str = "helm") -> str | None:
-    """The token in a file, else in the environment; None without either.
+    """The token from a file, else from the environment; None without either.
 
-    It is no option of its own: a command line is visible in logs and in the list of processes.
+    No option takes the token itself: a command line is visible in logs and in the list of processes.
     """
     if path is None:
         return os.environ.get(variable) or None

@@ -1,11 +1,11 @@
 """Access control of the page, against other computers and against other web pages.
 
-Another computer in the boat's network has to send the token once and gets a signed cookie. In the skipper's own browser
-any web page may send requests to this address: those are recognised by the headers Host (a foreign name that points
-here) and Origin (a foreign page).
+Another computer in the boat's network has to send the token once and gets a signed cookie. Any web page in the
+skipper's own browser can send requests to this address. Such requests are recognised by the headers Host (a foreign
+name that points here) and Origin (a foreign page).
 
-There are so many places for connections, from one address and in all. One without a request is closed after `_IDLE`, so
-that idle ones, and headers that never end, keep nobody out; when all are taken, those who have not logged in give way.
+The number of connections is limited, per address and in all. A connection without a request is closed after `_IDLE`, so
+that idle connections and endless headers lock nobody out. When all places are taken, clients without login give way.
 """
 
 import asyncio
@@ -28,7 +28,7 @@ from starlette.types import Message, Receive, Scope, Send
 from steerway.live.uri import Address, is_loopback
 
 MOST = 200
-"""Connections in all."""
+"""Largest number of connections."""
 _FROM_ONE = 32  # connections of one address; a browser opens six beside its WebSocket
 _IDLE = 5.0  # s without a request
 
@@ -64,7 +64,7 @@ class Places:
         return True
 
     def begin(self, client: Sequence[Any] | None, knows: bool) -> None:
-        """A request of a client begins; whether it is of one who has logged in."""
+        """A request of a client begins. `knows`: whether the client has logged in."""
         place = self._places.get(tuple(client or ())[:2])
         if place is not None:
             place.requests += 1
@@ -78,7 +78,7 @@ class Places:
             place.since = now
 
     def close_idle(self, now: float) -> None:
-        """Close the connections that have had no request for long."""
+        """Close the connections that have had no request for longer than `idle` s."""
         self._forget_closed()
         for client, place in list(self._places.items()):
             if place.requests == 0 and now - place.since > self._idle:
@@ -93,7 +93,7 @@ class Places:
             self.close_idle(loop.time())
 
     def _closed_one(self, crowd: list[_Connection]) -> bool:
-        """Whether one of these could be closed: the oldest of those who have not logged in."""
+        """Close the oldest of these connections without login; return whether there was one."""
         unknown = [each for each in crowd if not each.knows]
         if not unknown:
             return False
@@ -124,7 +124,7 @@ def protocol_with(places: Places, protocol: Any) -> type:
 COOKIE = "steerway_helm"
 LOGIN = "/login"
 _VALID = 30 * 86400  # s for which a login lasts
-_PATIENCE = 10.0  # s for a request of one who has not logged in
+_PATIENCE = 10.0  # s for a request without login
 _PAUSE = 1.0  # s after a wrong token before the same computer may try again
 _REMEMBERED = 1000  # computers whose wrong tokens are remembered
 _MOST_BYTES = 4096  # of a login
@@ -164,7 +164,7 @@ class Gate:
         self.app, self._address = app, address
         self._places = places or Places()
         self._sessions = None if address.token is None else Sessions(address.token)
-        self._wrong: OrderedDict[str, float] = OrderedDict()  # when which computer may try again
+        self._wrong: OrderedDict[str, float] = OrderedDict()  # earliest next attempt by computer, s
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See ASGI."""
@@ -208,7 +208,7 @@ class Gate:
         else:
             who = request.client.host if request.client else ""
             if self._must_wait(who):
-                await _login_page("Too quick. Wait a second and try again.", 429)(scope, receive, send)
+                await _login_page("Too many attempts. Wait a second and try again.", 429)(scope, receive, send)
             elif sessions.is_token(await _token_in(request)):
                 reply = RedirectResponse("/", 303)
                 secure = (self._address.origin or "").startswith("https:")
@@ -217,10 +217,10 @@ class Gate:
                 await reply(scope, receive, send)
             else:
                 await asyncio.sleep(_PAUSE)
-                await _login_page("That was not the token.", 401)(scope, receive, send)
+                await _login_page("Wrong token.", 401)(scope, receive, send)
 
     def _must_wait(self, who: str) -> bool:
-        """Whether this computer tried within the pause; every attempt begins a new one."""
+        """Whether this computer tried within the pause; every attempt starts a new pause."""
         now = time.monotonic()
         waits = self._wrong.pop(who, -1.0) > now
         self._wrong[who] = now + _PAUSE
@@ -232,8 +232,8 @@ class Gate:
 def is_foreign(scope: Scope, headers: Headers, address: Address) -> bool:
     """Whether a request comes from another web page, or is addressed to a foreign name.
 
-    A request that acts (POST, WebSocket) must have this page as its origin; one that reads must not have another. A
-    proxy passes on the host that browsers name, or its own name for this computer.
+    A request that acts (POST, WebSocket) must have this page as its origin; a request that reads must not have another
+    origin. A proxy passes on the host that browsers name, or its own name for this computer.
     """
     host = headers.get("host", "")
     match = _HOST.fullmatch(host)
@@ -269,7 +269,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, why: 
 
 
 def _guarded(send: Send, host: str) -> Send:
-    """Response headers: nothing foreign is loaded, and no other page frames this one."""
+    """Add response headers, so that the page loads nothing foreign and no other page frames it."""
     policy = (
         "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
         f"img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' ws://{host} wss://{host}; "

@@ -1,7 +1,7 @@
-"""The chart and the strips under it as SVG: what lies still in one drawing, what moves in another.
+"""The chart and the strips under it as SVG. Fixed things (route, track) and the boat are in separate drawings.
 
-Sizes are pixels of the screen, so that lines and letters are as thin and as large on a phone as on a laptop. Colours
-are classes of page.css.
+Sizes are in pixels of the screen, so that lines and letters have the same size on a phone and on a laptop. Colours are
+classes of page.css.
 """
 
 import math
@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 from steerway.live.helm.view import Place, Places, Track, View
 
-_GRID = 70.0  # pixels between two lines of the grid, at the least
-_VECTOR = 30.0  # s: the course vector ends at the position then
-_FEWEST = 0.7  # pixels between two points of the track that are both worth drawing
+_GRID = 70.0  # smallest distance of grid lines, pixels
+_VECTOR = 30.0  # the course vector ends at the position predicted for this time ahead, s
+_FEWEST = 0.7  # smallest distance of drawn points of the track, pixels
 
 
 class Window(NamedTuple):
-    """What the chart shows: its middle (north, east; m), m a pixel, and its size in pixels."""
+    """The area on the chart: its middle (north, east; m), its scale (m per pixel), and its size in pixels."""
 
     north: float
     east: float
@@ -25,19 +25,19 @@ class Window(NamedTuple):
     height: float
 
     def at(self, north: float, east: float) -> tuple[float, float]:
-        """Pixels from the left and from the top."""
+        """Pixels of a place (m) from the left and from the top."""
         x = self.width / 2.0 + (east - self.east) / self.scale
         return x, self.height / 2.0 - (north - self.north) / self.scale
 
     def holds(self, north: float, east: float, margin: float = 0.2) -> bool:
-        """Whether a place is inside, by a share of the size from the edge."""
+        """Whether a place (m) is inside; `margin`: a fraction of the size that has to lie between place and edge."""
         x, y = self.at(north, east)
         aside, above = margin * self.width, margin * self.height
         return aside <= x <= self.width - aside and above <= y <= self.height - above
 
 
 def around(places: Any, width: float, height: float, least: float = 40.0) -> Window:
-    """The window that shows all places (north, east), and `least` m at the least."""
+    """The window that shows all places (north, east; m), at least `least` m wide and high."""
     north, east = zip(*places, strict=True) if places else ((0.0,), (0.0,))
     tall, wide = max(max(north) - min(north), least), max(max(east) - min(east), least)
     scale = 1.3 * max(tall / height, wide / width)
@@ -45,13 +45,13 @@ def around(places: Any, width: float, height: float, least: float = 40.0) -> Win
 
 
 def still(window: Window, route: Places, track: Track, target: int | None, fence: Places = ()) -> str:
-    """Grid, fence, route and track."""
+    """SVG of grid, fence, route, track and scale bar."""
     drawn = _grid(window) + _fence(window, fence) + _route(window, route, target) + _track(window, track)
     return _svg(window, drawn + _scale_bar(window))
 
 
 def moving(window: Window, view: View, route: Places = ()) -> str:
-    """The boat: its ellipse, course vector and offset from the leg."""
+    """SVG of the boat with its ellipse, course vector and offset from the leg, and of the MOB mark."""
     mark = _mark(window, view)
     if view.place is None:
         return _svg(window, mark)
@@ -81,7 +81,7 @@ def _svg(window: Window, drawn: str) -> str:
 
 
 def nice(least: float) -> float:
-    """The smallest of 1, 2, 5, 10, 20 … that is not less."""
+    """The smallest of …, 1, 2, 5, 10, 20, … that is at least `least`."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least * (1.0 - 1e-9))
 
@@ -127,7 +127,7 @@ def _route(window: Window, route: Places, target: int | None) -> str:
 
 
 def _named(pixels: Places) -> list[Any]:
-    """Where a name goes, and the name; waypoints at one place share theirs."""
+    """Place (pixels) and text of each name; waypoints at one place share a name."""
     places: list[Any] = []
     for k, pixel in enumerate(pixels):
         near = next((each for each in places if math.dist(each[0], pixel) < 12.0), None)
@@ -157,7 +157,7 @@ def _points(pixels: Places) -> str:
 
 
 def _offset(window: Window, view: View, route: Places) -> str:
-    """From the boat perpendicular to the leg."""
+    """A line from the boat perpendicular to the leg."""
     if view.place is None or view.cross_track is None or not view.target or view.target >= len(route):
         return ""
     (north_0, east_0), (north_1, east_1) = route[view.target - 1], route[view.target]
@@ -176,7 +176,7 @@ def _ellipse(window: Window, view: View, x: float, y: float) -> str:
 
 
 def _fan(view: View, x: float, y: float, run: float) -> str:
-    """The sector in which the course lies."""
+    """The sector of the course within its 95 % bounds."""
     half = min(view.cog_within_deg or 0.0, 179.9)
     first, last = (math.radians((view.cog_deg or 0.0) + side * half) for side in (-1.0, 1.0))
     start = f"{x + run * math.sin(first):.1f} {y - run * math.cos(first):.1f}"
@@ -185,8 +185,8 @@ def _fan(view: View, x: float, y: float, run: float) -> str:
     return f'<path class="fan" d="M{x:.1f} {y:.1f}L{start}{arc}Z"/>'
 
 
-_TURNS = (1, 2, 5, 10, 15, 30, 45, 90, 180)  # degrees between two lines
-_APART = 18.0  # pixels between two lines, at the least
+_TURNS = (1, 2, 5, 10, 15, 30, 45, 90, 180)  # possible steps of a course axis, degrees
+_APART = 18.0  # smallest distance of two lines, pixels
 _LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # pixels around the plot
 
 
@@ -211,7 +211,7 @@ def unwound(points: Sequence[Point]) -> list[Point]:
 
 
 def strip(points: Sequence[Point], width: float, height: float, span: float, least: float, turns: bool = False) -> str:
-    """One quantity over the last `span` s; the axis covers `least` at the least, and with `turns` it is in degrees."""
+    """SVG of a quantity over the last `span` s; its axis covers at least `least`. turns: it is a course in degrees."""
     known = [point for point in points if point.value is not None]
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" aria-hidden="true">'
     if not known:
@@ -234,7 +234,7 @@ def strip(points: Sequence[Point], width: float, height: float, span: float, lea
 
 
 def _reach(known: Sequence[Point], least: float, turns: bool) -> tuple[float, float]:
-    """The ends of the axis: all values, and of their bands what does not dwarf them."""
+    """The ends of the axis: all values, and their bands unless these are wider than the range of the values."""
     low, high = min(each.value for each in known), max(each.value for each in known)
     room = max(high - low, least)
     low = min(low, *(each.value - min(each.within or 0.0, room) for each in known))
@@ -245,7 +245,7 @@ def _reach(known: Sequence[Point], least: float, turns: bool) -> tuple[float, fl
 
 
 def _runs(points: Sequence[Point]) -> Iterator[list[Point]]:
-    """Pieces without a gap."""
+    """Runs of points without a gap."""
     run: list[Point] = []
     for point in points:
         if point.value is None or (run and not 0.0 < point.time - run[-1].time < 5.0):

@@ -1,4 +1,4 @@
-"""From what the service knows to what the page shows."""
+"""Makes the page's view from the present state of a service."""
 
 import math
 from dataclasses import dataclass, field
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from steerway.live.service import Service
 
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
-_FRESH = 2.0  # s after a fix in which its status is the estimate's
+_FRESH = 2.0  # s after a fix during which predictions keep the status of the fix
 
 
 @dataclass
 class ChartPlane:
-    """The chart's plane: around the route's first waypoint, or else around the first position seen."""
+    """The chart's plane, with its origin at the route's first waypoint, or else at the first position."""
 
     origin: tuple[float, float] | None = None
     route: list[tuple[float, float]] = field(default_factory=list)
@@ -52,7 +52,7 @@ class ChartPlane:
 
 
 def view(service: "Service", plane: ChartPlane) -> View:
-    """What the page shows of what a service knows now."""
+    """The view of a service at present."""
     navigator, latest, controls = service.navigator, service.latest, service.controls
     row, fix, mark = latest.row, navigator.last_fix, controls.mark
     north, east = plane.place(row.latitude, row.longitude)
@@ -83,12 +83,12 @@ def view(service: "Service", plane: ChartPlane) -> View:
 
 
 def _status(row: Row, fix: Row) -> int:
-    """The status of the last fix for the predictions that follow it closely."""
+    """The status to show: shortly after a fix, that of the fix instead of "predicted"."""
     return fix.status if row.status == PREDICTED and row.time - fix.time < _FRESH else row.status
 
 
 def ellipse(covariance: tuple[float, float, float]) -> tuple[float, float, float] | None:
-    """Half axes (m) and direction (degrees, true) of the longer one, of the ellipse that holds 95 %."""
+    """The 95 % ellipse of a covariance (m²): longer and shorter half axis (m), the longer one's direction (degrees)."""
     if not all(map(math.isfinite, covariance)):
         return None
     north, both, east = covariance
@@ -145,5 +145,5 @@ def _compass(angle: float) -> float:
 
 
 def _known(**values: float) -> dict[str, Any]:
-    """The same without what is NaN."""
+    """The finite ones of these values."""
     return {name: float(value) for name, value in values.items() if math.isfinite(value)}

@@ -1,4 +1,4 @@
-// When a view came last, and what is to be done when none comes.
+// Shows that the page is stale when no new view has arrived for 1.5 s.
 var helmSeq = -1;
 var helmLast = 0;
 function helmBeat(seq) {
@@ -12,14 +12,14 @@ function helmShade() {
   Quasar.Dark.set(dark);
   localStorage.setItem("helmDark", dark);
 }
-// A sign of life, for the loss of the operator.
+// A sign of life: without it the autopilot treats the operator as lost.
 setInterval(() => window.emitEvent && emitEvent("helmHere"), 2000);
 document.documentElement.lang = "en";
 document.body.classList.add("stale");
 setInterval(() => {
   if (Date.now() - helmLast > 1500) document.body.classList.add("stale");
 }, 250);
-// The login is answered only to those who have to log in again.
+// /login answers with a page only if this browser has to log in again; else it redirects.
 setInterval(() => {
   if (!document.body.classList.contains("stale")) return;
   fetch("/login", { redirect: "manual" }).then((reply) => reply.ok && location.assign("/login")).catch(() => {});

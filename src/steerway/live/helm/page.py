@@ -1,4 +1,4 @@
-"""The page: its layout, and how a view gets there. All texts come from `words`, all lines from `chart`."""
+"""The page: its layout, and its update from a view. Texts come from `words`, drawings from `chart`."""
 
 import json
 import math
@@ -13,18 +13,18 @@ from steerway.live.helm.view import Board, Place
 from steerway.live.helm.view_text import tone, words
 
 _LOOK = 0.1  # s between two checks for a new view
-_FRESH = 10  # views by which a page may lag and its start still be accepted
+_FRESH = 10  # views by which a page may lag and its requests still be accepted
 _LEGS = 20  # buttons of legs at most
 _SPAN = 300.0  # s on the strips
 _ZOOM = 1.5
 _PADDING = 14.0  # pixels inside of a card, as page.css has it
-_NEAR = 0.25  # m a pixel when the boat is followed
-_DODGE, _BESIDE, _FASTER = math.radians(20.0), 5.0, 0.2 * 0.514444  # rad, m, m/s by one key
+_NEAR = 0.25  # scale of the chart when it follows the boat, m per pixel
+_DODGE, _BESIDE, _FASTER = math.radians(20.0), 5.0, 0.2 * 0.514444  # change by one press of a key: rad, m, m/s
 _KEYS: Sequence[Sequence[Any]] = (
     ("", ("Hold course", "hold-course"), ("Hold position", "hold-position"), ("Route", "route")),
     ("Course", *((f"{each:+d}°".replace("-", "−"), "adjust", math.radians(each)) for each in (-10, -1, 1, 10))),
     ("Dodge", ("20° port", "dodge", -_DODGE), ("20° stbd", "dodge", _DODGE)),
-    ("Beside", ("5 m port", "offset", -_BESIDE), ("On route", "offset"), ("5 m stbd", "offset", _BESIDE)),
+    ("Offset", ("5 m port", "offset", -_BESIDE), ("On route", "offset"), ("5 m stbd", "offset", _BESIDE)),
     ("Speed", ("Slower", "faster", -_FASTER), ("Planned", "faster"), ("Faster", "faster", _FASTER)),
 )
 """Rows of keys: a title, then for each key its text, its request and the value; see `live.controls.Controls`."""
@@ -54,7 +54,7 @@ def serve_with(app: Any, board: Board) -> None:
 
 
 def _say_late() -> None:
-    ui.notify("This page was late: nothing was ordered. Press again.", type="warning", position="top")
+    ui.notify("This page was out of date: nothing was sent. Press again.", type="warning", position="top")
 
 
 def _text(name: str) -> Any:
@@ -159,7 +159,7 @@ class Page:
                             self._key(*key)
 
     def _key(self, text: str, what: str, value: Any = None) -> ui.button:
-        """A button that is obeyed only from a page that shows the present; a man overboard is always marked."""
+        """A button that works only while the page is up to date, except for MOB, which always works."""
 
         def ask(event: Any) -> None:
             if what == "mob" or self._is_fresh(event.args):
@@ -179,10 +179,10 @@ class Page:
                 self._text("cross_track").classes("large")
                 self._text("cross_track_side").classes("within")
             with _box("pairs"):
-                self._pair("leg", "Towards")
+                self._pair("leg", "Next waypoint")
                 self._pair("distance", "Distance")
-                self._pair("left", "To go")
-                self._pair("arrival", "Time")
+                self._pair("left", "Route left")
+                self._pair("arrival", "Time left")
                 if not self._board.has_autopilot:
                     self._pair("steer", "Steer")
                     self._pair("bearing", "Bearing")
@@ -233,7 +233,7 @@ class Page:
             self._text(within).classes("within")
 
     def _start(self, event: Any) -> None:
-        """Only for a page that shows the present: a delayed click does not start anything."""
+        """Start only if the page is up to date: a delayed click must not turn the propellers."""
         if self._is_fresh(event.args):
             self._board.order("start", self._client.ip or "")
         else:
@@ -266,7 +266,7 @@ class Page:
         self._draw()
 
     def _look(self) -> None:
-        """Bring the page up to the newest view."""
+        """Update the page to the newest view."""
         if self._board.seq == self._seq or not self._client.has_socket_connection:
             return
         self._seq, view = self._board.seq, self._board.view
@@ -319,7 +319,7 @@ class Page:
 
 
 def board_places(board: Board, boat: Place | None) -> list[tuple[float, float]]:
-    """All that the whole chart shows; a fence, which may be far off, only where there is nothing else."""
+    """All places of the whole chart; the fence, which may be far away, only if there is nothing else."""
     track = [place for place in board.history.track if place is not None]
     return [*board.route, *track, *([boat] if boat else [])] or list(board.fence)
 

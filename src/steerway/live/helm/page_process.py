@@ -1,6 +1,6 @@
 """The service's end of the pipe to the page: it sends a view five times a second, and carries out requests.
 
-Nothing here waits: a page that does not keep up misses views, and one that ends is started again.
+The service never waits: a page that does not keep up misses views, and a page that ends is started again.
 """
 
 import asyncio
@@ -26,13 +26,13 @@ LOG = logging.getLogger("steerway.live")
 RATE = 5.0
 """Views a second, Hz."""
 _BACKLOG = 1 << 16  # bytes that may wait for the page
-_LEAVING = 2.0  # s the page has to end
+_LEAVING = 2.0  # s in which the page has to end
 
 
 class HelmPage:
     """The page of a service; runs beside it like a link. `route` is drawn on the chart.
 
-    Raises InputError without the package that draws it.
+    Raises InputError without the extra package that draws the page.
     """
 
     def __init__(self, service: "Service", address: Address, route: GeodeticRoute | None = None):
@@ -44,7 +44,7 @@ class HelmPage:
         self._has_begun = False
 
     async def run(self) -> None:
-        """Keep the page up until cancelled. Raises InputError where its port is in use from the start."""
+        """Keep the page up until cancelled. Raises InputError if its port is in use at the first attempt."""
         while True:
             try:
                 await kept_open(f"helm {self.address.url}", self._serve)
@@ -112,7 +112,7 @@ class HelmPage:
         if what == PRESENT:
             self.service.controls.present()
             return
-        LOG.info("helm page: %s", who)
+        LOG.info("helm page: request from %s", who)
         self._notice = ""
         try:
             self.service.controls.do(what, value, "the helm page")
@@ -121,7 +121,7 @@ class HelmPage:
 
 
 def _message(line: bytes) -> dict[str, Any]:
-    """A line of the page's process; empty for what is none of its messages, as a library may print."""
+    """The message in a line of the page's process; empty for other output, as a library may print it."""
     try:
         message = json.loads(line)
     except (ValueError, RecursionError):
@@ -134,7 +134,7 @@ def _send(page: asyncio.StreamWriter, message: dict[str, Any]) -> None:
 
 
 async def _end(process: Process) -> None:
-    """The page ends when its input is closed."""
+    """Wait for the page to end, as it does when its input is closed; else kill it."""
     try:
         async with asyncio.timeout(_LEAVING):
             await process.wait()

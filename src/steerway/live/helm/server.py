@@ -1,4 +1,4 @@
-"""The process of the page: views come in on standard input, orders go out on standard output, a line of JSON each.
+"""The process of the page: reads views on standard input, writes requests on standard output, a line of JSON each.
 
 It ends when its input does.
 """
@@ -16,7 +16,7 @@ from typing import Any
 from steerway.live.helm.view import Board
 from steerway.live.uri import Address
 
-_NICE = 10  # where the processor is short, the service has priority
+_NICE = 10  # the service has priority for the processor
 _LONGEST = 1 << 20  # bytes of a line, and of a message of a browser
 
 
@@ -25,7 +25,7 @@ def main() -> None:
     os.nice(_NICE)
     settings = json.loads(open(sys.stdin.fileno(), "rb", buffering=0, closefd=False).readline())
     orders = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of a library is no order
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # a library's output is no request
 
     def send(message: dict[str, Any]) -> None:
         with contextlib.suppress(BrokenPipeError):

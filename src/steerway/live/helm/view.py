@@ -1,6 +1,6 @@
-"""What the page shows: one moment as plain numbers; the track, and speed and course of the last minutes.
+"""Data of the page: the present state as plain numbers; the track; speed and course of the last minutes.
 
-Knots, degrees and metres; None for what is unknown. Every ± and the ellipse hold 95 %.
+Knots, degrees and metres; None for unknown. Every ± and the ellipse contain 95 %.
 """
 
 import math
@@ -12,11 +12,11 @@ Place = tuple[float, float]
 """North and east in the chart's plane, m."""
 Places = Sequence[Place]
 Track = Sequence[Place | None]
-"""None where it breaks."""
+"""Places in order; None marks a break."""
 
 
 class View(NamedTuple):
-    """One moment."""
+    """The state at one moment."""
 
     time: float | None = None  # Unix, UTC
     lat_deg: float | None = None
@@ -36,11 +36,11 @@ class View(NamedTuple):
     source: str = ""
     counts: dict[str, int] = {}  # noqa: RUF012 (never changed)
     cross_track: float | None = None  # + to starboard of the leg
-    target: int | None = None  # index of the waypoint under way; None without a route or when it is done
+    target: int | None = None  # index of the next waypoint; None without a route or after its end
     destination: str = ""
     distance: float | None = None  # to the destination
     left: float | None = None  # along the rest of the route
-    done: float | None = None  # the share of the route that is behind
+    done: float | None = None  # fraction of the route that is completed
     bearing_deg: float | None = None
     steer_deg: float | None = None
     state: str | None = None  # of the autopilot; None without one
@@ -48,7 +48,7 @@ class View(NamedTuple):
     is_engaged: bool = False
     mode: str | None = None  # what is followed: route, course, position
     held_deg: float | None = None  # the course that is held
-    dodges: bool = False  # that course leads off the route for a while
+    dodges: bool = False  # whether the held course is a dodge off the route
     offset: float = 0.0  # m to starboard of the route
     faster_kn: float = 0.0  # above the route's speed
     unreachable: str = ""  # why no order reaches the boat
@@ -62,24 +62,24 @@ class View(NamedTuple):
 
     @property
     def place(self) -> Place | None:
-        """In the chart's plane."""
+        """Position in the chart's plane, m; None if unknown."""
         return None if self.north is None or self.east is None else (self.north, self.east)
 
 
-_APART = 1.0  # m between two points of the track, at the least
-_POINTS = 4000  # of the track; then every second one is dropped
-_SPAN = 300.0  # s of speed and course
+_APART = 1.0  # smallest distance of two points of the track, m
+_POINTS = 4000  # largest number of points of the track; above it every second point is dropped
+_SPAN = 300.0  # length of the record of speed and course, s
 
 
 class History:
-    """The track (north, east; m), None where it breaks; speed and course of the last minutes, one a second."""
+    """The track (north, east; m; None marks a break), and the views of the last minutes, one per second."""
 
     def __init__(self) -> None:
         self.track: list[tuple[float, float] | None] = []
         self.moments: deque[tuple[float, View]] = deque()
 
     def add(self, view: View) -> None:
-        """The next view; without a position the track breaks."""
+        """Add the next view; without a position the track breaks."""
         if view.place is None or view.status == "starting":
             if self.track and self.track[-1] is not None:
                 self.track.append(None)
@@ -119,7 +119,7 @@ class Board:
         self._send = send
 
     def update(self, message: dict[str, Any]) -> None:
-        """The next message of the service."""
+        """Take the next message of the service."""
         self.view = View(**message["view"])
         self.notice, self.seq = message["notice"], message["seq"]
         self.history.add(self.view)

@@ -1,4 +1,4 @@
-"""The texts of a view: every quantity as the page prints it. A dash is unknown."""
+"""The texts of a view: every quantity as the page prints it. A dash means unknown."""
 
 import datetime
 import math
@@ -7,7 +7,7 @@ from steerway.live.helm.view import View
 
 UNKNOWN = "–"
 _GOOD_M, _GOOD_DEG = 10.0, 20.0
-"""95 % of position and course within which the estimate is called good."""
+"""Largest 95 % bounds of position (m) and course (degrees) with which the estimate is called good."""
 _STATUS = {
     "ok": "good",
     "predicted": "predicted",
@@ -19,7 +19,7 @@ _STATUS = {
 
 
 def words(view: View) -> dict[str, str]:
-    """The texts by their place on the page."""
+    """The texts, by name of their place on the page."""
     digits = 2 if (view.sog_within_kn or 1.0) < 0.1 else 1  # no digit below the uncertainty
     return {
         "sog": _number(view.sog_kn, digits),
@@ -60,7 +60,7 @@ def words(view: View) -> dict[str, str]:
 
 
 def tone(view: View) -> str:
-    """The quality of the estimate: "good", "fair" or "bad"; good only where what is not known of it is small."""
+    """The quality of the estimate: "good", "fair" or "bad"; good only if its uncertainty is small."""
     found = {"ok": "good", "lost": "bad"}.get(view.status, "fair")
     return "fair" if found == "good" and not _is_sure(view) else found
 
@@ -80,7 +80,7 @@ def _status(view: View) -> str:
 def _mode(view: View) -> str:
     held = f"course {_course(view.held_deg)} is held"
     if view.dodges:
-        held = f"off the route by course {_course(view.held_deg)}; Route leads back"
+        held = f"dodging off the route, course {_course(view.held_deg)}; press Route to return"
     said = [{"course": held, "position": "the position is held"}.get(view.mode or "", "")]
     if view.offset and view.mode == "route":
         side = "starboard" if view.offset > 0.0 else "port"
@@ -117,7 +117,7 @@ def _asked(rate: float | None) -> str:
 
 
 def _turning(rate: float | None) -> str:
-    """The side it turns to, where it turns by as much as is shown."""
+    """The side of a turn; "" if its rate is printed as 0."""
     return "" if rate is None or abs(rate) < 0.05 else "stbd" if rate > 0.0 else "port"
 
 

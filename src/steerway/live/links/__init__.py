@@ -1,1 +1,1 @@
-"""Links: how bytes come and go, one kind of link a file. A link runs until cancelled and reopens whenever it breaks."""
+"""Links to instruments and consumers, one kind per file. A link runs until cancelled and reopens when it breaks."""

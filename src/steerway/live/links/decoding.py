@@ -1,7 +1,7 @@
-"""Decoders: from the bytes of a link to rows, piece by piece; those of one protocol lie beside its link.
+"""Decoders turn the bytes of a link into rows, piece by piece. Decoders of a single link are in that link's file.
 
-A decoder holds the newest epoch back until a later one begins or the link is silent (`settle`): a receiver reports one
-moment in several messages, of which the last may have the finest position.
+A decoder holds the newest epoch back until a later one begins or the link is silent: a receiver reports an epoch in
+several messages, and the last of them may have the finest position.
 """
 
 import datetime
@@ -25,7 +25,7 @@ _LONGEST = 1 << 16  # bytes of a line of JSON
 
 
 class Decoder(Protocol):
-    """What makes rows of bytes; `skipped` counts rejected messages by reason."""
+    """Makes rows from bytes; `skipped` counts rejected messages by reason."""
 
     @property
     def skipped(self) -> Mapping[str, int]: ...
@@ -34,11 +34,11 @@ class Decoder(Protocol):
         """The rows that these bytes complete."""
 
     def complete_on_silence(self) -> list[InputRow]:
-        """Incomplete epochs, after a pause in the data."""
+        """The rows of incomplete epochs, after a pause in the data."""
 
 
 class ReceiverDecoder:
-    """NMEA 0183 and UBX, alone or mixed. `place` is appended to the names of sources where there are several links."""
+    """Decodes NMEA 0183 and UBX, alone or mixed. `place`, unless "", is appended to the names of sources."""
 
     def __init__(self, place: str = ""):
         self._readers = nmea0183.SentenceReader(), ubx.UbxReader()
@@ -76,8 +76,8 @@ class ReceiverDecoder:
 def _dated(moment: float, today: float) -> float:
     """A time with its date corrected by the computer's clock.
 
-    Without a date yet, that of today: the day that brings the time of day nearest. A receiver whose count of weeks
-    rolled over reports a date 1024 weeks ago, or a multiple.
+    A time without a date gets the day that brings it nearest to the present. A receiver whose week count rolled over
+    reports a date that is a multiple of 1024 weeks too early.
     """
     if moment < _UNDATED:
         return moment + _DAY * round((today - moment) / _DAY)
@@ -86,9 +86,9 @@ def _dated(moment: float, today: float) -> float:
 
 
 class _Epochs:
-    """Messages of one source and moment become one row; later ones of the epoch replace earlier ones.
+    """Joins the messages of one source and time to a row; values of later messages replace earlier ones.
 
-    A position is given once: messages that come after their epoch was given bring only what else they report.
+    An epoch's position is given once: messages that arrive after it add only their other values.
     """
 
     def __init__(self) -> None:
@@ -120,7 +120,7 @@ def _replaced(old: InputRow, new: InputRow) -> InputRow:
 
 
 class JsonDecoder(ABC):
-    """Lines of JSON, one message each; others are counted and left out."""
+    """Decodes lines of JSON, one message each; malformed lines are counted and skipped."""
 
     def __init__(self) -> None:
         self._tail = b""
@@ -160,7 +160,7 @@ _USUAL = re.compile(r"([0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}):([0-9]{2}(?
 
 
 def moment(text: str) -> float:
-    """Unix time of an ISO 8601 text, s; as gpsd and Signal K write it a hundred times as fast as in any other form."""
+    """Unix time (s) of an ISO 8601 text. The form that gpsd and Signal K use is read a hundred times faster."""
     found = _USUAL.fullmatch(text)
     if found is not None and (second := float(found[2])) < 61.0:
         try:

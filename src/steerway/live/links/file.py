@@ -1,4 +1,4 @@
-"""Open files, standard output among them, written by a thread of their own."""
+"""Sinks for files and standard output, each written by its own thread."""
 
 import contextlib
 import errno
@@ -19,8 +19,8 @@ LOG = logging.getLogger("steerway.live")
 class FileSink(Sink):
     """An open file, written by a thread of its own: a full pipe or a slow disk delays nothing else.
 
-    With `lossless` (a replayed log) the replay waits for the file. A disk that is full costs whole messages, counted in
-    `lost`, and a line in the log at its beginning and its end; with `whole` it ends the file at the message before.
+    With `lossless` (a replayed log) the replay waits for the file. While the disk is full, whole messages are lost and
+    counted in `lost`, and the log gets a line at the beginning and at the end; with `whole` the file ends there.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class FileSink(Sink):
         self._thread.start()
 
     def send(self, message: bytes) -> None:
-        """See Sink. Raises BrokenPipeError when nobody reads the pipe any more."""
+        """See Sink. Raises BrokenPipeError once the reader of the pipe has gone."""
         if not self._has_reader:
             raise BrokenPipeError
         try:
@@ -74,7 +74,7 @@ class FileSink(Sink):
             self.file.flush()
 
     def _put(self, line: bytes) -> None:
-        """Write a message, or nothing of it."""
+        """Write a whole message or nothing."""
         if not isinstance(self.file, io.FileIO) or not self.file.seekable():
             self.file.write(line)
             return
@@ -112,7 +112,7 @@ class StdoutSink(FileSink):
         super().__init__(sys.stdout.buffer, lossless, uri, "standard output")
 
     def close(self) -> None:
-        """See Sink. What a full disk did not take is dropped, so that the interpreter does not try again at its end."""
+        """See Sink. Data that a full disk refused are dropped, so that the interpreter does not retry at exit."""
         super().close()
         try:
             sys.stdout.buffer.flush()

@@ -1,7 +1,7 @@
 """gpsd over TCP: the bytes of its receiver, or its JSON reports.
 
-One receiver that sends NMEA 0183 or UBX is read as it is, through gpsd: so epochs and sources are those of a log of it.
-With several receivers, or one of another kind, gpsd's own JSON reports are read.
+If gpsd has one receiver and this sends NMEA 0183 or UBX, its own bytes are read through gpsd; so epochs and sources are
+the same as in a log of the receiver. With several receivers, or of another kind, gpsd's JSON reports are read.
 """
 
 import json
@@ -16,7 +16,7 @@ from steerway.live.rows import InputRow
 
 _JSON = b'?WATCH={"enable":true,"json":true}\n'
 _READ_AS_THEY_ARE = ("NMEA0183", "Garmin NMEA", "MTK-3301", "u-blox")
-"""gpsd's drivers of receivers whose bytes are read."""
+"""gpsd's names of drivers of receivers whose own bytes are read."""
 
 
 class GpsdInput(Input["GpsdDecoder"]):
@@ -38,10 +38,10 @@ class GpsdInput(Input["GpsdDecoder"]):
 
 
 class GpsdDecoder(JsonDecoder):
-    """gpsd's JSON: DEVICES, and TPV reports, several an epoch. `magtrack` is never read, its sign is not reliable.
+    """Decodes gpsd's JSON, see gpsd_json(5): DEVICES, and TPV with several reports per epoch. `magtrack` is not read,
+    because its sign is not reliable.
 
-    `request` is what has to be sent to gpsd; once it names a receiver, that receiver's bytes follow.
-    Fields: gpsd_json(5).
+    `request` is the message to send to gpsd, b"" for none; once it names a receiver, that receiver's bytes follow.
     """
 
     def __init__(self, place: str = ""):
@@ -50,7 +50,7 @@ class GpsdDecoder(JsonDecoder):
         self.restart()
 
     def restart(self) -> None:
-        """A new connection: reports again."""
+        """Begin again with JSON reports, on a new connection."""
         self.request = b""
         self._receiver: ReceiverDecoder | None = None
         self._drivers: dict[str, str] = {}
@@ -71,7 +71,7 @@ class GpsdDecoder(JsonDecoder):
         if message["class"] != "TPV" or message.get("mode", 0) < 2 or "lat" not in message or "time" not in message:
             return []
         if not self._drivers.get(message.get("device", ""), "unlisted"):
-            return []  # until gpsd knows what it is, which may then be read as it is
+            return []  # gpsd has not identified this receiver yet; its own bytes may follow
         sog = float(message.get("speed", math.nan))
         cog = angle(message["track"]) if "track" in message else math.nan
         place = math.radians(message["lat"]), angle(message["lon"])
@@ -89,7 +89,7 @@ class GpsdDecoder(JsonDecoder):
 
 
 def _gpsd_deviation(message: dict[str, Any]) -> float:
-    """Standard deviation of north and of east by a radius, or by its parts; gpsd does not define their probability."""
+    """Standard deviation (m) of north and of east from gpsd's error, taken as 1σ: gpsd does not define its level."""
     if "eph" in message:
         return message["eph"] / math.sqrt(2.0)
     if "epx" in message and "epy" in message:

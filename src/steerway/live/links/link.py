@@ -1,4 +1,4 @@
-"""What every link shares: an input and a sink, bytes into a decoder, and reopening after a failure."""
+"""Base classes of links: input and sink; feeding a decoder; reopening after a failure."""
 
 import asyncio
 import errno
@@ -17,22 +17,22 @@ LOG = logging.getLogger("steerway.live")
 SILENCE = 0.05
 """s without a byte after which an epoch is complete."""
 RETRY = 1.0
-"""s from the failure of a link to the next attempt."""
+"""s between the failure of a link and the next attempt to open it."""
 WAITING = 1000
 """Messages that may wait for a link to open or a file to be written."""
 
 Deliver = Callable[..., None]
-"""Takes a list of InputRow, and the arrival of the last of them where that was not just now (s, event loop's clock)."""
+"""Takes a list of InputRow, and the last row's arrival (s, event loop's clock) unless it arrived just now."""
 
 Tap = Callable[[bytes], None]
-"""Gets the bytes of a link as they come."""
+"""Receives the bytes of a link as they arrive."""
 
 
 D = TypeVar("D", bound=Decoder)
 
 
 class Feed(Generic[D]):
-    """Feeds a decoder and delivers the rows that it makes."""
+    """Feeds a decoder and delivers its rows."""
 
     def __init__(self, decoder: D, deliver: Deliver, tap: Tap | None = None):
         self.decoder, self._deliver, self._tap = decoder, deliver, tap
@@ -41,20 +41,20 @@ class Feed(Generic[D]):
         self._has_failed = False
 
     def feed(self, data: bytes) -> None:
-        """A piece of the stream has come."""
+        """Decode the next piece of the stream."""
         if self._tap is not None:
             self._tap(data)
         rows: list[InputRow] = []
         try:
             rows = self.decoder.feed(data)
-        except Exception:  # nothing that a link sends ends the service
+        except Exception:  # bad data from a link must not end the service
             if not self._has_failed:
                 LOG.exception("%s bytes of a link cannot be decoded and are dropped", len(data))
             self._has_failed = True
         self.deliver(rows)
 
     def deliver(self, rows: list[InputRow]) -> None:
-        """Deliver complete rows; incomplete ones follow when nothing comes for `SILENCE`."""
+        """Deliver complete rows; incomplete ones follow after `SILENCE` without data."""
         if rows:
             self._deliver(rows)
         if self._timer is not None:
@@ -64,14 +64,14 @@ class Feed(Generic[D]):
         self._timer = loop.call_later(SILENCE, self.complete_on_silence)
 
     def complete_on_silence(self) -> None:
-        """The link is silent."""
+        """Deliver the rows of incomplete epochs: the link is silent."""
         rows = self.decoder.complete_on_silence()
         if rows:
             self._deliver(rows, self._arrived)
 
 
 class Input(ABC, Generic[D]):
-    """A link that is read. `place` is appended to the names of its sources where there are several links."""
+    """A link that is read. `place`, unless "", is appended to the names of its sources."""
 
     def __init__(self, uri: Uri, place: str = ""):
         self.uri, self.place = uri, place
@@ -87,28 +87,27 @@ class Input(ABC, Generic[D]):
 
     @abstractmethod
     def _decoder(self) -> D:
-        """A decoder for what comes."""
+        """A new decoder for the link's data."""
 
     @abstractmethod
     async def _read(self, feed: Feed[D]) -> None:
-        """Open the link and feed what comes, until it ends."""
+        """Open the link and feed its data until it ends."""
 
 
 class Reads(Protocol):
-    """What is run as an input: an `Input`, or a device that writes too."""
+    """Anything that runs as an input: an `Input`, or a device that also writes."""
 
     async def run(self, deliver: Deliver) -> None: ...
 
 
 class Runs(Protocol):
-    """What is run beside the service until cancelled: a `Sink`, a device, a page."""
+    """Anything that runs beside the service until cancelled: a `Sink`, a device, a page."""
 
     async def run(self) -> None: ...
 
 
 class Sink(ABC):
-    """A link that is written to. It never waits for a peer: one that is too slow loses whole messages, counted in
-    `lost`."""
+    """A link that is written to. It never waits: a peer that is too slow loses whole messages, counted in `lost`."""
 
     def __init__(self, uri: Uri | None):
         self.uri = uri
@@ -119,16 +118,16 @@ class Sink(ABC):
 
     @abstractmethod
     def send(self, message: bytes) -> None:
-        """Write a whole message, or lose it."""
+        """Write a whole message or lose it."""
 
     def close(self) -> None:  # noqa: B027
-        """Nothing more will be written."""
+        """End writing."""
 
 
 async def kept_open(name: str, attempt: Callable[[], Awaitable[None]]) -> None:
-    """Open a link again and again; of equal failures in a row only the first is logged.
+    """Open a link, and reopen it after every failure. Of equal failures in a row only the first is logged.
 
-    Raises InputError where a port of this computer is in use by another program from the start.
+    Raises InputError if at the first attempt another program uses the link's port on this computer.
     """
     logged = ""
     while True:

@@ -1,4 +1,4 @@
-"""Signal K: deltas over the WebSocket of a server, in and out."""
+"""Signal K deltas over a server's WebSocket, read and written."""
 
 import asyncio
 import contextlib
@@ -26,7 +26,7 @@ def require_websockets(uri: Uri) -> None:
 
 
 def token_of(uri: Uri) -> str:
-    """The token of an address, given there or in the file that `token-file` names; "" without.
+    """The token of an address, from its option `token` or the file of `token-file`; "" without either.
 
     Raises InputError for a file that cannot be read.
     """
@@ -36,7 +36,7 @@ def token_of(uri: Uri) -> str:
 
 @asynccontextmanager
 async def connected(uri: Uri) -> AsyncIterator[Any]:
-    """The stream's WebSocket without a subscription; its failures are OSError as those of any link."""
+    """The WebSocket of a server's stream, without a subscription. Raises OSError on any failure, as other links do."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
 
@@ -107,7 +107,10 @@ async def _discard(connection: Any) -> None:
 
 
 class SignalKDecoder(JsonDecoder):
-    """Signal K deltas, of the own vessel. Null is no value. Paths and units: Signal K specification 1.7."""
+    """Decodes deltas of the own vessel, except those from `own_label`; null means no value.
+
+    Paths and units: Signal K specification 1.7.
+    """
 
     def __init__(self, own_label: str = "steerway"):
         super().__init__()

@@ -1,4 +1,4 @@
-"""Bytes both ways: TCP, UDP datagrams or a serial line by termios, and inputs and sinks of them.
+"""Transports of bytes in both directions (TCP, UDP datagrams, a serial line), and the inputs and sinks that use them.
 
 Writing never waits for a peer.
 """
@@ -23,18 +23,18 @@ BACKLOG = 1 << 16
 """Bytes that may wait for a peer."""
 Write = Callable[[bytes], object]
 Receive = Callable[[bytes, Write], None]
-"""Takes a piece of a stream, or a datagram, and what answers its sender. An OSError ends the connection."""
+"""Takes received bytes and a function that writes to their sender. If it raises OSError, the connection ends."""
 _SPEEDS: dict[float, int] = {
     int(name[1:]): value for name, value in vars(termios).items() if name[0] == "B" and name[1:].isdigit()
 }
 
 
 class Transport:
-    """An address that is opened, again and again, by `open`.
+    """Connections to an address; every call of `open` makes a new one.
 
-    kind: "tcp", "tcp-server", "udp" (datagrams that come), "udpout" or "serial" (raw, eight bits, no parity, one stop
-    bit). receive: what gets what comes; without it a serial line is not read, and what other peers send is dropped.
-    opened: called for every new connection. backlog: bytes that may wait for a peer.
+    kind: "tcp", "tcp-server", "udp" (receives datagrams), "udpout" (sends them) or "serial" (raw, eight bits, no
+    parity, one stop bit). receive: takes received data; without it a serial line is not read, and data from other
+    peers are dropped. opened: called for every new connection. backlog: bytes that may wait for a peer.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Transport:
         self.peers: set[Any] = set()
 
     def write(self, message: bytes) -> bool:
-        """Write a whole message to every peer; whether all took it."""
+        """Write a whole message to every peer; return whether all accepted it."""
         took = True
         for peer in list(self.peers):
             if peer.is_closing():
@@ -62,7 +62,7 @@ class Transport:
         return took
 
     async def open(self) -> None:
-        """Keep the connection until it ends. Raises OSError where it fails."""
+        """Open the connection and keep it until it ends. Raises OSError if it fails."""
         host, loop = self.uri.host or "127.0.0.1", asyncio.get_running_loop()
         there, peer = (host, self.uri.port), _Peer(self)
         if self.kind == "serial":
@@ -141,11 +141,11 @@ class _Peer(asyncio.Protocol):
             self.gone.set_result(None)
         else:
             self.gone.set_exception(error)
-            self.gone.exception()  # of a server's client nobody asks for it
+            self.gone.exception()  # marked as read: nobody awaits a server's client
 
 
 class _Reader(asyncio.Protocol):
-    """What comes on a serial line whose other half is a peer."""
+    """Passes data received on a serial line to the peer that writes to it."""
 
     def __init__(self, peer: "_Peer") -> None:
         self._peer = peer
@@ -158,7 +158,7 @@ class _Reader(asyncio.Protocol):
 
 
 class _Datagrams(asyncio.DatagramProtocol):
-    """A socket of datagrams; one that sends first is a peer."""
+    """A datagram socket; one of kind "udpout" is a peer, to which messages are written."""
 
     def __init__(self, owner: Transport) -> None:
         self.owner = owner
@@ -200,7 +200,7 @@ def opened(uri: Uri) -> io.FileIO:
 
 
 class StreamInput(Input[ReceiverDecoder]):
-    """Reads what comes at an address; a sentence in a datagram that lacks its line end gets one."""
+    """Reads the data at an address; a sentence in a datagram without a line end gets one."""
 
     def __init__(self, uri: Uri, place: str = "", kind: str = "tcp"):
         super().__init__(uri, place)
@@ -219,7 +219,7 @@ class StreamInput(Input[ReceiverDecoder]):
 
 
 class StreamSink(Sink):
-    """Writes the same to every peer of an address: the server, all clients, or what a serial line leads to."""
+    """Writes to every peer of an address: the server, all clients, or the device on a serial line."""
 
     def __init__(self, uri: Uri, kind: str = "tcp"):
         super().__init__(uri)
@@ -227,7 +227,7 @@ class StreamSink(Sink):
 
     @property
     def has_peer(self) -> bool:
-        """Whether anybody is connected."""
+        """Whether a peer is connected."""
         return bool(self.transport.peers)
 
     async def run(self) -> None:
@@ -244,7 +244,7 @@ class StreamSink(Sink):
 
 
 class UdpSink(Sink):
-    """Writes datagrams to one address, or to all of a network, from its first message on."""
+    """Writes datagrams to one address, which may be a broadcast address; it needs no connection."""
 
     def __init__(self, uri: Uri):
         super().__init__(uri)

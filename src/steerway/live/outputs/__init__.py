@@ -1,1 +1,1 @@
-"""Outputs: the form of what is sent, and when; the table of forms is `formats`."""
+"""Outputs: the format and the timing of sent messages; `live.addresses.FORMATS` lists the formats."""

@@ -1,7 +1,7 @@
 """A WebSocket server for Foxglove: the position for its map, and the whole estimate for its plots.
 
-The server has native threads of its own; a message costs the service some microseconds. It accepts nothing from its
-clients: it offers no capability.
+The server has native threads of its own; a message costs the service some microseconds. It offers its clients no
+capability, so they cannot send anything.
 """
 
 import asyncio
@@ -36,10 +36,7 @@ def require_foxglove(uri: Uri) -> None:
 
 
 class FoxgloveServer(Output):
-    """Output and link in one: a `foxglove.LocationFix` and a JSON message, as of `stdout:`, once a period (s).
-
-    The server ends with `run`.
-    """
+    """Output and link in one. Sends a `foxglove.LocationFix` and the JSON message of `stdout:` once a period (s)."""
 
     def __init__(self, uri: Uri, period: float = 0.1):
         import foxglove
@@ -69,7 +66,7 @@ class FoxgloveServer(Output):
         import foxglove
 
         host, port = self.uri.host or "127.0.0.1", self.uri.port
-        socket.create_server((host, port)).close()  # its own error would not say that the port is in use
+        socket.create_server((host, port)).close()  # Foxglove's own error does not say that the port is in use
         try:
             server = foxglove.start_server(
                 name="steerway", host=host, port=port, capabilities=[], context=self._context
@@ -83,7 +80,7 @@ class FoxgloveServer(Output):
 
 
 def _location(row: Row, moment: int) -> Any:
-    """The position in Foxglove's form; the height is unknown."""
+    """The position as a Foxglove message; its height is unknown."""
     from foxglove.messages import LocationFix, LocationFixPositionCovarianceType, Timestamp, Vector3
 
     variance = row.position_std**2

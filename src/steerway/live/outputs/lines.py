@@ -1,4 +1,4 @@
-"""Lines: JSON for programs, sentences of NMEA 0183 for instruments and autopilots, commands of two propellers."""
+"""Lines: JSON for programs, NMEA 0183 sentences for instruments and autopilots, commands for two propellers."""
 
 import json
 import math
@@ -12,9 +12,9 @@ from steerway.live.rows import FIT, Order, Row, State
 
 
 class JsonLines(SinkOutput):
-    """A line of JSON a fix, or with `every_tick` a line a tick; the columns are those of `estimate`.
+    """Sends a line of JSON per fix, or with `every_tick` per tick; its columns are those of `estimate`.
 
-    With an autopilot also its `state` and `reason` (null for none), of the tick before a fix.
+    With an autopilot the line also has `state` and `reason` (null for none), for a fix those of the last tick.
     """
 
     def __init__(self, sink: Sink, every_tick: bool = False):
@@ -35,7 +35,7 @@ class JsonLines(SinkOutput):
 
 
 def json_line(row: Row, order: Order | None = None) -> bytes:
-    """A row under the outward names of its columns, null for unknown, with its line end."""
+    """A row as a line of JSON, under the public names of its columns; null for unknown values."""
     columns: dict[str, float | str | None] = {}
     for name, (field, convert) in MOTION_COLUMNS.items():
         value = float(convert(getattr(row, field)))
@@ -51,10 +51,10 @@ PERIOD = 0.1
 
 
 class PropellerCommands(SinkOutput):
-    """Lines of JSON for a motor driver, once a period, and at once when the autopilot's state changes.
+    """Sends lines of JSON to a motor driver, once a period, and at once when the autopilot's state changes.
 
-    `{"time": …, "state": "running", "port": 0.61, "starboard": 0.48}`: −1 to 1 of full speed, where thrust goes with
-    the square of the speed; null: no command. The driver has to stop by itself when no line comes.
+    `{"time": …, "state": "running", "port": 0.61, "starboard": 0.48}`: propeller speeds, −1 to 1 of full speed; thrust
+    grows with the square of the speed. null: no command. The driver has to stop the motors when no line arrives.
     """
 
     def __init__(self, sink: Sink, period: float = PERIOD):
@@ -72,19 +72,19 @@ class PropellerCommands(SinkOutput):
             self.sink.send(propeller_line(row.time, order))
 
     def unreachable(self) -> str:
-        """Why no command reaches the motors, "" as far as the link shows."""
-        return "" if self.has_peer else "nothing is connected that drives the motors"
+        """The reason why no command reaches the motors; "" if the link shows none."""
+        return "" if self.has_peer else "no motor driver is connected"
 
 
 def propeller_line(time: float, order: Order) -> bytes:
-    """An order as a line, with its line end."""
+    """An order as a line of JSON."""
     port, starboard = (order.port, order.starboard) if order.engaged else (None, None)
     line = {"time": round(time, 3), "state": order.state.value, "port": port, "starboard": starboard}
     return json.dumps(line).encode() + b"\n"
 
 
 class SentenceOutput(SinkOutput):
-    """RMC, VTG and ROT once a period (s), and APB, XTE and RMB on a route, as instruments and autopilots expect."""
+    """Sends RMC, VTG and ROT once a period (s), on a route also APB, XTE and RMB for another autopilot."""
 
     def __init__(self, sink: Sink, period: float = 1.0):
         super().__init__(sink)
@@ -96,16 +96,16 @@ class SentenceOutput(SinkOutput):
             self.sink.send("".join(self.sentences(row, leg, order)).encode())
 
     def leg_unreachable(self) -> str:
-        """Why another autopilot does not get the leg, "" as far as the link shows."""
-        return "" if self.has_peer else "nothing is connected that takes sentences"
+        """The reason why another autopilot does not receive the leg; "" if the link shows none."""
+        return "" if self.has_peer else "no receiver of the sentences is connected"
 
     def sentences(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> list[str]:
-        """The sentences of a row. Those of the leg are valid only while the course is known and the autopilot fit."""
+        """The sentences of a row; those of the leg are valid while the course is known and the state is in `FIT`."""
         valid = row.valid and not math.isnan(row.sog)
         steering = []
         if leg is not None:
-            knows = row.valid and not math.isnan(row.cog) and (order is None or order.state in FIT)
-            steering = [sentence(leg, valid=knows) for sentence in (apb, xte, rmb)]
+            is_usable = row.valid and not math.isnan(row.cog) and (order is None or order.state in FIT)
+            steering = [sentence(leg, valid=is_usable) for sentence in (apb, xte, rmb)]
         return [
             rmc(row.time, row.latitude, row.longitude, row.sog, row.cog, valid=row.valid),
             vtg(row.sog, row.cog, valid=valid),

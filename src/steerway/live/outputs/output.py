@@ -1,4 +1,4 @@
-"""What an output is: it gets every row of a fix and every tick, and sends what it needs.
+"""The base of outputs: an output receives the row of every fix and of every tick, and sends those it needs.
 
 Unknown values are sent as unknown: status V, null. No row is sent twice.
 """
@@ -11,20 +11,20 @@ from steerway.live.rows import Order, Row
 
 
 class Output:
-    """One form of output; as it is here, it sends nothing."""
+    """Base class of outputs; it sends nothing."""
 
     def fix(self, row: Row) -> None:
-        """The row of a fix."""
+        """Take the row of a fix."""
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
-        """The row of a tick, with the leg under way and the order where there are any."""
+        """Take the row of a tick, the leg under way and the order (None without)."""
 
     def close(self) -> None:
-        """The run ends."""
+        """End the output with the run."""
 
 
 class SinkOutput(Output):
-    """An output whose messages go to a sink, which it closes."""
+    """An output that sends its messages to a sink, and closes it."""
 
     def __init__(self, sink: Sink):
         self.sink = sink
@@ -34,23 +34,23 @@ class SinkOutput(Output):
 
     @property
     def has_peer(self) -> bool:
-        """Whether somebody takes the messages, as far as the link shows."""
+        """Whether a receiver is connected; True if the link does not show it."""
         return getattr(self.sink, "has_peer", True)
 
 
 SLACK = 1e-4
-"""Periods by which a row may be early: Unix times in float64 resolve a quarter of a microsecond."""
+"""Fraction of a period by which a row may be early: Unix times in float64 resolve a quarter of a microsecond."""
 
 
 class Rhythm:
-    """True once in every period of the rows' time, and at once when time goes back."""
+    """Selects the first row of every period (s) by the rows' times; also after time has gone back."""
 
     def __init__(self, period: float):
         self._period = period
         self._beat = math.nan
 
     def is_due(self, time: float) -> bool:
-        """Whether a row of this time is the first of its period. Without a time: never."""
+        """Whether a row of this time is the first of its period; False for NaN."""
         beat = math.floor(time / self._period + SLACK) if math.isfinite(time) else self._beat
         is_new = beat != self._beat and math.isfinite(time)
         self._beat = beat

@@ -1,7 +1,7 @@
 """Signal K deltas: motion, the leg under way, the state of the autopilot; SI and rad.
 
-What becomes unknown is sent as null once and then not at all, so that a server with source priorities passes another
-source on; a position is never null.
+A value that becomes unknown is sent as null once and then not at all, so that a server with source priorities changes
+to another source. A position is never null.
 Paths and states are those of the Signal K specification 1.5.1, groups navigation, steering and notifications.
 """
 
@@ -26,9 +26,9 @@ _STATES = {
 
 
 class Deltas(SinkOutput):
-    """A delta at a fix once a period (s), at ticks while fixes are missing, and at changes of the autopilot's state.
+    """Sends a delta at a fix once a period (s), at ticks while fixes are missing, and when the autopilot changes state.
 
-    positions: whether the own position is sent.
+    positions: whether the position is sent.
     """
 
     def __init__(self, sink: Sink, period: float = 1.0, positions: bool = True):
@@ -55,7 +55,7 @@ class Deltas(SinkOutput):
             self._send(row, notification(changed) if changed and _alarms(before, changed) else {})
 
     def leg_unreachable(self) -> str:
-        """Why another autopilot does not get the leg, "" as far as the link shows."""
+        """The reason why another autopilot does not receive the leg; "" if the link shows none."""
         return "" if self.has_peer else "the Signal K server is not connected"
 
     def _send(self, row: Row, more: dict[str, Any] | None = None) -> None:
@@ -77,7 +77,7 @@ class Deltas(SinkOutput):
 
 
 def delta(time: float, values: dict[str, Any]) -> bytes:
-    """A delta of values by path at a time."""
+    """A delta message with values by path; `time` is Unix time, s."""
     update = {
         "$source": "steerway",
         "timestamp": iso(round(time, 3)),
@@ -87,7 +87,7 @@ def delta(time: float, values: dict[str, Any]) -> bytes:
 
 
 def motion(row: Row) -> dict[str, Any]:
-    """The motion of a row by path; course in [0, 2π)."""
+    """The values of a row by path; course in [0, 2π)."""
     return {
         POSITION: _place(row.latitude, row.longitude),
         "navigation.speedOverGround": _or_null(row.sog),
@@ -97,7 +97,7 @@ def motion(row: Row) -> dict[str, Any]:
 
 
 def course(leg: Leg | None) -> dict[str, Any]:
-    """The leg by path, all of it null for none."""
+    """The values of a leg by path; all null without a leg."""
     leg = leg or UNKNOWN_LEG
     return {
         "navigation.courseGreatCircle.crossTrackError": _or_null(leg.cross_track),
@@ -112,7 +112,7 @@ def course(leg: Leg | None) -> dict[str, Any]:
 def autopilot(order: Order) -> dict[str, Any]:
     """The state of the autopilot by path.
 
-    Signal K has a target heading only; as in NMEA's APB, whose field has the same name, it is the course to steer.
+    Signal K only has a target heading. It gets the course to steer, as the heading field of NMEA's APB does.
     """
     return {
         "steering.autopilot.state": _STATES[order.state],
@@ -121,7 +121,7 @@ def autopilot(order: Order) -> dict[str, Any]:
 
 
 def notification(order: Order) -> dict[str, Any]:
-    """An alarm for an autopilot that has stopped, and the end of it for any other."""
+    """An alarm if the autopilot has stopped; the end of the alarm in any other state."""
     stopped = order.state is State.STOPPED
     value = {
         "state": "alarm" if stopped else "normal",

@@ -1,4 +1,4 @@
-"""A table of the whole run, written to the disk row by row while it grows."""
+"""A table of the whole run, written to disk row by row."""
 
 import io
 import logging
@@ -30,11 +30,11 @@ _NO_AUTOPILOT = -1
 
 
 class TableFile(Output):
-    """All rows in one file at the end of the run: a row a fix, or with `every_tick` a row a tick.
+    """Writes all rows to one file at the end of the run: a row per fix, or with `every_tick` a row per tick.
 
-    With an autopilot the table has its `state` and `reason` too, of the tick before a fix. Until the end the rows are
-    in `PATH.part`, so that a long run takes no memory and one that was cut off is continued. `lossless`: wait for a
-    slow disk. Raises InputError where nothing can be written.
+    With an autopilot the table also has `state` and `reason`, for a fix those of the last tick. Until the end the rows
+    are in `PATH.part`: a long run takes no memory, and the next run continues the table of one that was cut off.
+    `lossless`: wait for a slow disk. Raises InputError if the file cannot be written.
     """
 
     def __init__(self, path: str | Path, every_tick: bool = False, lossless: bool = False):
@@ -43,7 +43,7 @@ class TableFile(Output):
         writer(path)
         self.path, self.every_tick, self.lossless = Path(path), every_tick, lossless
         if not os.access(self.path.parent, os.W_OK):
-            raise InputError(f"{path}: its folder cannot be written, expected one that can")
+            raise InputError(f"{path}: its folder cannot be written to, expected a writable folder")
         self._part = Path(f"{path}.part")
         self._sink: FileSink | None = None
         self._order: Order | None = None
@@ -92,13 +92,13 @@ def _whole_rows(part: Path) -> io.FileIO:
 
 @dataclass(frozen=True, eq=False)
 class SteeredMotion(Motion):
-    """Motion with the autopilot's state at each row and its reason, None where there was none."""
+    """Motion with the autopilot's state at each row and its reason; None without an autopilot or a reason."""
 
     states: Sequence[str | None] = ()
     reasons: Sequence[str | None] = ()
 
     def to_frame(self) -> "pl.DataFrame":
-        """As of `Motion`, with the columns `state` and `reason`."""
+        """The table of `Motion.to_frame`, with the columns `state` and `reason`."""
         import polars as pl
 
         texts = (pl.Series("state", self.states, pl.String), pl.Series("reason", self.reasons, pl.String))
