@@ -94,8 +94,8 @@ def test_the_papers_otter_autopilot_is_too_quick_for_half_a_metre():
     fits, sentence = advice(1.5, 1.3, 7.8e-3, 0.5, 0.2)
     assert not fits
     assert sentence == (
-        "An autopilot of 1.5 rad/s will hunt: the course estimate carries 0.8 rad/s at 1.3 m/s with fixes of 0.5 m "
-        "every 0.2 s, so lower the bandwidth to that, sail faster or use better fixes."
+        "An autopilot of 1.5 rad/s will hunt: the bandwidth of the course estimate is 0.8 rad/s at 1.3 m/s with fixes "
+        "of 0.5 m every 0.2 s; lower the autopilot's bandwidth to that, sail faster or use better fixes."
     )
     fits, sentence = advice(0.5, 1.3, 7.8e-3, 0.5, 0.2)
     assert fits and sentence.startswith("An autopilot of 0.5 rad/s fits")

@@ -481,7 +481,7 @@ def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
     bad.write_bytes(b"PAR1 and no more")
     code, printed, said = run("archive", "run", files[0], bad, "-o", out, "--workers", "1")
     assert code == 3 and "bad.parquet: left out" in said and "units run" in printed
-    assert interruption.note == "what is done is kept, the same command goes on"  # of the line at Ctrl-C
+    assert interruption.note == "finished work is kept, the same command continues"  # of the line at Ctrl-C
     assert json.loads(run("archive", "status", out, "--json")[1])["to_do"] == 0
     assert run("archive", "verify", out)[1].split()[0] == digest(out)[0]
 

@@ -81,7 +81,7 @@ def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
 
 def test_compare_and_info(log):
     code, _, err = run("compare", log)
-    assert code == 2 and "no SOG or COG of a receiver in it" in err
+    assert code == 2 and "no SOG or COG from a receiver" in err
     code, out, _ = run("info", log)
     assert code == 0 and "5 Hz" in out
 
@@ -99,7 +99,7 @@ def test_an_input_is_never_overwritten(log):
     [
         (["estimate", "LOG", "--report", "page.pdf"], "expected .html or .png"),
         (["estimate", "LOG", "--profile", "otterr"], "expected one of otter"),
-        (["estimate", "LOG", "--aid", "sextant"], "--aid names 'sextant', expected some of auto, sog"),
+        (["estimate", "LOG", "--aid", "sextant"], "--aid names 'sextant', expected any of auto, sog"),
         (["estimate", "LOG", "-o", "missing/track.csv"], "cannot write 'missing/track.csv': no directory 'missing'"),
         (["estimate", "LOG", "--rate", "1e-320"], "expected Hz between 1e-6 and 1000"),
         (["advise", "otter", "--speed", "1e300"], "--speed is 1e+300, expected at most 1000 m/s"),

@@ -165,7 +165,7 @@ def test_commands_say_whose_motion_it_is(fixes, given, is_of_hull, tmp_path):
     _, out, _ = run("estimate", log, "--profile", path)
     assert ("of the hull, under an antenna that rolls" in out) == is_of_hull
     _, out, _ = run("compare", log, "--profile", path)
-    assert ("means over 4 s are compared" in out) == is_of_hull
+    assert ("compared as 4 s means" in out) == is_of_hull
     _, out, _ = run("compare", log, "--profile", path, "--json")
     found = json.loads(out)
     assert found["of_hull"] == is_of_hull and found["smoothed"]

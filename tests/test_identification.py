@@ -316,7 +316,7 @@ def test_surge_tells_a_staircase_from_a_constant_speed(tmp_path):
         if verdict == "Identified":
             assert abs(float(out.splitlines()[3].split()[2]) / 0.05 - 1.0) < 0.1
     code, out, _ = run("identify", "surge", tmp_path / "staircase.csv", "--shaft", "shaft_rps")
-    assert code == 0 and "for one unit of shaft_rps" in out
+    assert code == 0 and "at one unit of shaft_rps" in out
     assert run("identify", "surge", log, "--diameter", "0.8", "--shaft", "shaft_rps")[0] == 2
 
 

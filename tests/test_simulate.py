@@ -128,9 +128,9 @@ def test_an_autopilot_that_will_hunt_is_warned_of_and_with_strict_refused(tmp_pa
 
 def test_advise_by_profile():
     result = called("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
-    assert "An autopilot of 0.3 rad/s fits: the course estimate carries 0.81 rad/s at 1.2 m/s" in result.output
+    assert "An autopilot of 0.3 rad/s fits: the bandwidth of the course estimate is 0.81 rad/s" in result.output
     result = called("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
-    assert "carries 0.81 rad/s" in result.output and "autopilots up to 0.5" in result.output
+    assert "is 0.81 rad/s" in result.output and "autopilots up to 0.5" in result.output
     for words, sentence in (
         (("advise", "otter"), "--speed is missing"),
         (("advise", "oter", "--speed", 1), "profile 'oter' is unknown"),
@@ -142,7 +142,7 @@ def test_advise_by_profile():
 
 def test_what_cannot_be_asked_together(short, tmp_path):
     for words, sentence in (
-        (("--dask", "here:1"), "--dask needs many seeds"),
+        (("--dask", "here:1"), "--dask distributes seeds"),
         (("--seeds", 2, "--nmea"), "--nmea writes the log of one run"),
     ):
         assert sentence in str(called("simulate", short, "-o", tmp_path, *words).exception)
@@ -165,7 +165,7 @@ def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_pa
     result = dict(rows)
     assert result["waypoints"] == "5 reached, 0 missed"
     assert float(result["speed over ground, estimated against true"].split()[0]) < 0.25
-    assert float(result["course over ground, estimated against true"].split()[0]) < 15.0
+    assert float(result["course over ground, estimated against true"].split("°")[0]) < 15.0
     *large, results = files
     assert all(path.stat().st_size > 10_000 for path in large) and len(large) == 4
     found = json.loads(results.read_text())

@@ -116,7 +116,7 @@ def test_the_time_left_counts_from_what_an_interrupted_run_had_done(tmp_path, mo
         step(0.5)
         clock[0] += 600.0
         step(0.6, "voyages")
-    assert capsys.readouterr().err == "study, voyages: 60 %, some 40 min left\n"
+    assert capsys.readouterr().err == "study, voyages: 60 %, about 40 min left\n"
     parts = Unfinished(tmp_path / "parts", {})
     with keeping(parts):
         over_cases(math.sqrt, [1.0, 4.0])

@@ -1,4 +1,4 @@
-"""`python -m steerway` is the command `steerway`."""
+"""`python -m steerway` runs the command `steerway`."""
 
 from steerway.commands.cli import main
 

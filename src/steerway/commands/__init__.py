@@ -1,1 +1,1 @@
-"""The commands, thin: each does one job and leaves the work to the library."""
+"""The commands of the program: each reads its options, calls the library and prints the result."""

@@ -12,7 +12,7 @@ from steerway.commands.live import LiveCommand, live, replay, warm
 
 app = typer.Typer(
     name="steerway",
-    help="Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them.",
+    help="Estimate speed over ground, course over ground and course rate from GNSS positions; steer a boat by them.",
     no_args_is_help=True,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
@@ -47,11 +47,11 @@ def options(
         bool, typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version.")
     ] = False,
 ) -> None:
-    """Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them."""
+    """Estimate speed over ground, course over ground and course rate from GNSS positions; steer a boat by them."""
 
 
 def command_tree() -> typer.core.TyperGroup:
-    """The commands, with a help that shows no types: flags take no value, and other metavars name what is expected."""
+    """The tree of commands. Its help shows no types: metavars name the values expected, and flags take none."""
     root: Any = typer.main.get_command(app)  # of a class that typer does not export
     _hide_types(root, typer.Context(root, info_name="steerway", **root.context_settings))
     return root

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 app = typer.Typer(
-    help="Archives of many vessels and days: AIS of a nation, logs of a fleet.",
+    help="Estimate archives of many vessels and days, such as the AIS of a country or the logs of a fleet.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -38,26 +38,26 @@ DIRECTORY = argument("DIR", "Directory of the archive.")
 @app.command()
 def run(
     inputs: list[str] = argument(
-        "IN...", "Files, folders or patterns: AIS tables (CSV, Parquet, GeoParquet, also packed), raw AIS, logs."
+        "IN...", "Files, folders or patterns: AIS tables (CSV, Parquet, GeoParquet; also compressed), raw AIS, logs."
     ),
     out: Path = option("DIR", "Directory of the archive.", ..., "-o", "--out"),
-    buckets: int | None = option("N", "Parts into which vessels are divided."),
-    memory: str = option("SIZE", "Memory to use, of all processes, such as 4GB.", "4GB"),
-    workers: int | None = option("N", "Processes; by default one a core."),
-    scheduler: str | None = option("URL", "Scheduler of a Dask cluster to run on."),
-    smooth: bool = flag("--smooth", "Smooth: use later fixes too, up to an hour of the next day."),
-    rate: float | None = option("HZ", "Output rate; by default one row per report."),
-    aid: str | None = ARCHIVE_AIDS,
-    profile: str | None = option("NAME|FILE.toml", "Filter profile; by default by the class of AIS."),
-    vessel_column: str | None = option(
-        "NAME", "Column of the tables that says of which vessel a row is, in place of an MMSI."
+    buckets: int | None = option(
+        "N", "Groups into which the vessels are divided; by default chosen by the size of the inputs and --memory."
     ),
+    memory: str = option("SIZE", "Total memory of all processes, such as 4GB.", "4GB"),
+    workers: int | None = option("N", "Number of processes; by default one per core."),
+    scheduler: str | None = option("URL", "Scheduler of a Dask cluster to run on."),
+    smooth: bool = flag("--smooth", "Smooth: each row also uses later fixes, up to one hour into the next day."),
+    rate: float | None = option("HZ", "Output rate in Hz; by default one row per report."),
+    aid: str | None = ARCHIVE_AIDS,
+    profile: str | None = option("NAME|FILE.toml", "Filter profile; by default chosen by the vessel's AIS class."),
+    vessel_column: str | None = option("NAME", "Table column with the vessel ID, used in place of the MMSI."),
     strict: bool = flag("--strict", "Stop at an input that cannot be read."),
     as_json: bool = flag("--json", "JSON output."),
 ) -> None:
-    """Estimate all vessels of an archive. The same command resumes where it ended; further inputs are added.
+    """Estimate all vessels of an archive. The same command resumes an interrupted run, and adds new inputs to it.
 
-    Exit code 3: an input or a unit was left out; 4: the disk is full.
+    Exit code 3: an input, or a unit (the vessels of one group on one day), was left out; 4: the disk is full.
 
     Example:
 
@@ -68,7 +68,7 @@ def run(
     from steerway.commands import interruption
     from steerway.estimation.vessel.inferred import profile_of
 
-    interruption.note = "what is done is kept, the same command goes on"
+    interruption.note = "finished work is kept, the same command continues"
     try:
         with progress_line("archive") as step:
             report = run_archive(
@@ -97,7 +97,7 @@ def run(
     for path, why in report.failed.items():
         typer.echo(printable(f"steerway: {path}: left out, {why}"), err=True)
     for unit in report.given_up:
-        typer.echo(f"steerway: {unit}: given up, its workers were lost three times (is memory short?)", err=True)
+        typer.echo(f"steerway: {unit}: left out, its worker was killed three times (is memory short?)", err=True)
     if not report.complete:
         raise typer.Exit(INCOMPLETE)
 
@@ -105,8 +105,8 @@ def run(
 def _print_report(report: "Report") -> None:
     print_pairs(
         [
-            ("inputs shuffled", f"{report.inputs:,}"),
-            ("units run", f"{report.units:,}, {report.units_before:,} were done before"),
+            ("inputs read", f"{report.inputs:,}"),
+            ("units run", f"{report.units:,}, {report.units_before:,} were already done"),
             ("rows", f"{report.rows:,}"),
             *((f"left out: {reason}", f"{count:,}") for reason, count in sorted(report.left_out.items())),
         ]
@@ -116,7 +116,7 @@ def _print_report(report: "Report") -> None:
 
 @app.command()
 def status(directory: Path = DIRECTORY, as_json: bool = flag("--json", "JSON output.")) -> None:
-    """Show what an archive was made of, what is done and what is to be done.
+    """Show the inputs and settings of an archive, what is done and what is still to be done.
 
     Example:
 
@@ -129,12 +129,12 @@ def status(directory: Path = DIRECTORY, as_json: bool = flag("--json", "JSON out
         print_json(found)
         return
     print_pairs([(name, found[name]) for name in ("settings", "inputs", "days", "units", "rows", "reports")])
-    columns = ("input", "rows", "last digit", "left out")
+    columns = ("input", "rows", "last digit of positions", "rows left out")
     rows = [
         (
             each["input"],
             f"{each['rows']:,}",
-            f"{each['digit_deg']:.2g}°, which matters" if each["digit_deg"] else "too fine to matter",
+            f"{each['digit_deg']:.2g}°, coarse" if each["digit_deg"] else "fine",
             ", ".join(f"{n:,} × {why}" for why, n in each["left_out"].items()),
         )
         for each in found["files"]
@@ -142,12 +142,12 @@ def status(directory: Path = DIRECTORY, as_json: bool = flag("--json", "JSON out
     print_table("", columns, rows)
     named = {(name, number) for each in found["files"] for name, number in each["vessels"].items()}
     if named:
-        print_table("Vessels that have a name", ("name", "number (mmsi)"), sorted(named))
+        print_table("Vessels identified by name", ("name", "number in the column mmsi"), sorted(named))
 
 
 @app.command()
 def verify(directory: Path = DIRECTORY) -> None:
-    """Read all results and print one digest of them: equal results have equal digests, however they were made.
+    """Read all results and print one digest of them. Archives with equal results have equal digests.
 
     Example:
 
@@ -164,12 +164,12 @@ def verify(directory: Path = DIRECTORY) -> None:
 def export(
     directory: Path = DIRECTORY,
     out: Path = argument("FILE", "Output file: .parquet (GeoParquet), .geojson or .csv."),
-    mmsi: list[int] | None = option("N", "A vessel; can be repeated."),
-    bbox: str | None = option("W,S,E,N", "West, south, east and north of a box, in degrees."),
+    mmsi: list[int] | None = option("N", "MMSI of a vessel; can be repeated."),
+    bbox: str | None = option("W,S,E,N", "Bounding box: west, south, east and north limit, in degrees."),
     start: str | None = FROM,
     stop: str | None = option("TIME", "End of the interval (excluded): ISO 8601 or Unix s.", None, "--to", "--until"),
 ) -> None:
-    """Write the estimate of some vessels, a box or an interval to a file.
+    """Write the estimates of selected vessels, of a box or of a time interval to a file.
 
     Example:
 
@@ -183,11 +183,11 @@ def export(
 
 def encounters(
     directory: Path = DIRECTORY,
-    distance: float = option("M", "Largest distance of a pair, m.", 1852.0),
+    distance: float = option("M", "Largest CPA to report, m.", 1852.0),
     out: Path | None = option("OUT", "Output file: .csv or .parquet.", None, "-o", "--out"),
     as_json: bool = flag("--json", "JSON output."),
 ) -> None:
-    """Find encounters in an archive: closest points of approach (CPA) of pairs, at equal times, with their uncertainty.
+    """Find encounters in an archive: the closest points of approach (CPA) of pairs of vessels, with their 1σ.
 
     Example:
 

@@ -1,6 +1,6 @@
-"""The command line: errors in one sentence, exit code 2 for wrong input and 1 for what the machine refuses.
+"""The entry point of the command line. Errors are one line; exit code 2: wrong input, 1: refused by the system.
 
-Nothing but the handling of signals is loaded before they are handled.
+Signal handlers are installed before anything else is imported.
 """
 
 import os
@@ -46,7 +46,9 @@ def _run() -> int:
     except OSError as error:
         return _output_refused(error)
     except MemoryError:
-        return _failed("memory is exhausted, expected a smaller log, interval (--from, --until) or --rate", 1)
+        return _failed(
+            "out of memory, expected a smaller log, a shorter interval (--from, --until) or a lower --rate", 1
+        )
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
@@ -56,7 +58,7 @@ def _run() -> int:
 
 def _announce_compilation() -> None:
     if sys.stderr.isatty():
-        print("compiling, once after an installation: 20 to 60 s", file=sys.stderr)
+        print("compiling: takes 20 to 60 s, once per installation", file=sys.stderr)
 
 
 def _failed(why: object, code: int) -> int:
@@ -67,9 +69,9 @@ def _failed(why: object, code: int) -> int:
 
 
 def _output_refused(error: OSError) -> int:
-    """A closed pipe ends the command silently, a full disk with a sentence; what is buffered is given up."""
+    """Drop buffered output and return the exit code: silently for a closed pipe, else with a message."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if isinstance(error, BrokenPipeError):
         return 1
     where = error.filename or "standard output"
-    return _failed(f"cannot use {where!r}: {error.strerror or error}", 1)
+    return _failed(f"cannot read or write {where!r}: {error.strerror or error}", 1)

@@ -1,4 +1,4 @@
-"""The demo: an Otter sails a survey in a current, steered by the estimate from a small receiver's fixes."""
+"""The demo: an Otter sails a survey in a current, steered by the estimate from a low-cost receiver's fixes."""
 
 import math
 from collections.abc import Callable
@@ -44,13 +44,13 @@ WITH_VELOCITY = """
 [gnss]
 velocity_std = 0.05
 """
-"""The same boat with a receiver that gives its velocity too (m/s of north and of east)."""
+"""Added to `SCENARIO` for a receiver that also reports velocity: 1σ of its north and of its east component, m/s."""
 
 
 def demo(
     out: Path = option("DIR", "Directory for the log and the page.", Path("demo"), "-o", "--out"),
 ) -> None:
-    """Simulate a survey steered by the estimate, compare the estimate with the truth, write a log and a page.
+    """Simulate a survey steered by the estimate, compare the estimate with the truth, and write a log and a page.
 
     Example:
 
@@ -68,8 +68,8 @@ def simulate_demo(
 ) -> tuple[list[tuple[str, str]], list[Path]]:
     """Simulate the demo's mission; write run.parquet, run.nmea, index.html, details.html and results.json.
 
-    Returns (rows, files): (what, value) rows of the estimate compared with the truth and of what the boat did, and the
-    files written. Raises InputError for a directory that cannot be written.
+    Returns (rows, files): (what, value) pairs with the errors of the estimate and a summary of the run, and the paths
+    written. Raises InputError for a directory that cannot be written.
     """
     from steerway.core.extras import is_installed
     from steerway.simulation import outcome, run
@@ -84,7 +84,7 @@ def simulate_demo(
     remarks = [advise(scenario)[1]]
     written = write(sailed, directory, nmea=True, remarks=remarks)
     page = directory / "index.html"
-    if is_installed("report"):  # else the page of tables is the only one
+    if is_installed("report"):  # else there is only the page without figures
         page.replace(page.with_name("details.html"))
         write_story(sailed, page, [*remarks, "details.html has the actuators, the waypoints and the errors over time."])
         written.insert(-1, page.with_name("details.html"))
@@ -103,5 +103,5 @@ def simulate_demo(
         (f"{what}, estimated against true", f"{error} RMS, within ± 2σ {share} (95 % expected)")
         for what, error, share in comparison(sailed.numbers)
     ]
-    bound = f"{results['cog_bound_positions_deg']:.2f}°, the boat's response known (Cramér–Rao)"
-    return [*rows, ("course over ground, least possible", bound), *summary(sailed.numbers)], written
+    bound = f"{results['cog_bound_positions_deg']:.2f}° RMS (Cramér–Rao, for a known response of the boat)"
+    return [*rows, ("course over ground, lower bound", bound), *summary(sailed.numbers)], written

@@ -1,4 +1,4 @@
-"""The commands that identify a model of a boat from a manoeuvre: identify yaw, heading, surge, compass."""
+"""The commands that identify a model of a boat from a log of a manoeuvre: identify yaw, heading, surge, compass."""
 
 from pathlib import Path
 
@@ -8,22 +8,22 @@ from steerway.commands.terminal import argument, option, print_notes, print_pair
 
 app = typer.Typer(no_args_is_help=True, help="Identify a model of the boat from a log of a manoeuvre.")
 
-LOG = argument("LOG", "CSV or Parquet with named columns.")
+LOG = argument("LOG", "CSV or Parquet table with named columns.")
 COMPASS_LOG = argument("LOG", "A log with positions and headings.")
 
 
 @app.command()
 def yaw(
     log: Path = LOG,
-    rudder: str | None = option("COLUMN", "Column of the rudder or yaw moment."),
+    rudder: str | None = option("COLUMN", "Column of the rudder angle or yaw moment."),
     angle: str | None = option("COLUMN", "Column of the heading or course."),
     bandwidth: float | None = option("RAD/S", "Also print the autopilot gains for this bandwidth, rad/s."),
-    damping: float = option("ZETA", "Relative damping of the autopilot.", 1.0),
+    damping: float = option("ZETA", "With --bandwidth: damping ratio of the autopilot.", 1.0),
 ) -> None:
     """Identify Nomoto's K, T and rudder bias from a zigzag or a turning circle, with 95 % intervals.
 
-    The log has time_s, a rudder (rudder_deg or yaw_moment_nm) and heading_deg or cog_deg; without these the course is
-    estimated from lat_deg and lon_deg.
+    The log needs the columns time_s, rudder_deg (or yaw_moment_nm) and heading_deg (or cog_deg). Without heading and
+    course, the course is estimated from lat_deg and lon_deg. The rudder bias is printed in rad (or N·m).
 
     Example:
 
@@ -63,9 +63,9 @@ def heading(
     steering: str | None = option("COLUMN", "Column of the steering input."),
     angle: str | None = option("COLUMN", "Column of the heading."),
 ) -> None:
-    """Identify a second-order heading model from a pseudo-random binary manoeuvre, for the heading MPC.
+    """Identify a second-order heading model, for the heading MPC, from a manoeuvre with pseudo-random binary steering.
 
-    The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm or a column named), heading_deg.
+    The log needs time_s at even intervals, heading_deg, and rudder_deg, yaw_moment_nm or a column named by --steering.
 
     Example:
 
@@ -77,13 +77,13 @@ def heading(
 
     recorded = read_steering(log, steering, angle)
     if recorded.angle is None:
-        raise InputError(f"{log} has no heading, expected heading_deg or a column named with --angle")
+        raise InputError(f"{log} has no heading, expected a column heading_deg or one given by --angle")
     model = identify_heading(recorded.time, recorded.rudder, recorded.angle)
     print_pairs(
         [
             ("poles", ", ".join(f"{pole:.5g}" for pole in model.poles)),
-            ("gains", ", ".join(f"{gain:.4g}" for gain in model.gains) + " rad a unit of input and sample"),
-            ("steady turn rate", f"{model.turn_rate:.4g} rad/s a unit of input"),
+            ("gains", ", ".join(f"{gain:.4g}" for gain in model.gains) + " rad per unit of input and sample"),
+            ("steady turn rate", f"{model.turn_rate:.4g} rad/s per unit of input"),
             ("time constant", f"{model.time_constant:.3g} s"),
             ("bias of the input", f"{model.bias:.3g}"),
             ("fit", f"{model.fit:.1f} %, residual {model.residual_rms:.3g} rad RMS at {model.sample:g} s"),
@@ -94,15 +94,15 @@ def heading(
 @app.command()
 def surge(
     log: Path = LOG,
-    diameter: float | None = option("M", "Diameter of the propeller: tells drag from a loss of thrust."),
-    shaft: str | None = option("COLUMN", "Column of the shaft speed, or of a command in any unit."),
-    neutral: float = option("VALUE", "Value of the column at which there is no thrust.", 0.0),
+    diameter: float | None = option("M", "Propeller diameter, m: separates drag from the loss of thrust with speed."),
+    shaft: str | None = option("COLUMN", "Column with the shaft speed, or with a command in any unit."),
+    neutral: float = option("VALUE", "Value of that column at zero thrust.", 0.0),
 ) -> None:
-    """Identify drag and thrust over mass from a staircase of speeds, and whether the log determines them.
+    """Identify drag and thrust, both over mass, from a staircase of speeds. Reports whether the log determines them.
 
-    The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps, or a
-    column given with --shaft, such as per cent or PWM in µs; thrust must be quadratic in it. Thrust falls with speed
-    by the open-water curve of a usual propeller of the --diameter given; without it, that is identified too.
+    The log needs time_s, speed_mps (through the water; over ground if there is no current) and shaft_rps. In place of
+    shaft_rps, --shaft names the column of a command such as per cent or PWM in µs; thrust must grow with its square.
+    With --diameter, the loss of thrust with speed follows a typical open-water curve; without, it is identified too.
 
     Examples:
 
@@ -120,7 +120,7 @@ def surge(
     from steerway.vessels import Propeller
 
     if diameter is not None and shaft is not None:
-        raise InputError("--diameter needs the shaft speed in rev/s, expected no --shaft with it")
+        raise InputError("--diameter needs shaft speeds in rev/s (column shaft_rps), expected no --shaft with it")
     time, speed, turns = read_surge_log(log, shaft)
     turns = turns - neutral
     found = identify_surge(time, speed, turns, None if diameter is None else Propeller(diameter=diameter))
@@ -129,13 +129,13 @@ def surge(
     rows = [
         ("linear drag d", f"{model.linear_drag:.4g} ± {2.0 * std[0]:.2g} 1/s"),
         ("quadratic drag b", f"{model.quadratic_drag:.4g} ± {2.0 * std[1]:.2g} 1/m"),
-        ("thrust at rest", f"{found.thrust_at_rest:.4g} ± {200.0 * std[2] / model.thrust:.1f} % m/s² for one {unit}"),
+        ("thrust at rest", f"{found.thrust_at_rest:.4g} m/s² ± {200.0 * std[2] / model.thrust:.1f} % at one {unit}"),
     ]
     if found.pitch is not None and found.pitch_std is not None:
-        falls = f"at {found.pitch:.3g} ± {2.0 * found.pitch_std:.2g} m/s for one {unit}"
-        rows.append(("no thrust", falls if found.pitch < np.inf else "at no speed of this log"))
+        falls = f"at {found.pitch:.3g} ± {2.0 * found.pitch_std:.2g} m/s per {unit}"
+        rows.append(("thrust vanishes", falls if found.pitch < np.inf else "at no speed in this log"))
     else:
-        rows.append(("thrust g", f"{model.thrust:.4g} ± {2.0 * std[2]:.2g} m/rev² for a K_t of 1"))
+        rows.append(("thrust g", f"{model.thrust:.4g} ± {2.0 * std[2]:.2g} m/rev² at K_t = 1"))
     if found.lag > 0.0:
         rows.append(("shaft lag", f"{found.lag:.2g} ± {2.0 * found.lag_std:.1g} s"))
     full = float(np.nanmax(np.abs(turns)))
@@ -152,8 +152,8 @@ def surge(
 def compass(log: Path = COMPASS_LOG) -> None:
     """Identify a compass's deviation card, lag and noise from circles to both sides, with 95 % intervals.
 
-    The log is any that `estimate` reads, with positions and headings. Sail two whole circles to each side, at one
-    setting of the throttle; the current is identified too. The last lines are the [compass] table of a scenario.
+    Sail two full circles to each side at constant throttle. Any log that `estimate` reads will do if it has positions
+    and headings. The current is identified too. The last lines printed are a [compass] table for a scenario.
 
     Example:
 

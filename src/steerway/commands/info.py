@@ -1,4 +1,4 @@
-"""The command that tells what is in logs: info."""
+"""The command that summarizes the contents of logs: info."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 def info(
     logs: list[str] = LOGS,
-    models: bool = flag("--models", "Infer vessel and receiver: all models with their evidence and weights."),
+    models: bool = flag(
+        "--models", "Infer models of vessel and receiver; print each with its weight and log evidence."
+    ),
     max_size: float | None = MAX_SIZE,
     as_json: bool = AS_JSON,
 ) -> None:
@@ -44,9 +46,9 @@ def info(
                 ("positions of another receiver", f"{inferred['of_other_receiver']} of {inferred['fixes']}"),
                 (
                     "last digit",
-                    f"{digit:.3g} m, which matters" if (digit := inferred["quantum"]) else "too fine to matter",
+                    f"{digit:.3g} m, coarse" if (digit := inferred["quantum"]) else "fine",
                 ),
-                ("time stamps", "irregular, of regular fixes" if inferred["regular_times"] else "of the fixes"),
+                ("time stamps", "irregular; even times used" if inferred["regular_times"] else "used as recorded"),
                 *(
                     (f"weight {m['weight']:.2f}", f"log evidence {m['log_evidence']:.1f}: {m['words']}")
                     for m in inferred["models"]
@@ -56,7 +58,7 @@ def info(
 
 
 def _models(logs: Sequence[str], max_size: float | None) -> dict[str, Any]:
-    """Number of fixes, of those that repeat the one before, were extrapolated or are another's; stamps; the models."""
+    """Numbers of fixes: all, repeated, extrapolated, of another receiver; their last digit (m); the inferred models."""
     import numpy as np
 
     from steerway.estimation.fit.description import structures_of

@@ -1,8 +1,8 @@
-"""Ctrl-C, SIGTERM and a closed terminal: the command ends at once, with one line.
+"""Ctrl-C, SIGTERM and a closed terminal end the command at once, with one line of output.
 
-The operating system wakes a thread, which ends the process: compiled code and libraries may not return to the
-interpreter for minutes. Nothing needs to be unwound: unfinished files are removed here, finished parts are on the disk,
-and workers end with their parent.
+A signal wakes a thread, which ends the process: compiled code may not return to the interpreter for minutes, so that
+Python's own handlers would run late. Nothing needs to be unwound: unfinished files are removed here, finished parts are
+on the disk, and workers end with their parent.
 """
 
 import os
@@ -20,12 +20,12 @@ SIGNALS = {
 }
 _SHOW_CURSOR = "\r\x1b[K\x1b[?25h"  # a progress bar hides it
 note = ""
-"""What is kept of the work so far and how to continue: the rest of the line."""
+"""Rest of the line printed at an interruption: which work is kept and how to continue it."""
 _received = threading.Event()
 
 
 def keep(what: str, directory: object) -> None:
-    """Say in that line what is kept, and where."""
+    """Set `note`: `what` is kept in the directory, and --resume continues."""
     global note
     note = f"{what} are kept in {directory}; --resume continues"
 
@@ -42,7 +42,7 @@ def end(number: int = signal.SIGINT) -> None:
 
 @contextmanager
 def handled() -> Iterator[None]:
-    """Handle the signals meanwhile; one that is ignored (nohup) stays ignored. In the main thread only."""
+    """Handle the `SIGNALS` within the block. A signal that is ignored (nohup) stays ignored. Main thread only."""
     before = {each: signal.getsignal(each) for each in SIGNALS}
     woken, wake = os.pipe()
     os.set_blocking(wake, False)

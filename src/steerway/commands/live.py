@@ -1,4 +1,4 @@
-"""The commands `live` and `warm`: their options; `settings` checks them and `launch` runs them."""
+"""The commands of the boat: live, replay, warm. `live.settings` checks the options of `live`; `launch` runs it."""
 
 import time
 from typing import Any
@@ -10,10 +10,10 @@ from steerway.commands.terminal import argument, option
 
 
 class LiveCommand(TyperCommand):
-    """A command whose option `--helm` may stand without an address."""
+    """A command whose option `--helm` may be given without an address."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Insert the default address after `--helm` where none follows."""
+        """Insert the default address after a `--helm` without one."""
         from steerway.live.uri import DEFAULT
 
         words = []
@@ -28,32 +28,32 @@ def live(
     config: str | None = argument("[CONFIG.toml]", "Settings file; options override it.", None),
     inputs: list[str] | None = option("ADDRESS", "Where fixes come from.", None, "--from"),
     outputs: list[str] | None = option("ADDRESS", "Where estimates go; stdout: by default.", None, "--to"),
-    profile: str | None = option("NAME|FILE.toml", "Filter profile; by default all is inferred while sailing."),
-    learned: str | None = option("FILE.toml", "Keep what is inferred in a file, and begin from it."),
-    source: list[str] | None = option("NAME", "Sources of positions in order of priority."),
+    profile: str | None = option("NAME|FILE.toml", "Filter profile; by default inferred while sailing."),
+    learned: str | None = option("FILE.toml", "Save the inferred models to this file; the next run starts from them."),
+    source: list[str] | None = option("NAME", "Source of positions; can be repeated, the preferred one first."),
     aid: str | None = option(
-        "LIST", "Further measurements, of: auto (default), sog, cog, heading, water-speed, yaw-rate."
+        "LIST", "Further measurements to use, of: auto (default), sog, cog, heading, water-speed, yaw-rate."
     ),
     rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix."),
     mission: str | None = option("FILE", "A route (.toml .gpx .geojson) to steer along."),
     record: str | None = option("FILE.mcap", "Record every input, estimate and order."),
-    max_dead_reckoning: float | None = option(
-        "S", "Longest time without a fix to predict the motion, s; 10 by default."
-    ),
+    max_dead_reckoning: float | None = option("S", "Longest prediction without a fix, s; 10 by default."),
     engage: bool | None = option(None, "Start the autopilot as soon as it is ready."),
-    from_here: bool | None = option(None, "Begin the route although its first leg is over 2 km away."),
-    latency: float | None = option("S", "Least latency of the receiver's fixes, s."),
-    lag: float | None = option("S", "Give each fix S seconds late, smoothed by the fixes since: for maps."),
+    from_here: bool | None = option(None, "Start the route even if its first leg is more than 2 km away."),
+    latency: float | None = option("S", "Shortest latency of the receiver's fixes, s."),
+    lag: float | None = option("S", "Output each fix S seconds late, smoothed with later fixes: for mapping."),
     no_accuracy: bool = option(None, "Ignore the accuracy that the receiver reports.", False, "--no-accuracy"),
-    helm: str | None = option("[HOST:PORT]", "Serve the helm page; 127.0.0.1:8080 where nothing follows."),
-    helm_token_file: str | None = option("FILE", "Token for other computers; or STEERWAY_HELM_TOKEN."),
-    helm_origin: str | None = option("https://HOST", "Address of the helm page behind a TLS proxy."),
-    missions: str | None = option(
-        "ADDRESS", "Where ground stations upload and download the mission: udpin:127.0.0.1:14560."
+    helm: str | None = option("[HOST:PORT]", "Serve the helm page; without an address, at 127.0.0.1:8080."),
+    helm_token_file: str | None = option(
+        "FILE", "File with the token that other computers need for the helm page; or set STEERWAY_HELM_TOKEN."
     ),
-    mavlink_signing: str | None = option("FILE", "Sign MAVLink with the passphrase in a file."),
-    control: str | None = option("HOST:PORT", "Control port for programs on this computer."),
-    control_token_file: str | None = option("FILE", "Its token; or STEERWAY_CONTROL_TOKEN."),
+    helm_origin: str | None = option("https://HOST", "Address of the helm page behind a TLS proxy."),
+    missions: str | None = option("ADDRESS", "Exchange missions with ground stations, such as at udpin:127.0.0.1:14560."),
+    mavlink_signing: str | None = option("FILE", "Sign MAVLink messages with the passphrase in this file."),
+    control: str | None = option("HOST:PORT", "Serve a control port for programs on this computer."),
+    control_token_file: str | None = option(
+        "FILE", "File with the token of the control port; or set STEERWAY_CONTROL_TOKEN."
+    ),
 ) -> None:
     """Estimate and steer on the boat, in real time.
 
@@ -93,7 +93,7 @@ def replay(
     recording: str = argument("FILE.mcap", "A recording of `live --record`."),
     out: str | None = option("OUT", "Output file for the estimates.", None, "-o", "--out"),
 ) -> None:
-    """Repeat a recorded run and compare its estimates, bit by bit; exit code 1 where they differ by more than 1e-9.
+    """Repeat a recorded run and compare its estimates bit by bit. Exit code 1: they differ by more than 1e-9.
 
     Example:
 
@@ -117,7 +117,7 @@ def replay(
         print(f"{number} in their last digits, by at most {largest:.1g}, as on another processor")
     else:
         print(f"{number}, the first at {iso(differing[0].time)}, by up to {largest:.3g} in {column}")
-        print("recorded by this code" if found.code == code() else f"recorded by other code: {found.code or 'older'}")
+        print("recorded by this code" if found.code == code() else f"recorded by other code: {found.code or 'unknown'}")
     if out is not None:
         write(found.motion(), out)
         print(f"wrote {out}")
@@ -126,7 +126,7 @@ def replay(
 
 
 def warm() -> None:
-    """Compile what a live run needs, once after installing, so that the boat starts at once.
+    """Compile everything that a live run needs, once after the installation, so that live runs start at once.
 
     Example:
 
@@ -138,5 +138,5 @@ def warm() -> None:
     begun = time.monotonic()
     build_service.warm()
     directory = kernel_cache()
-    where = f"kept in {directory}" if directory else "not kept: no directory can be written"
+    where = f"kept in {directory}" if directory else "not kept: the cache directory cannot be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")

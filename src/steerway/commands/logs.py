@@ -38,8 +38,8 @@ def estimate(
     report: Path | None = option("PAGE", "Report: a page (.html) or picture (.png)."),
     episodes: Path | None = option(
         "FILE",
-        "Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences or "
-        "with the receiver's own SOG; .csv or .json.",
+        "Output file (.csv or .json) for episodes: refused fixes, restarts, gaps, disagreements with position "
+        "differences or with the receiver's own SOG.",
     ),
     rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix.", parser=hertz),
     causal: bool = CAUSAL,
@@ -50,7 +50,7 @@ def estimate(
     no_accuracy: bool = flag(
         "--no-accuracy", "Ignore the accuracy that the receiver reports: weight all fixes equally."
     ),
-    latency: float = option("S", "Delay of position, SOG and COG against their time stamps, in s.", 0.0),
+    latency: float = option("S", "Latency of position, SOG and COG, s: their time stamps are late by this.", 0.0),
     start: str | None = FROM,
     stop: str | None = UNTIL,
     max_size: float | None = MAX_SIZE,
@@ -103,7 +103,7 @@ def estimate(
 
 
 def _expect_outputs(logs: Sequence[str], out: Path | None, report: Path | None, episodes: Path | None) -> None:
-    """Raises InputError for an output that could not be written, before anything is computed."""
+    """Raises InputError for an output that cannot be written; called before anything is computed."""
     from steerway.formats.writing import writer
     from steerway.report.episodes import expect_writable
     from steerway.report.motion_page import report_writer
@@ -147,7 +147,7 @@ def tune(
     max_size: float | None = MAX_SIZE,
     as_json: bool = AS_JSON,
 ) -> None:
-    """Fit a profile to logs by maximum likelihood and report its consistency.
+    """Fit a profile to logs by maximum likelihood, and check it on fixes that were held back.
 
     Example:
 
@@ -174,8 +174,8 @@ def compare(
     logs: list[str] = LOGS,
     causal: bool = CAUSAL,
     smooth: bool = SMOOTH,
-    least_speed: float = option("M/S", "Compare rows with a reported SOG above this, m/s.", 1.0, min=0.0),
-    truth: str | None = option("FILE", "Compare with this run, table or log instead."),
+    least_speed: float = option("M/S", "Compare only rows with a reported SOG above this, m/s.", 1.0, min=0.0),
+    truth: str | None = option("FILE", "Compare with the motion in this run, table or log instead."),
     profile: str | None = PROFILE,
     source: str | None = SOURCE,
     start: str | None = FROM,
@@ -185,8 +185,8 @@ def compare(
 ) -> None:
     """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed, or with the truth.
 
-    Where the unit of a column is not in its name, the unit assumed is shown. --truth shows the errors of position, SOG,
-    COG and course rate, and the share of them within ± 2σ, which is 95 % where σ is right.
+    If a column's name does not state its unit, the unit assumed is printed. --truth prints the errors of position, SOG,
+    COG and course rate, and the share of them within ± 2σ: 95 % if σ is calibrated.
 
     Examples:
 
@@ -208,7 +208,7 @@ def compare(
     smoothed = asks_smoothed(logs, causal, smooth)
     fixes = read_logs(logs, source, start, stop, max_size)
     if truth is None and not np.isfinite([fixes.sog, fixes.cog]).any():
-        raise InputError(f"{', '.join(logs)}: no SOG or COG of a receiver in it, expected at least one to compare with")
+        raise InputError(f"{', '.join(logs)}: no SOG or COG from a receiver, expected one of them, or --truth FILE")
     estimator = LogEstimator(fixes, profile)
     motion = estimator.motion(fixes, None, smoothed)
     if truth is not None:
@@ -220,19 +220,19 @@ def compare(
     if as_json:
         print_json(found.as_dict() | {"smoothed": smoothed, "of_hull": of_hull})
         return
-    how = [("antenna", f"rolls: means over {SWING:g} s are compared, as the estimate is the hull's")] if of_hull else []
+    how = [("antenna", f"rolls; compared as {SWING:g} s means, since the estimate is the hull's")] if of_hull else []
     print_pairs([("estimate", which_estimate(smoothed)), *how, *found.sentences()])
     print_notes(fixes.notes)
 
 
 def _compare_with_truth(path: str, fixes: "Fixes", motion: "Motion", as_json: bool) -> None:
-    """Errors of the estimate of one vessel, as a table."""
+    """Print the errors of the estimate of one vessel as a table."""
     from steerway.commands.plot import DIFFERENCES, difference_rows
     from steerway.formats.results import NamedTrack, read_tracks
     from steerway.report.differences import statistics_table
 
     if fixes.mmsi is not None:
-        raise InputError("--truth is of one vessel, expected the log of one")
+        raise InputError("--truth compares one vessel, but the log has several; expected a log of one vessel")
     table = statistics_table([read_tracks(path)[0], NamedTrack.of("estimate", motion)])
     if as_json:
         print_json(table)
@@ -243,7 +243,7 @@ def _compare_with_truth(path: str, fixes: "Fixes", motion: "Motion", as_json: bo
 
 def predict(
     logs: list[str] = LOGS,
-    horizon: list[float] | None = option("S", "Prediction time in s; can be repeated."),
+    horizon: list[float] | None = option("S", "Prediction time in s; 600 by default; can be repeated."),
     out: Path | None = option("OUT", "Output file: .csv or .parquet.", None, "-o", "--out"),
     profile: str | None = PROFILE,
     source: str | None = SOURCE,
@@ -255,7 +255,7 @@ def predict(
 ) -> None:
     """Predict positions after the end of logs, with 95 % confidence ellipses.
 
-    AIS reports are used with their SOG and COG, other logs with positions alone unless --aid is given.
+    AIS reports are used with their SOG and COG. Other logs are used with positions alone unless --aid is given.
 
     Examples:
 
@@ -299,7 +299,7 @@ def _print_predictions(frame: "pl.DataFrame") -> None:
         )
         for row in frame.iter_rows(named=True)
     ]
-    print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % half axes", "along"), rows)
+    print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % semi-axes", "long axis"), rows)
 
 
 def _print_summary(summary: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Options that the commands for logs and archives share, and what their texts mean."""
+"""The options that the commands for logs and archives share, and the parsing of their values."""
 
 import math
 import re
@@ -17,11 +17,11 @@ LOGS = argument("LOG...", "Log files of any supported format, also .gz; - for st
 SOURCE = option("NAME", "Use the positions of this source; `info` lists the sources.", None, "--source")
 FROM = option("TIME", "Start of the interval: ISO 8601 (UTC) or Unix s.", None, "--from")
 UNTIL = option("TIME", "End of the interval (excluded): ISO 8601 (UTC) or Unix s.", None, "--until")
-MAX_SIZE = option("BYTES", "Largest size to which a compressed log may unpack; 1e9 by default.", None, "--max-size")
+MAX_SIZE = option("BYTES", "Largest size of a log after decompression, bytes; 1e9 by default.", None, "--max-size")
 AS_JSON = flag("--json", "JSON output.")
-PROFILE = option("NAME|FILE.toml", "Filter profile; by default all is inferred from the log.", None, "--profile")
-CAUSAL = flag("--causal", "Use only the fixes until the time of each row, as on board; the default for standard input.")
-SMOOTH = flag("--smooth", "Smooth (fixed-interval): every row uses the whole log; the default for files.")
+PROFILE = option("NAME|FILE.toml", "Filter profile; by default inferred from the log.", None, "--profile")
+CAUSAL = flag("--causal", "Each row uses only the fixes up to its time, as on board; the default for standard input.")
+SMOOTH = flag("--smooth", "Each row uses the whole log (fixed-interval smoothing); the default for files.")
 AIDS_OF_LOGS = ("auto", "sog", "cog", "heading", "water-speed", "yaw-rate")
 AIDS_OF_ARCHIVES = ("sog", "cog", "heading")
 _AID = "Further measurements to use, of: "
@@ -30,7 +30,7 @@ ARCHIVE_AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_ARCHIVES)}.", None, "--
 
 
 def hertz(text: str) -> float:
-    """The number of --rate. Raises InputError."""
+    """The value of --rate, in Hz. Raises InputError."""
     try:
         return float(text)
     except ValueError:
@@ -38,7 +38,7 @@ def hertz(text: str) -> float:
 
 
 def expect_toml(path: Path) -> None:
-    """Raises InputError for a profile's path that does not end in .toml."""
+    """Raises InputError unless the path of a profile ends in .toml."""
     if path.suffix != ".toml":
         raise InputError(f"profile {path} ends in {path.suffix or 'nothing'!r}, expected .toml")
 
@@ -46,7 +46,7 @@ def expect_toml(path: Path) -> None:
 def read_logs(
     logs: Sequence[str], source: str | None, start: str | None, stop: str | None, max_size: float | None = None
 ) -> "Fixes":
-    """The record of logs, with a progress bar."""
+    """The fixes in logs, read with a progress bar."""
     from steerway.formats.reading import read
 
     begin, end = moment("--from", start), moment("--until", stop)
@@ -62,7 +62,7 @@ def read_logs(
 
 
 def moment(name: str, text: str | None) -> float | None:
-    """The Unix time (s) that the text of an option gives. Raises InputError, naming it."""
+    """The Unix time (s) in the text of an option; None for None. Raises InputError that names the option."""
     from steerway.core.timestamps import unix_times
 
     if text is None:
@@ -70,8 +70,8 @@ def moment(name: str, text: str | None) -> float | None:
     try:
         return float(text)
     except ValueError:
-        of_midnight = f"{text}T00:00Z" if re.fullmatch(r"[0-9]{4}-[0-9][0-9]-[0-9][0-9]", text) else text
-        moment = float(unix_times([printable(of_midnight)])[0])
+        dated = f"{text}T00:00Z" if re.fullmatch(r"[0-9]{4}-[0-9][0-9]-[0-9][0-9]", text) else text
+        moment = float(unix_times([printable(dated)])[0])
     if math.isnan(moment):
         raise InputError(
             f"{name} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
@@ -80,18 +80,18 @@ def moment(name: str, text: str | None) -> float | None:
 
 
 def aid_names(text: str | None, known: tuple[str, ...] = AIDS_OF_LOGS) -> tuple[str, ...]:
-    """The names in the list of --aid, as the library spells them. Raises InputError for one that is not known."""
+    """The names in the list of --aid, as the library spells them. Raises InputError for an unknown name."""
     names = [name.strip().replace("_", "-") for name in (text or "").split(",") if name.strip()]
     for name in names:
         if name not in known:
-            raise InputError(f"--aid names {name!r}, expected some of {', '.join(known)}")
+            raise InputError(f"--aid names {name!r}, expected any of {', '.join(known)}, separated by commas")
     return tuple(name.replace("-", "_") for name in names)
 
 
 def asks_smoothed(logs: list[str], causal: bool, smooth: bool) -> bool:
-    """Whether the estimate of these logs is to be smoothed: of files by default, of standard input where asked.
+    """Whether to smooth the estimate of these logs: by default for files, only with --smooth for standard input.
 
-    Raises InputError where both options are given.
+    Raises InputError if both options are given.
     """
     if causal and smooth:
         raise InputError("--causal and --smooth are both given, expected one of them")
@@ -99,7 +99,7 @@ def asks_smoothed(logs: list[str], causal: bool, smooth: bool) -> bool:
 
 
 def expect_output(out: Path, logs: Iterable[str | Path]) -> None:
-    """Raises InputError when an output is one of the inputs, a directory, or in one that does not exist."""
+    """Raises InputError if an output is one of the inputs or a directory, or if its directory does not exist."""
     from steerway.formats.writing import same_file
 
     if out.is_dir():

@@ -18,18 +18,18 @@ OUT = option("FIGURE", f"Output file: {', '.join(ENDINGS)}.", None, "-o", "--out
 
 
 def plot(
-    files: list[str] = argument("FILE...", "Estimates, runs of simulate, or logs; the first is the reference."),
+    files: list[str] = argument("FILE...", "Estimates, simulated runs or logs; the first is the reference."),
     out: Path | None = OUT,
     show_differences: Path | None = option(
         "FIGURE", "Output file for the differences from the first.", None, "--differences"
     ),
     as_json: bool = AS_JSON,
 ) -> None:
-    """Compare results: overlay, differences from the first, and their statistics.
+    """Compare results: plot the tracks in one figure, and print statistics of their differences from the first.
 
-    A file is a table that `estimate` wrote, a run that `simulate` wrote (true and estimated), or a log, of which the
-    receiver's own SOG and COG are shown. Statistics are of magnitudes: RMS, median, 95 % and largest;
-    and the share of the differences within ± 2σ of a track, 95 % where the first is the truth and σ is right.
+    A file is a table written by `estimate`, a run written by `simulate` (true and estimated motion), or a log (the
+    receiver's own SOG and COG). Printed are RMS, median, 95 % quantile and maximum of the absolute differences, and the
+    share of them within ± 2σ of the track: 95 % if the first track is the truth and σ is calibrated.
 
     Examples:
 
@@ -49,7 +49,7 @@ def plot(
         expect_output(path, files)
     tracks = [track for path in files for track in read_tracks(path)]
     if len(tracks) < 2 and show_differences is not None:
-        raise InputError("--differences needs two tracks, expected another file")
+        raise InputError("--differences compares tracks with the first, expected two files or more")
     table = statistics_table(tracks)
     written = [(out, overlay_figure)] if out is not None else []
     written += [(show_differences, differences_figure)] if show_differences is not None else []

@@ -37,7 +37,7 @@ def list_profiles(as_json: bool = AS_JSON) -> None:
 def _description(profile: "Profile") -> str:
     if not profile.turn_time:
         return profile.description
-    return f"{profile.description}; turns for {profile.turn_time:g} s, {profile.straight_time:g} s apart"
+    return f"{profile.description}; turns last {profile.turn_time:g} s, {profile.straight_time:g} s apart"
 
 
 @app.command("show")
@@ -45,9 +45,9 @@ def show_profile(
     name: str = argument("NAME|FILE.toml", "A built-in profile or a file."),
     as_json: bool = AS_JSON,
 ) -> None:
-    """Show a profile as TOML, to be edited and saved.
+    """Print a profile as TOML, to edit and save.
 
-    A tuned profile has the 95 % interval of every parameter and states which of them the log does not determine.
+    A tuned profile contains a 95 % interval for every parameter and lists those that the log does not determine.
 
     Example:
 
@@ -66,7 +66,7 @@ def show_profile(
 def make_profile(
     logs: list[str] = LOGS,
     out: Path = option("PROFILE.toml", "Output file for the profile.", ..., "-o", "--out"),
-    tuned: bool = flag("--tune/--quick", "Fit it as `tune` does, or infer it as `estimate` does.", True),
+    tuned: bool = flag("--tune/--quick", "Fit the profile as `tune` does, or infer it as `estimate` does.", True),
     source: str | None = SOURCE,
     start: str | None = FROM,
     stop: str | None = UNTIL,

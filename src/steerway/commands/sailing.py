@@ -20,32 +20,32 @@ _FASTEST = 1000.0  # m/s
 
 
 def simulate(
-    scenario: Path = argument("SCENARIO.toml", "The scenario."),
+    scenario: Path = argument("SCENARIO.toml", "Scenario file."),
     out: Path | None = option("DIR", "Output directory for the run and its page.", None, "-o", "--out"),
     seeds: int | None = option("N", "Monte Carlo: simulate N seeds on all cores.", min=1),
     first_seed: int | None = option("K", "First seed, in place of the scenario's.", min=0),
     dask: str | None = option("ADDRESS", "Simulate the seeds on this Dask cluster (host:port)."),
-    resume: bool = flag("--resume", "With --seeds: continue an interrupted campaign with the seeds it has not done."),
+    resume: bool = flag("--resume", "With --seeds: continue an interrupted campaign; finished seeds are kept."),
     nmea: bool = flag("--nmea", "Also write the receiver's log, as input for `estimate`."),
     manoeuvre: str | None = option(
-        "KIND:DEGREES", "In place of route and orders: zigzag:10/10, turning-circle:35 or pull-out:20."
+        "KIND:DEGREES", "Run a manoeuvre in place of route and orders: zigzag:10/10, turning-circle:35 or pull-out:20."
     ),
     strict: bool = flag("--strict", "Exit with an error if the autopilot is too fast for the course estimate."),
     live: bool = flag("--live", "Run in real time and send measurements over links."),
-    to: list[str] | None = option("ADDRESS", "With --live: output of the receiver's sentences; can be repeated."),
+    to: list[str] | None = option("ADDRESS", "With --live: where the receiver's sentences go; can be repeated."),
     mavlink: str | None = option("ADDRESS", "With --live: act as a MAVLink vehicle at this address."),
-    propellers: str | None = option("ADDRESS", "With --live: take propeller commands at this address."),
-    speed: float = option("FACTOR", "With --live: speed-up against real time.", 1.0),
+    propellers: str | None = option("ADDRESS", "With --live: receive propeller commands at this address."),
+    speed: float = option("FACTOR", "With --live: run this many times faster than real time.", 1.0),
 ) -> None:
     """Simulate a scenario: vessel, environment, instruments, estimator, guidance and control in a closed loop.
 
     Writes run.parquet (truth, measurements, estimate, commands) and index.html; with --seeds one row per seed.
 
-    With --live the scenario's pilot, route and duration are not used: the boat runs in real time until stopped, in a
-    circle until it is commanded, in GUIDED mode as ArduPilot's Rover or by propeller commands. The receiver sends GGA
-    and RMC to tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…, stdout:. MAVLink addresses are
+    With --live the scenario's pilot, route and duration are not used. The boat runs in real time until you stop it. It
+    circles until it receives commands, in GUIDED mode like ArduPilot's Rover or for propellers. The receiver sends GGA
+    and RMC to tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:… or stdout:. MAVLink addresses:
     udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with ?cruise=2 for the speed in m/s at full
-    thrust. With -o, run.parquet has the true motion at every fix.
+    thrust. With -o, run.parquet contains the true motion at every fix.
 
     Examples:
 
@@ -66,7 +66,7 @@ def simulate(
     from steerway.simulation.runs.files import write
 
     if seeds is None and dask is not None:
-        raise InputError("--dask needs many seeds, expected --seeds N with it")
+        raise InputError("--dask distributes seeds over a cluster, expected --seeds N with it")
     if seeds is None and resume:
         raise InputError("--resume continues a campaign, expected --seeds N with it")
     if seeds is not None and nmea:
@@ -115,7 +115,7 @@ def _campaign(scenario: "Scenario", n: int, dask: str | None, out: Path, resume:
     missing = [seed for seed in seeds if seed not in kept.results]
     before = 1.0 - len(missing) / n
     if before:
-        print(f"resumed with {n - len(missing)} of {n} seeds", file=sys.stderr)
+        print(f"resumed: {n - len(missing)} of {n} seeds are done", file=sys.stderr)
 
     with progress_line(f"simulating {n} seeds of {scenario.name}") as step:
         progress = lambda part: step(before + (1.0 - before) * part)  # noqa: E731
@@ -136,13 +136,13 @@ def advise(
     speed: float | None = option("M/S", "Lowest speed over ground, m/s."),
     rate: float = option("HZ", "Rate of the fixes, Hz.", 5.0),
     position_std: float | None = option("M", "Standard deviation of a fix per axis, m; by default the profile's."),
-    nomoto_time: float | None = option("S", "Nomoto time constant T, s, to assess the closed loop."),
-    strict: bool = flag("--strict", "Exit with an error if it does not fit."),
+    nomoto_time: float | None = option("S", "Nomoto time constant T, s: also check the damping of the closed loop."),
+    strict: bool = flag("--strict", "Exit with an error if the autopilot is too fast."),
 ) -> None:
-    """Compare an autopilot's bandwidth with the bandwidth of the course estimate.
+    """Check that an autopilot is not too fast for the course estimate.
 
-    A course estimated from positions lags, the more the slower the boat and the larger the position errors. With an
-    autopilot faster than the estimate the course oscillates. PROFILE is a filter profile or a scenario.
+    A course estimated from positions lags; the lag grows with the position errors and as the boat slows down. If the
+    autopilot's bandwidth exceeds the estimate's, the course oscillates. PROFILE is a filter profile or a scenario.
 
     Examples:
 
@@ -171,7 +171,7 @@ def advise(
         carried = carried_bandwidth(*circumstances)
         fitting = "" if nomoto_time is None else f"; {_damped(carried, nomoto_time)}"
         print(
-            f"The course estimate carries {carried:.2g} rad/s at {speed:g} m/s with fixes of {std:g} m "
+            f"The bandwidth of the course estimate is {carried:.2g} rad/s at {speed:g} m/s with fixes of {std:g} m "
             f"every {1.0 / rate:g} s{fitting}."
         )
         return
@@ -179,7 +179,7 @@ def advise(
 
 
 def _damped(carried: float, nomoto_time: float) -> str:
-    """The largest autopilot bandwidth whose loop is well damped with such an estimate."""
+    """The largest autopilot bandwidth with a well-damped loop, in words; `carried`: that of the estimate, rad/s."""
     import numpy as np
 
     from steerway.control.bandwidth import COMFORTABLE, loop_damping
@@ -200,7 +200,7 @@ def _is_scenario(path: str) -> bool:
 
 
 def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str:
-    """The sentence; a warning on stderr, or with `strict` a refusal, when it does not fit."""
+    """The sentence. If it does not fit: a warning on stderr unless `quiet`, or with `strict` an InputError."""
     if not fits and strict:
         raise InputError(f"{sentence[0].lower()}{sentence[1:-1]} (refused by --strict)")
     if not fits and not quiet:
@@ -209,7 +209,7 @@ def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str
 
 
 def print_run(numbers: dict[str, float], title: str) -> None:
-    """A run's numbers as tables."""
+    """Print the numbers of a run as tables."""
     from steerway.simulation.runs.page import COMPARED, comparison, summary
 
     print_table(f"{title}: estimated against true", COMPARED, comparison(numbers))

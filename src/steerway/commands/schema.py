@@ -1,4 +1,4 @@
-"""The command that prints the JSON Schemas of TOML files, with units; editors complete keys by them."""
+"""The command that prints the JSON Schemas of the TOML files, with units: schema."""
 
 import json
 from importlib import import_module
@@ -19,7 +19,7 @@ KINDS = tuple(_MODELS)
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a kind of file, of `KINDS`. Numbers have a `unit`."""
+    """The JSON Schema (draft 2020-12) of one of the `KINDS` of file. Numbers have a `unit`."""
     if kind not in KINDS:
         raise InputError(f"schema {kind!r} is unknown, expected one of {', '.join(KINDS)}")
     module, name = _MODELS[kind]
@@ -43,9 +43,9 @@ def schema(
     kind: str = argument("KIND", f"The kind of file: {', '.join(KINDS)}."),
     out: Path | None = option("FILE", "Output file, .json.", None, "-o", "--out"),
 ) -> None:
-    """Print the JSON Schema of scenarios, profiles, settings or missions, by which editors complete their keys.
+    """Print the JSON Schema of scenarios, profiles, settings or missions. Editors complete and check keys with it.
 
-    An editor with TOML support finds the schema if the first line of a file is: #:schema scenario.json
+    An editor with TOML support finds the schema if the first line of your file is: #:schema scenario.json
 
     Example:
 

@@ -1,4 +1,4 @@
-"""The command for studies, which are found by the entry points of the group `steerway.studies`."""
+"""The command for studies. Packages register their studies as entry points of the group `steerway.studies`."""
 
 import sys
 from importlib import import_module
@@ -13,7 +13,7 @@ from steerway.core.locks import only_writer
 from steerway.simulation.unfinished import Unfinished
 
 GROUP = "steerway.studies"
-"""Each entry point names a table: study name → module, whose attribute STUDY is a `steerway_studies.study.Study`."""
+"""An entry point loads a dict: study name → module, whose attribute STUDY is a `steerway_studies.study.Study`."""
 
 
 def study(
@@ -21,13 +21,13 @@ def study(
     out: Path = option("DIR", "Output directory.", Path("study"), "-o", "--out"),
     seeds: int | None = option("N", "Number of seeds; by default the study's own.", min=1),
     first_seed: int = option("K", "The first seed.", 0, min=0),
-    full: bool = flag("--full", "At-sea only: run all cases with every seed; by default each seed draws some."),
+    full: bool = flag("--full", "Study at-sea only: every seed runs all cases; by default, a random selection."),
     figures_only: bool = flag(
-        "--figures-only", "Draw the figures that need no statistics, of the first seed, in seconds."
+        "--figures-only", "Only draw the figures that need no statistics, of the first seed; takes seconds."
     ),
-    resume: bool = flag("--resume", "Continue an interrupted study with the parts it has done."),
+    resume: bool = flag("--resume", "Continue an interrupted study; finished parts are kept."),
 ) -> None:
-    """Run a study: compare published with measured numbers, with figures.
+    """Run a study: compare published with measured numbers, and draw figures.
 
     Examples:
 
@@ -52,7 +52,7 @@ def study(
         parts = Unfinished(out / "study.unfinished", {"study": name}, resume, (modules[name].split(".")[0],))
         parts.noted = lambda: interruption.keep(f"{len(parts.results)} parts", out)
         if parts.results:
-            print(f"resumed with {len(parts.results)} parts", file=sys.stderr)
+            print(f"resumed: {len(parts.results)} parts are done", file=sys.stderr)
         with progress_line(name) as step:
             results = chosen.run_keeping(parts, seeds, first_seed, lambda share, what="": step(share, what), full)
         page = results.write(out)
@@ -64,7 +64,7 @@ def study(
 
 
 def installed() -> dict[str, str]:
-    """Study name → module, of every installed package. Raises InputError where there is none."""
+    """Study name → module, of all installed packages. Raises InputError if there is none."""
     modules: dict[str, str] = {}
     for entry in entry_points(group=GROUP):
         modules |= entry.load()

@@ -1,4 +1,4 @@
-"""Output on a terminal: pairs, tables, JSON, progress; and how options are declared."""
+"""Output on a terminal (pairs, tables, JSON, progress), and the declaration of options and arguments."""
 
 import json
 import math
@@ -14,18 +14,18 @@ from steerway.core.errors import printable
 
 
 class Progressed(Protocol):
-    """Told the part done, and what is being done."""
+    """Called with the share done (0 to 1) and what is being done."""
 
     def __call__(self, part: float, note: str = "") -> None: ...
 
 
 def option(metavar: str | None, help: str, default: Any = None, *names: str, **limits: Any) -> Any:
-    """An option with what its value is called; named as its parameter where no names are given. `...`: required."""
+    """An option; the metavar names its value. Without `names` it is named as its parameter. Default `...`: required."""
     return typer.Option(default, *names, metavar=metavar, help=help, **limits)
 
 
 def argument(metavar: str, help: str, default: Any = ...) -> Any:
-    """An argument, required where it has no default."""
+    """An argument; required if it has no default."""
     return typer.Argument(default, metavar=metavar, help=help)
 
 
@@ -35,20 +35,20 @@ def flag(names: str, help: str, default: bool = False) -> Any:
 
 
 def print_pairs(pairs: Sequence[tuple[str, object]]) -> None:
-    """(what, value) pairs, values in one column."""
+    """Print (what, value) pairs, values in one column."""
     width = max((len(name) for name, _ in pairs), default=0)
     for name, value in pairs:
         print(printable(f"{name:<{width}}  {value}"))
 
 
 def print_notes(notes: Iterable[str], indent: str = "") -> None:
-    """One line a note."""
+    """Print one line per note."""
     for note in notes:
         print(f"{indent}· {printable(note)}")
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """A plain table; 160 columns wide where the output is not a terminal."""
+    """Print a plain table, 160 characters wide if the output is not a terminal."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -64,7 +64,7 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[obje
 
 
 def print_json(value: object) -> None:
-    """JSON; NaN, which JSON does not have, is written as null."""
+    """Print JSON; NaN, which JSON does not have, is written as null."""
     print(json.dumps(_finite(value), ensure_ascii=False, indent=2))
 
 
@@ -78,7 +78,7 @@ def _finite(value: object) -> object:
 
 @contextmanager
 def progress_line(what: str) -> Iterator[Progressed]:
-    """A progress bar on stderr, advanced by the function it yields; a line a minute where stderr is no terminal."""
+    """Show progress on stderr: a bar on a terminal, else a line per minute. Yields the function that advances it."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -102,9 +102,9 @@ def progress_line(what: str) -> Iterator[Progressed]:
 
 
 class _Lines:
-    """Progress as a line a minute, with the time left at the pace so far.
+    """Progress as one line per minute, with the time left at the pace so far.
 
-    What the first seconds report is what an interrupted run had done: no part of the pace.
+    A share reported in the first seconds comes from an interrupted run and does not count for the pace.
     """
 
     def __init__(self, what: str) -> None:
@@ -118,8 +118,8 @@ class _Lines:
         elif now >= self._next and part > self._before:
             left = (now - self._began) * (1.0 - part) / (part - self._before) / 60.0
             words = ", ".join(each for each in (self._what, note) if each)
-            print(f"{words}: {100.0 * part:.0f} %, some {left:.0f} min left", file=sys.stderr, flush=True)
+            print(f"{words}: {100.0 * part:.0f} %, about {left:.0f} min left", file=sys.stderr, flush=True)
             self._next = now + 60.0
 
 
-_RESUMED = 5.0  # s
+_RESUMED = 5.0  # s from the start in which a reported share counts as done by an interrupted run

@@ -130,19 +130,19 @@ def advice(
     if nomoto_time is not None and carried > 0.0:
         left = loop_damping(bandwidth, carried, nomoto_time, damping, course_gain)
     if bandwidth <= carried and left >= COMFORTABLE:
-        calm = "" if math.isinf(left) else f" with a damping of {left:.2g} in the loop"
+        calm = "" if math.isinf(left) else f" with a damping ratio of {left:.2g} in the loop"
         return True, (
-            f"An autopilot of {bandwidth:.2g} rad/s fits{calm}: the course estimate carries {carried:.2g} rad/s "
-            f"{circumstances}."
+            f"An autopilot of {bandwidth:.2g} rad/s fits{calm}: the bandwidth of the course estimate is "
+            f"{carried:.2g} rad/s {circumstances}."
         )
     trouble, remedy = "", "to that"
     if bandwidth <= carried:
         trouble = (
-            f", which leaves the loop a damping of {left:.2g} with T = {nomoto_time:g} s, "
+            f", and with T = {nomoto_time:g} s the damping ratio of the loop is {left:.2g}, "
             f"expected at least {COMFORTABLE:g}"
         )
         remedy = "further"
     return False, (
-        f"An autopilot of {bandwidth:.2g} rad/s will hunt: the course estimate carries {carried:.2g} rad/s "
-        f"{circumstances}{trouble}, so lower the bandwidth {remedy}, sail faster or use better fixes."
+        f"An autopilot of {bandwidth:.2g} rad/s will hunt: the bandwidth of the course estimate is {carried:.2g} rad/s "
+        f"{circumstances}{trouble}; lower the autopilot's bandwidth {remedy}, sail faster or use better fixes."
     )

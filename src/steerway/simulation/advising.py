@@ -104,11 +104,11 @@ def _advise_steering(scenario: Scenario, known: Boat, speed: float) -> tuple[boo
     assessed = "" if kind == KINDS[0] else f"{KINDS[0]} in place of {kind} and "
     fixes = f"{assessed}fixes of {scenario.gnss.white:g} m every {1.0 / scenario.gnss.rate:g} s"
     loop = (
-        f"with {fixes} it has a bandwidth of {worst.bandwidth:.2g} rad/s and a damping of at least {worst.damping:.2g}"
-        f"{way}, the boat's response as uncertain as the filter takes it to be"
+        f"with {fixes}{way} its bandwidth is {worst.bandwidth:.2g} rad/s and its damping ratio at least "
+        f"{worst.damping:.2g}, if the boat responds within 1σ of what the filter expects"
     )
     if worst.damping >= COMFORTABLE:
-        return True, f"The steering loop fits: {loop}; {most}."
+        return True, f"The steering loop is well damped: {loop}; {most}."
     return False, (
         f"The steering loop is weakly damped: {loop}, expected {COMFORTABLE:g}; {most}. A longer guidance.lookahead or "
         "a receiver with velocity damps it better."

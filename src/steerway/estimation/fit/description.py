@@ -69,7 +69,7 @@ class Tuned:
             *((f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(self.profile)),
             *([("at a limit of the search", ", ".join(self.at_bounds))] if self.at_bounds else []),
             *(
-                [("as expected before", f"{', '.join(self.cannot_tell)}: the log does not determine these")]
+                [("at prior values", f"{', '.join(self.cannot_tell)}: the log does not determine these")]
                 if self.cannot_tell
                 else []
             ),

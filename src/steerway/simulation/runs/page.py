@@ -126,7 +126,7 @@ def within(share: float) -> str:
 def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
     """The run as (what, value) pairs."""
     return [
-        ("time", _with_unit(numbers["duration_s"], "s", 1)),
+        ("duration", _with_unit(numbers["duration_s"], "s", 1)),
         *_answers(numbers),
         *_under_way(numbers),
     ]
@@ -161,7 +161,7 @@ def _under_way(numbers: dict[str, float]) -> list[tuple[str, str]]:
         ("waypoints", f"{numbers['waypoints_reached']:.0f} reached, {numbers['waypoints_missed']:.0f} missed"),
         (
             "cross-track error, true",
-            f"RMS {numbers['cross_track_rms_m']:.2f} m, maximum {numbers['cross_track_max_m']:.1f} m",
+            f"{numbers['cross_track_rms_m']:.2f} m RMS, {numbers['cross_track_max_m']:.1f} m at most",
         ),
         ("cross-track error, as estimated", _with_unit(numbers["estimated_cross_track_rms_m"], "m RMS", 2)),
         *steered,
@@ -169,7 +169,7 @@ def _under_way(numbers: dict[str, float]) -> list[tuple[str, str]]:
 
 
 def _with_unit(value: float, unit: str, decimals: int) -> str:
-    return "unknown" if not math.isfinite(value) else f"{value:.{decimals}f} {unit}"
+    return "unknown" if not math.isfinite(value) else f"{value:.{decimals}f} {unit}".replace(" °", "°")
 
 
 def write_story(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> None:
