@@ -1,6 +1,8 @@
-"""The array that most functions take and return."""
+"""The arrays that functions take and return."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]

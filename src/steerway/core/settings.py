@@ -145,8 +145,8 @@ def parse_toml(text: str, place: str) -> dict[str, Any]:
         raise InputError(f"{place} is not valid TOML: {str(error).splitlines()[0]}") from None
 
 
-def toml_value(value: str | float | list[str]) -> str:
-    """A text, number or list of texts as TOML has it."""
+def toml_value(value: float | Sequence[str] | Sequence[float]) -> str:
+    """A number, a text or a list of them as TOML writes it."""
     return repr(float(value)) if isinstance(value, int | float) else json.dumps(value, ensure_ascii=False)
 
 

@@ -8,8 +8,14 @@ likelihood has a kink, as at a fix that is an outlier on one side only; therefor
 """
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from steerway.core.arrays import Floats
+
+if TYPE_CHECKING:
+    from steerway.estimation.fit.posterior import Posterior
 
 _TOLERANCE = 0.3
 """Gain of log posterior below which a round is the last: a tenth of what distinguishes two structures
@@ -33,17 +39,19 @@ _PROMISING = 0.03
 class Ascent:
     """Where the search for a maximum stands: numbers x, log densities and scores of every row, log posterior."""
 
-    def __init__(self, posterior, x):
+    scores: Floats
+    measured: Floats
+
+    def __init__(self, posterior: "Posterior", x: Floats) -> None:
         self.posterior, self.x = posterior, x
         self.each = posterior.densities(x)
         self.log = posterior.log(x, self.each)
-        self.scores = self.measured = None
 
-    def differentiate(self):
+    def differentiate(self) -> None:
         """Take the scores by differences."""
         self.scores = self.measured = self.posterior.scores(self.x, self.each)
 
-    def information(self):
+    def information(self) -> Floats:
         """Information matrix of the numbers, from the record and the prior."""
         total = np.eye(len(self.x))
         for begin in range(0, self.scores.shape[1], _BLOCK):
@@ -51,11 +59,11 @@ class Ascent:
             total += some @ some.T
         return total
 
-    def slope(self):
+    def slope(self) -> Floats:
         """Gradient of the log posterior."""
         return self.scores.sum(axis=1) - self.x
 
-    def try_step(self, step) -> float:
+    def try_step(self, step: Floats) -> float:
         """Go this step, as far as it leads to numbers that may be sought, if it leads up. Returns what it gains."""
         step = self.posterior.within(self.x + step) - self.x
         if not step.any():
@@ -71,7 +79,7 @@ class Ascent:
         return gained
 
 
-def climb(ascent: Ascent, rounds) -> bool:
+def climb(ascent: Ascent, rounds: int) -> bool:
     """Go up in at most so many rounds: differences and scoring; where that stands still, every number by itself.
 
     Returns whether the last round gained hardly anything.
@@ -90,7 +98,7 @@ def climb(ascent: Ascent, rounds) -> bool:
     return False
 
 
-def score(ascent: Ascent):
+def score(ascent: Ascent) -> None:
     """Steps of scoring until they gain hardly anything."""
     reach, failures = 1.0, 0
     while failures <= _FAILURES:
@@ -107,7 +115,7 @@ def score(ascent: Ascent):
             reach, failures = 0.5 * min(reach, largest), failures + 1
 
 
-def sweep(ascent: Ascent):
+def sweep(ascent: Ascent) -> None:
     """Step up along every number by itself that promises a gain, the steepest first."""
     information = np.diag(ascent.information())
     for i in np.argsort(-np.abs(ascent.slope())):

@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Bools, Floats, Ints
 from steerway.core.records import Fixes
-from steerway.estimation.fit.posterior import Posterior, Rows
+from steerway.estimation.filter.row import Rows
+from steerway.estimation.fit.posterior import Posterior
 from steerway.estimation.fit.selection import BETTER, Structure
 from steerway.estimation.log.outage import SLIDES, outages
 from steerway.estimation.log.run import Track
@@ -73,13 +75,13 @@ def velocity_parts(profile: object) -> tuple[str, ...]:
     return tuple(name for name in VELOCITY if any(name in each.parts for each in structures))
 
 
-def _density(structure, rows: Rows, judged) -> float:
+def _density(structure: Structure, rows: Rows, judged: Bools) -> float:
     """Log density of the fixes of a record, each given the rows before it."""
     posterior = Posterior(structure.parts, rows)
     return float(posterior.densities(posterior.point(structure.values))[judged].sum())
 
 
-def _pieces(record: Rows) -> tuple[Rows, np.ndarray]:
+def _pieces(record: Rows) -> tuple[Rows, Bools]:
     """Pieces from all over a record, every row once with its fix and once more with its velocity; which fixes count."""
     fixed = np.flatnonzero(np.isfinite(record.north))
     starts = np.unique(np.linspace(0, max(len(fixed) - _BLOCK, 0), _BLOCKS).astype(int))
@@ -94,7 +96,7 @@ def _pieces(record: Rows) -> tuple[Rows, np.ndarray]:
     return Rows(record.time[rows], north, east, excess, aids, restarts, record.quantum), judged
 
 
-def _sliding(time, fixed):
+def _sliding(time: Floats, fixed: Ints) -> Bools:
     """(n,) bool: rows after an outage, where the receiver may slide in or has hardly come to rest.
 
     No velocity predicts such fixes.

@@ -1,12 +1,14 @@
 """An inference or a tuned profile in words: structures, weights, evidence and the numbers that matter."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from steerway.estimation.fit.selection import Inference
 from steerway.estimation.vessel.aids import TABLE
 from steerway.estimation.vessel.inferred import InferredProfile
-from steerway.estimation.vessel.parts import PARTS
+from steerway.estimation.vessel.parts import PARTS, Parts, Values
 
 _ANGLES = ("wander_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid.words))
 
@@ -45,7 +47,7 @@ class Tuned:
             )
         )
 
-    def as_dict(self) -> dict:
+    def as_dict(self) -> dict[str, Any]:
         """All as plain numbers, texts and lists; `structures` as in the profile."""
         names = ("fixes", "moving", "rejected", "nis_mean", "nis_within_pct", "held_back", "held_back_log_likelihood")
         own = {name: getattr(self, name) for name in (*names, "default_held_back_log_likelihood", "is_default")}
@@ -76,14 +78,14 @@ class Tuned:
         ]
 
 
-def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict]:
+def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict[str, Any]]:
     """What every structure is, best first: parts, weight, log_evidence (NaN of one not fitted), values, words.
 
     With an inference also of those that competed and have no weight.
     """
     fits = inference.fits if inference else ()
     evidence = {fit.parts: fit.evidence for fit in fits}
-    models: dict = {fit.parts: (0.0, fit.values) for fit in fits}
+    models: dict[Parts, tuple[float, Values]] = {fit.parts: (0.0, fit.values) for fit in fits}
     for each in profile.structures:  # of a short record there are several sets of numbers to the same parts
         weight, values = models.get(each.parts, (0.0, each.values))
         models[each.parts] = weight + each.weight, values
@@ -100,7 +102,7 @@ def structures_of(profile: InferredProfile, inference: Inference | None = None) 
     return sorted(found, key=lambda each: (-each["weight"], -each["log_evidence"]))
 
 
-def is_of_hull(structures) -> bool:
+def is_of_hull(structures: Iterable[dict[str, Any]]) -> bool:
     """Whether the motion by these (see `structures_of`) is that of the hull under an antenna that rolls.
 
     Otherwise it is the antenna's.
@@ -108,7 +110,7 @@ def is_of_hull(structures) -> bool:
     return sum(each["weight"] for each in structures if "antenna" in each["parts"]) >= 0.5
 
 
-def in_words(parts, values) -> str:
+def in_words(parts: Parts, values: Values) -> str:
     """What a structure says of vessel and receiver."""
     shown = {name: math.degrees(value) if name in _ANGLES else value for name, value in values.items()}
     return "; ".join(PARTS[part].words.format(**shown) for part in parts)

@@ -1,14 +1,16 @@
 """Maximum a posteriori fit of a structure's numbers, and its evidence."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.estimation.filter.model import FUSED, bank_in, bank_size, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.fit.ascent import Ascent, climb
-from steerway.estimation.vessel.parts import LONGEST_ROLL
+from steerway.estimation.vessel.parts import LONGEST_ROLL, Parts, Values
 from steerway.estimation.vessel.structures import log_share, model_of, priors_of
 
 _NO_OUT = np.empty((0, FUSED + 2))
@@ -36,13 +38,13 @@ class Fit(NamedTuple):
     deviations: of the numbers' logarithms (Laplace). others: numbers drawn from the posterior, all as likely.
     """
 
-    parts: tuple
-    values: dict
+    parts: Parts
+    values: Values
     log_posterior: float
     evidence: float
     calls: int
-    deviations: dict
-    others: tuple
+    deviations: Values
+    others: tuple[Values, ...]
 
     @property
     def at_bounds(self) -> list[str]:
@@ -55,7 +57,7 @@ class Fit(NamedTuple):
 class Posterior:
     """Posterior of a structure's numbers, in prior deviations from the prior medians."""
 
-    def __init__(self, parts, rows: Rows, shortest=0.0):
+    def __init__(self, parts: Parts, rows: Rows, shortest: float = 0.0) -> None:
         self.parts, self.rows, self.calls = parts, rows, 0
         self.settling = min(_SETTLING, len(rows.time) // 3)
         priors = priors_of(parts)
@@ -70,7 +72,7 @@ class Posterior:
         self.most = np.minimum((np.log(most) - self.medians) / self.deviations, FURTHEST)
         self._memory = np.empty(0)
 
-    def densities(self, x):
+    def densities(self, x: Floats) -> Floats:
         """(n,) log density of every row, 0 of those that do not count."""
         self.calls += 1
         model = model_of(self.parts, self.values(x), self.rows.quantum)
@@ -83,16 +85,16 @@ class Posterior:
         run_record(self.rows, model, bank_in(self._memory, m, n), asked)
         return each
 
-    def log(self, x, each):
+    def log(self, x: Floats, each: Floats) -> float:
         """Log posterior (but for a constant) of these densities."""
         value = float(each.sum()) - 0.5 * float(x @ x)
         return value if math.isfinite(value) else -math.inf
 
-    def values(self, x) -> dict:
+    def values(self, x: Floats) -> Values:
         """The numbers by name."""
         return dict(zip(self.names, np.exp(self.medians + self.deviations * x).tolist(), strict=True))
 
-    def point(self, values) -> np.ndarray:
+    def point(self, values: Values) -> Floats:
         """Numbers by name in prior deviations, those not named at their medians."""
         x = np.zeros(len(self.names))
         for i, name in enumerate(self.names):
@@ -100,11 +102,11 @@ class Posterior:
                 x[i] = (math.log(values[name]) - self.medians[i]) / self.deviations[i]
         return self.within(x)
 
-    def within(self, x):
+    def within(self, x: Floats) -> Floats:
         """The nearest point that may be sought."""
         return np.clip(x, np.minimum(self.least, self.most), self.most)
 
-    def scores(self, x, each):
+    def scores(self, x: Floats, each: Floats) -> Floats:
         """(numbers, n) derivative of every row's log density by every number, 0 where the difference is no derivative:
         where rounding leaves no density, and where a rule of the filter decides otherwise."""
         steps = _DIFFERENCE * np.eye(len(x))
@@ -112,14 +114,16 @@ class Posterior:
         return np.where(np.abs(scores) < _STEEPEST, scores, 0.0)
 
 
-def likeliest(parts, rows, starts, shortest=0.0, most=1) -> list[tuple[dict, float]]:
+def likeliest(
+    parts: Parts, rows: Rows, starts: Sequence[Values], shortest: float = 0.0, most: int = 1
+) -> list[tuple[Values, float]]:
     """The `most` likeliest starting points (dicts), each with its log posterior, the likeliest first."""
     posterior = Posterior(parts, rows, shortest)
     logs = [posterior.log(x, posterior.densities(x)) for x in map(posterior.point, starts)]
     return [(starts[i], logs[i]) for i in np.argsort(-np.array(logs), kind="stable")[:most]]
 
 
-def fitted(parts, rows, start, rounds=2, shortest=0.0, draws=0) -> Fit:
+def fitted(parts: Parts, rows: Rows, start: Values, rounds: int = 2, shortest: float = 0.0, draws: int = 0) -> Fit:
     """Maximise the posterior from a starting point (dict), in at most so many rounds.
 
     shortest: period (s) below which fixes do not resolve an oscillation. draws: how many `others` (even).
@@ -142,7 +146,7 @@ def fitted(parts, rows, start, rounds=2, shortest=0.0, draws=0) -> Fit:
     return Fit(parts, values, ascent.log, evidence, posterior.calls, deviations, others)
 
 
-def drawn(ascent: Ascent, information, draws) -> tuple:
+def drawn(ascent: Ascent, information: Floats, draws: int) -> tuple[Values, ...]:
     """Sets of numbers about a maximum, by the normal distribution of this information, in pairs of opposite ones.
 
     Each is brought nearer, to where the posterior has fallen as far as the normal distribution has: the posterior falls

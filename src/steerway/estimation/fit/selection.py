@@ -5,6 +5,7 @@ Structures that fall behind there are given up, the others are fitted and compar
 """
 
 import math
+from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -12,10 +13,11 @@ import numpy as np
 
 from steerway.estimation.filter.bank import LONGEST_STEP
 from steerway.estimation.filter.model import Model
-from steerway.estimation.fit.posterior import DRAWS, Fit, Posterior, Rows, fitted, likeliest
+from steerway.estimation.filter.row import Rows
+from steerway.estimation.fit.posterior import DRAWS, Fit, Posterior, fitted, likeliest
 from steerway.estimation.fit.starts import scales_of, vessels
 from steerway.estimation.log.record import excerpt, predictions
-from steerway.estimation.vessel.parts import OPTIONAL, PARTS, PLAIN, Scales
+from steerway.estimation.vessel.parts import OPTIONAL, PARTS, PLAIN, Parts, Scales, Values
 from steerway.estimation.vessel.structures import model_of, parameters_of
 
 FEW, MANY = 500, 1500
@@ -59,8 +61,8 @@ class Structure(NamedTuple):
     """One of the structures that a record is evidence for."""
 
     weight: float
-    parts: tuple
-    values: dict
+    parts: Parts
+    values: Values
     quantum: tuple[float, float] = (0.0, 0.0)
     """Last digit of a fix north and east, m; 0 where fixes are not rounded."""
 
@@ -73,8 +75,8 @@ class Structure(NamedTuple):
 class Inference(NamedTuple):
     """Structures with their weights, and all fits that competed to the end."""
 
-    structures: tuple
-    fits: tuple
+    structures: tuple[Structure, ...]
+    fits: tuple[Fit, ...]
 
     @property
     def used(self) -> list[Fit]:
@@ -82,7 +84,7 @@ class Inference(NamedTuple):
         return [fit for fit in self.fits if fit.parts in {each.parts for each in self.structures}]
 
 
-def infer(record: Rows, aids=(), effort=1) -> Inference:
+def infer(record: Rows, aids: Sequence[str] = (), effort: int = 1) -> Inference:
     """Fit and compare the declared structures on a record (see `whole_log.Track`) with these of its aids.
 
     effort: how many times the usual rows and rounds.
@@ -95,7 +97,7 @@ def infer(record: Rows, aids=(), effort=1) -> Inference:
     return weighed(refitted(contenders, many, scales.shortest, effort, draws), record.quantum, draws)
 
 
-def affordable(record: Rows, parts, most, apart) -> Rows:
+def affordable(record: Rows, parts: Parts, most: int, apart: float) -> Rows:
     """At most so many rows; for large structures and fixes far apart fewer, so that no run of the filter costs more."""
     rows = excerpt(record, most, apart)
     states = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0)).states
@@ -103,7 +105,7 @@ def affordable(record: Rows, parts, most, apart) -> Rows:
     return rows if share >= 1.0 else excerpt(record, max(FEWEST, int(share * most)), apart)
 
 
-def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple, Fit]:
+def refitted(few: dict[Parts, Fit], rows: Rows, shortest: float, effort: int, draws: int) -> dict[Parts, Fit]:
     """The best of the structures fitted on few rows (the best first), fitted to other rows.
 
     They compete with the best as they are, and with their parts added to it: what few rows do not tell, many may. They
@@ -112,11 +114,11 @@ def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple
     """
     first = next(iter(few))
     fits = {first: fitted(first, rows, few[first].values, effort * LAST_ROUNDS, shortest, draws)}
-    waiting: dict[tuple, tuple] = {}
+    waiting: dict[Parts, tuple[float, Values]] = {}
     penalty = {parts: fit.evidence - fit.log_posterior for parts, fit in few.items()}
     plain = next(parts for parts in few if parts == plain_of(parts))
 
-    def consider(parts, values, penalty, behind):
+    def consider(parts: Parts, values: Values, penalty: float, behind: float) -> None:
         if parts not in fits and parts not in waiting:
             found = fits[best].values
             [(begin, log)] = likeliest(parts, rows, [values | found, found | values], shortest)
@@ -140,7 +142,7 @@ def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple
     return {parts: with_resolved_surge(fit, rows, shortest) for parts, fit in fits.items()}
 
 
-def with_resolved_surge(fit: Fit, rows, shortest) -> Fit:
+def with_resolved_surge(fit: Fit, rows: Rows, shortest: float) -> Fit:
     """The fit, without the surge of its waves if the record does not show one.
 
     Waves may be found by their yaw alone: a slalom looks like the yaw of a wave with its period. Noise then passes for
@@ -156,7 +158,7 @@ def with_resolved_surge(fit: Fit, rows, shortest) -> Fit:
     return fit._replace(values=quiet, others=others)
 
 
-def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
+def screened(base: Parts, few: Rows, scales: Scales) -> dict[Parts, Fit]:
     """Fits of structures on few rows, the best first."""
     shortest = scales.shortest
     kinds = vessels(scales.noise, far=shortest > 2.0 * LONGEST_STEP)
@@ -165,7 +167,7 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     plain = fitted(base, few, begin[0].values, FIRST_ROUNDS)
     fits = {base: plain}
 
-    def compete(part, begun: Fit):
+    def compete(part: str, begun: Fit) -> None:
         """Fit a part, unless it explains nothing even with the likeliest numbers."""
         parts = (*begun.parts, part)
         start, log = searched(parts, few, begun.values, scales)
@@ -192,25 +194,25 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
             parts = together(best, other)
             if parts not in fits:
                 one, two = fits[best].values, fits[other].values
-                [(begin, _)] = likeliest(parts, few, [two | one, one | two], shortest)
-                fits[parts] = fitted(parts, few, begin, FEW_ROUNDS, shortest)
+                [(start, _)] = likeliest(parts, few, [two | one, one | two], shortest)
+                fits[parts] = fitted(parts, few, start, FEW_ROUNDS, shortest)
             gains[other] = fits[parts].evidence - fits[best].evidence
         good = [other for other in good if gains[other] > 0.0]
         best = max(fits, key=lambda parts: fits[parts].evidence)
     return {parts: fits[parts] for parts in sorted(fits, key=lambda parts: -fits[parts].evidence)}
 
 
-def together(structure, other) -> tuple:
+def together(structure: Parts, other: Parts) -> Parts:
     """A structure with the parts that may be added to it of another."""
     return plain_of(structure) + tuple(part for part in OPTIONAL if part in structure or part in other)
 
 
-def plain_of(structure) -> tuple:
+def plain_of(structure: Parts) -> Parts:
     """The parts of a structure that are not among OPTIONAL."""
     return tuple(part for part in structure if part not in OPTIONAL)
 
 
-def weighed(fits: dict[tuple, Fit], quantum=(0.0, 0.0), draws=0) -> Inference:
+def weighed(fits: dict[Parts, Fit], quantum: tuple[float, float] = (0.0, 0.0), draws: int = 0) -> Inference:
     """The structures by their evidence; those of hardly any weight are left out.
 
     draws: total number of parameter sets drawn from the posterior (`Fit.others`), shared among the structures.
@@ -228,12 +230,13 @@ def weighed(fits: dict[tuple, Fit], quantum=(0.0, 0.0), draws=0) -> Inference:
     return Inference(tuple(structures), tuple(fits.values()))
 
 
-def searched(parts, rows, values, scales: Scales) -> tuple[dict, float]:
+def searched(parts: Parts, rows: Rows, values: Values, scales: Scales) -> tuple[Values, float]:
     """Numbers to begin from where the last part comes to others with these values, and their log posterior."""
     begun, log = [values], -math.inf
     if parts[-1] == "obstructions":  # which may have been taken for manoeuvres
         begun += vessels(scales.noise)
-    for stage in PARTS[parts[-1]].begin(scales, values):
+    stages = PARTS[parts[-1]].begin
+    for stage in stages(scales, values) if stages else ():
         grid = [dict(zip(stage, chosen, strict=True)) for chosen in product(*stage.values())]
         starts = [each | chosen for each in begun for chosen in grid]
         [(best, log)] = likeliest(parts, rows, starts, scales.shortest)

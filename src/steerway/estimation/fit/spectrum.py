@@ -3,7 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steerway.core.arrays import Floats
 from steerway.estimation.log.course import STEERAGEWAY
 from steerway.estimation.log.record import usual_interval
 from steerway.estimation.vessel.parts import UNKNOWN_PERIODS
@@ -24,11 +26,11 @@ _MOST, _BESIDE = 3, 6
 class Periods(NamedTuple):
     """Periods (s) of the strongest lines along and across the track, the strongest first."""
 
-    along: tuple
-    across: tuple
+    along: tuple[float, ...]
+    across: tuple[float, ...]
 
 
-def periods_of(time, north, east) -> Periods:
+def periods_of(time: Floats, north: Floats, east: Floats) -> Periods:
     """The periods that stand out. Spectra of segments that overlap by half are averaged (P. D. Welch, IEEE Trans. Audio
     and Electroacoustics 15(2), 1967), as logarithms, so that no segment outweighs the others.
 
@@ -67,7 +69,7 @@ def periods_of(time, north, east) -> Periods:
     return Periods(*(_lines(each / segments, np.fft.rfftfreq(n, step)) for each in total.T))
 
 
-def _lines(power, frequency) -> tuple:
+def _lines(power: Floats, frequency: NDArray[np.floating]) -> tuple[float, ...]:
     """Periods at which a spectrum (log) stands out most from the frequencies around."""
     low, high = np.searchsorted(frequency, [1.0 / _LONGEST, min(1.0 / _SHORTEST, frequency[-1])])
     low -= 1  # a peak is higher than both beside it

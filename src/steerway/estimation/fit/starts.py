@@ -5,7 +5,7 @@ import numpy as np
 from steerway.estimation.filter.row import Rows
 from steerway.estimation.fit.spectrum import periods_of
 from steerway.estimation.log.record import usual_interval, white_std
-from steerway.estimation.vessel.parts import PLAIN, Scales
+from steerway.estimation.vessel.parts import PLAIN, Scales, Values
 from steerway.estimation.vessel.structures import parameters_of
 
 _RESOLVED = 2.0
@@ -50,7 +50,7 @@ def scales_of(record: Rows) -> Scales:
     return Scales(white_std(*places), shortest, *periods_of(*places))
 
 
-def vessels(noise, far=False) -> list[dict]:
+def vessels(noise: float, far: bool = False) -> list[Values]:
     """Numbers of the plain structure to begin from, of a receiver of this noise (m).
 
     far: of vessels whose fixes are far apart too.

@@ -8,15 +8,16 @@ predicts the fixes held back better than the quick one by what is called strong 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import OK, REJECTED, Fixes
 from steerway.core.statistics import NORMAL_95
+from steerway.estimation.filter.row import Rows
 from steerway.estimation.fit.description import Tuned
-from steerway.estimation.fit.posterior import Posterior, Rows
+from steerway.estimation.fit.posterior import Posterior
 from steerway.estimation.fit.selection import BETTER, Inference, Structure, infer
 from steerway.estimation.log.run import Track, motion_of_track, part_of
 from steerway.estimation.vessel.inferred import InferredProfile, WeighedStructure
@@ -95,7 +96,7 @@ def _mean(found: list[Inference]) -> list[Structure]:
     return [each._replace(weight=each.weight / len(found)) for one in found for each in one.structures]
 
 
-def _predictive(record: Rows, structures, cut) -> float:
+def _predictive(record: Rows, structures: Iterable[Structure], cut: int) -> float:
     """Log density that the weighted structures predict for the rows from `cut` on, each from those before it."""
     logs = []
     for each in structures:
@@ -111,8 +112,8 @@ def _with_intervals(found: list[Inference]) -> tuple[WeighedStructure, ...]:
     for (weight, parts, values, quantum), spread in zip(_mean(found), deviations, strict=True):
         factors = {name: math.exp(NORMAL_95 * std) for name, std in spread[parts].items()}
         intervals = {name: (values[name] / factor, values[name] * factor) for name, factor in factors.items()}
-        found_so = {"weight": weight, "parts": parts, "values": values, "quantum": quantum}
-        structures.append(WeighedStructure(**found_so, intervals=intervals))
+        fitted = WeighedStructure(weight=weight, parts=parts, values=values, quantum=quantum, intervals=intervals)
+        structures.append(fitted)
     return tuple(structures)
 
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 
 USUAL, COUNT = range(2)
@@ -27,7 +28,7 @@ half an hour under trees nor reports of kilometres become usual, and a start und
 
 
 @lean_kernel
-def variance_scale(usual, reported):
+def variance_scale(usual: Floats, reported: float) -> float:
     """How many times its usual variance a fix has, at least 1, by its reported deviation (m; NaN: none).
 
     usual: (2,) state of the receiver, updated; zero before its first fix.
@@ -45,7 +46,7 @@ def variance_scale(usual, reported):
 
 
 @kernel
-def variance_scales_of(usual, reported):
+def variance_scales_of(usual: Floats, reported: Floats) -> Floats:
     """`variance_scale` of one receiver's fixes (n,) in their order."""
     found = np.empty(len(reported))
     for k in range(len(reported)):

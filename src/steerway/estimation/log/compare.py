@@ -1,16 +1,19 @@
 """Comparison with the receiver's own SOG and COG, which are filtered, late and frozen at rest: not truth."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from steerway.core.angles import wrap_array
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Floats, Ints
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.core.statistics import DEVIATION_OF_MEDIAN
+
+Table = TypeVar("Table", Fixes, Motion)
 
 STANDSTILL = 0.3
 """m/s of the receiver's SOG below which it is at rest. Chosen: steerageway of the profiles."""
@@ -100,7 +103,7 @@ class Agreement:
 _UNIT = {"sog": "mps", "cog": "deg"}
 
 
-def _with_unit(name):
+def _with_unit(name: str) -> str:
     if name.endswith("lag"):
         return f"{name}_s"
     if name.startswith("cog"):
@@ -110,13 +113,13 @@ def _with_unit(name):
     return {"standstill_undefined": "standstill_undefined_pct"}.get(name, name)
 
 
-def _in_units(name, value):
+def _in_units(name: str, value: float) -> float:
     if name == "standstill_undefined":
         return 100.0 * value
     return math.degrees(value) if name.startswith("cog") and not name.endswith("lag") else value
 
 
-def _late(lag):
+def _late(lag: float) -> str:
     return f"{'lags' if lag >= 0.0 else 'leads'} the estimate by {abs(lag):.1f} s"
 
 
@@ -129,7 +132,7 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED, swin
         receiver's velocity that of an antenna which rolls; 0 compares them as they are.
     """
     if swing > 0.0:
-        fixes, motion = (_averaged(each, swing) for each in (fixes, motion))
+        fixes, motion = _averaged(fixes, swing), _averaged(motion, swing)
     pairs = [
         _paired(theirs, estimated, least_speed)
         for (_, theirs), (_, estimated) in zip(fixes.tracks(), motion.tracks(), strict=True)
@@ -159,7 +162,7 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED, swin
     )
 
 
-def _averaged(table, span):
+def _averaged(table: Table, span: float) -> Table:
     """Fixes or Motion with the mean velocity over so many seconds around every row that has SOG and COG."""
     columns = [table.time, table.sog, table.cog, table.time if table.mmsi is None else table.mmsi]
     if len(shapes := {np.shape(each) for each in columns}) > 1:
@@ -187,7 +190,7 @@ class _Differences(NamedTuple):
     now: Floats
 
 
-def _paired(fixes: Fixes, motion: Motion, least_speed: float):
+def _paired(fixes: Fixes, motion: Motion, least_speed: float) -> tuple[_Differences, _Differences, Floats]:
     """Differences of SOG and of COG; and at rest (3, r): estimated SOG, the receiver's, estimated COG."""
     nearest = _nearest(motion.time, fixes.time)
     near = np.abs(motion.time[nearest] - fixes.time) < _NEAR if len(motion) else np.zeros(len(fixes), bool)
@@ -202,7 +205,7 @@ def _paired(fixes: Fixes, motion: Motion, least_speed: float):
     return sog, cog, rest
 
 
-def _nearest(time, moments):
+def _nearest(time: Floats, moments: Floats) -> Ints:
     if not len(time):
         return np.zeros(len(moments), int)
     after = np.clip(np.searchsorted(time, moments), 1, max(len(time) - 1, 1))
@@ -211,11 +214,13 @@ def _nearest(time, moments):
     return np.where(moments - time[before] <= time[after] - moments, before, after)
 
 
-def _differences(time, values, moments, reported, is_angle=False) -> _Differences:
+def _differences(
+    time: Floats, values: Floats, moments: Floats, reported: Floats, is_angle: bool = False
+) -> _Differences:
     """Differences of values at `moments` − lag from the reported ones; one lag at a time, to save memory."""
     counts, squares, usual = np.zeros((3, len(_LAGS)))
 
-    def at(lag):
+    def at(lag: float) -> Floats:
         difference = np.interp(moments - lag, time, values, left=np.nan, right=np.nan) - reported
         return wrap_array(difference) if is_angle else difference
 
@@ -230,12 +235,12 @@ def _differences(time, values, moments, reported, is_angle=False) -> _Difference
     return _Differences(counts, squares, usual, now)
 
 
-def _figures(vessels):
+def _figures(vessels: Sequence[_Differences]) -> tuple[float, float, float, float]:
     """RMS and robust deviation at no lag, the best lag and the RMS there."""
     now = np.concatenate([each.now for each in vessels])
     if not len(now):
         return math.nan, math.nan, math.nan, math.nan
-    counts = sum(each.counts for each in vessels)
+    counts = np.sum([each.counts for each in vessels], axis=0)
     rms, usual = (
         np.sqrt(sum(each) / np.maximum(counts, 1))
         for each in ([of.squares for of in vessels], [of.usual for of in vessels])
@@ -250,6 +255,6 @@ def _figures(vessels):
     )
 
 
-def _median(values) -> float:
+def _median(values: Floats) -> float:
     values = values[np.isfinite(values)]
     return float(np.median(values)) if len(values) else math.nan

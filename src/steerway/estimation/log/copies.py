@@ -2,8 +2,12 @@
 
 import numpy as np
 
+from steerway.core.arrays import Bools, Floats
 
-def without_copies(time, north, east, digits=(0.0, 0.0)):
+
+def without_copies(
+    time: Floats, north: Floats, east: Floats, digits: tuple[float, float] = (0.0, 0.0)
+) -> tuple[Floats, Floats]:
     """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
 
     Coarse positions of a vessel that hardly moves repeat themselves too. After such a repeat the position moves by a
@@ -37,7 +41,7 @@ def without_copies(time, north, east, digits=(0.0, 0.0)):
     return north, east
 
 
-def _under_way(north, east, digits):
+def _under_way(north: Floats, east: Floats, digits: tuple[float, float]) -> Bools:
     """(n − 1,) bool: steps between which a rounded fix cannot repeat itself, by the ways before and after.
 
     In so many steps a way of so many digits and one more is more than a digit a step, however it is rounded.

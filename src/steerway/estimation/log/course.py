@@ -4,16 +4,19 @@ Every structure runs as a bank of modes. The estimate is their weighted mean; it
 """
 
 import math
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.fuse import COURSE_STD, add_unresolved_rate, add_unresolved_speed
-from steerway.estimation.filter.model import FUSED, ON_ACCELERATION, ON_FIX, empty_bank
+from steerway.estimation.filter.model import FUSED, ON_ACCELERATION, ON_FIX, Bank, Kept, Model, empty_bank
 from steerway.estimation.filter.reversal import reversal_of, reversed_aids
-from steerway.estimation.filter.row import Rows, run_record
+from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
 
 STEERAGEWAY = 0.3
@@ -28,19 +31,29 @@ NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 
 
-def run_model(record: Rows, model, bank, asked) -> None:
+class Weighed(Protocol):
+    """A model and how much it counts."""
+
+    @property
+    def weight(self) -> float: ...
+
+    @property
+    def model(self) -> Model: ...
+
+
+def run_model(record: Rows, model: Model, bank: Bank, asked: Asked) -> None:
     """A model's filter over a record: the paper's Table 1 where that is all of it."""
     (five_state.run if five_state.is_plain(model, record.aids) else run_record)(record, model, bank, asked)
 
 
-def least_course_speed(structures, steerageway=STEERAGEWAY) -> float:
+def least_course_speed(structures: Sequence[Weighed], steerageway: float = STEERAGEWAY) -> float:
     """m/s below which weighed structures state no course: of the profile, or less of a receiver of little noise."""
     total = sum(each.weight for each in structures)
     variance = sum(each.weight * _noise_variance(each.model) for each in structures) / total
     return min(steerageway, _PER_NOISE * math.sqrt(variance))
 
 
-def _noise_variance(model) -> float:
+def _noise_variance(model: Model) -> float:
     """m² by which the error of a fix changes within seconds, with that of the last digit.
 
     Counted too is the way within a second of an acceleration that persists: a vessel at rest moves to and fro by it.
@@ -54,7 +67,7 @@ def _noise_variance(model) -> float:
     return float(receiver["fix_variance"] + rounding + steps + changes.sum() + 0.25 * pushed.sum())
 
 
-def smoothed_rows(record: Rows, model, kept, apart):
+def smoothed_rows(record: Rows, model: Model, kept: Kept, apart: Floats) -> Floats:
     """`fuse` (n, FUSED) of every row by all that a record says, of which a model's filter kept this.
 
     apart: (n,) s, see `fixes_apart`.
@@ -66,14 +79,14 @@ def smoothed_rows(record: Rows, model, kept, apart):
 
 
 @kernel
-def add_unresolved(processes, apart, outs):
+def add_unresolved(processes: np.ndarray, apart: Floats, outs: Floats) -> None:
     """Add to the variances of a structure's `fuse` (n, FUSED) the motion that is faster than fixes `apart` (n,) s."""
     for k in range(len(outs)):
         add_unresolved_speed(processes, apart[k], outs[k])
         add_unresolved_rate(processes, apart[k], outs[k])
 
 
-def fixes_apart(time, north):
+def fixes_apart(time: Floats, north: Floats) -> Floats:
     """(n,) s between the fixes about every row, of a fix the shorter interval; 0 where there are no two."""
     fixed = time[np.isfinite(north)]
     if len(fixed) < 2:
@@ -83,7 +96,7 @@ def fixes_apart(time, north):
     return np.minimum(intervals[before], intervals[after])
 
 
-def averaged(outs, weights, steerageway=STEERAGEWAY):
+def averaged(outs: Sequence[Floats], weights: Sequence[float], steerageway: float = STEERAGEWAY) -> Floats:
     """Mean over structures of `fuse` (n, FUSED), and the spread within and between them, as (n, 9)."""
     estimate = np.empty((len(outs[0]), POSITION_STD + 1))
     _average_rows(np.stack([out[:, :FUSED] for out in outs], axis=1), np.asarray(weights, float), steerageway, estimate)
@@ -91,14 +104,14 @@ def averaged(outs, weights, steerageway=STEERAGEWAY):
 
 
 @kernel
-def _average_rows(outs, weights, steerageway, estimate):
+def _average_rows(outs: Floats, weights: Floats, steerageway: float, estimate: Floats) -> None:
     """`average` of every row: outs (n, structures, FUSED)."""
     for k in range(len(estimate)):
         average(outs[k], weights, steerageway, estimate[k])
 
 
 @called_kernel
-def average(outs, weights, steerageway, estimate):
+def average(outs: Floats, weights: Floats, steerageway: float, estimate: Floats) -> None:
     """Mean of structures (s, FUSED) of these weights, and the spread within and between them, into `estimate` (9,)."""
     likeliest = 0
     for s in range(1, len(outs)):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.earth import radii
 from steerway.core.statistics import last_digit
 from steerway.estimation.log.record import white_std
@@ -21,7 +22,7 @@ _HIDDEN = 0.1
 a per cent to the noise."""
 
 
-def ends_of_repeats(time, north, east):
+def ends_of_repeats(time: Floats, north: Floats, east: Floats) -> Floats:
     """North (n,) of rounded fixes of which a run of equal ones keeps the first, the last and some between; NaN else.
 
     A cell is entered at the first and left after the last; fixes close by say nothing else where noise is small beside
@@ -39,7 +40,7 @@ def ends_of_repeats(time, north, east):
     return thinned
 
 
-def quantum_of(time, latitude, longitude) -> tuple[float, float]:
+def quantum_of(time: Floats, latitude: Floats, longitude: Floats) -> tuple[float, float]:
     """Last digit (m) north and east in which fixes (n,) rad are written; 0 where it is too fine to matter."""
     if len(time) < _FEW:
         return 0.0, 0.0

@@ -8,9 +8,11 @@ an input.
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative
 from steerway.core.earth import radii
 from steerway.core.records import INSTRUMENT_COLUMNS, OK, Fixes, Motion
@@ -48,12 +50,12 @@ def on_time(fixes: Fixes, latency: float) -> Fixes:
     """
     if not_negative("latency", latency) == 0.0:
         return fixes
-    unknown = np.full(len(fixes), np.nan)
+    unknown: Any = np.full(len(fixes), np.nan)
     other = np.any([np.isfinite(getattr(fixes, name)) for name in INSTRUMENT_COLUMNS], axis=0)
     receiver = replace(fixes, time=fixes.time - latency, **dict.fromkeys(INSTRUMENT_COLUMNS, unknown))
     beside = replace(fixes, **dict.fromkeys(("latitude", "longitude", "position_std", "sog", "cog"), unknown))
-    parts = receiver.rows(fixes.has_position | ~other), beside.rows(other)
-    columns = {name: np.concatenate([part.columns()[name] for part in parts]) for name in fixes.columns()}
+    first, second = receiver.rows(fixes.has_position | ~other).columns(), beside.rows(other).columns()
+    columns: dict[str, Any] = {name: np.append(first[name], second[name]) for name in first}
     return replace(fixes, **columns).in_order()
 
 
@@ -73,7 +75,7 @@ def lateness(fixes: Fixes) -> Lateness:
     )
 
 
-def _determined(lag, aligned, otherwise):
+def _determined(lag: float, aligned: float, otherwise: float) -> float:
     return lag if aligned < _SHARP * otherwise and abs(lag) < LONGEST_LAG else math.nan
 
 
@@ -87,7 +89,7 @@ def differenced(fixes: Fixes, span: float) -> Motion:
     usual = float(np.median(np.diff(time))) if len(time) > 1 else span
     offsets = max(span, usual) * np.arange(1, _POINTS + 1) / _POINTS
 
-    def velocity(values):
+    def velocity(values: Floats) -> Floats:
         moved = (np.interp(time + s, time, values) - np.interp(time - s, time, values) for s in offsets)
         return sum(s * each for s, each in zip(offsets, moved, strict=True)) / (2.0 * float(offsets @ offsets))
 
@@ -110,7 +112,7 @@ def differenced(fixes: Fixes, span: float) -> Motion:
     )
 
 
-def _busiest(fixes):
+def _busiest(fixes: Fixes) -> Fixes:
     """The record, or the part of the longest sample with most motion."""
     if len(fixes) <= _LONGEST_SAMPLE:
         return fixes

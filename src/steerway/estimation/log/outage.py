@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Bools, Floats
 from steerway.core.compiled import lean_kernel
 from steerway.core.gaps import LONGEST_GAP
 from steerway.estimation.filter.fuse import COURSE_STD
@@ -31,19 +32,19 @@ meanwhile would have no course. Chosen."""
 
 
 @lean_kernel
-def is_outage(interval, usual):
+def is_outage(interval: float, usual: float) -> bool:
     """Whether an interval (s) between fixes is an outage; usual: the last one shorter than SHORTEST, 0 for none."""
     return SHORTEST <= interval <= LONGEST_GAP and interval >= _INTERVALS * usual > 0.0
 
 
 @lean_kernel
-def is_faster(sog, sog_before):
+def is_faster(sog: float, sog_before: float) -> bool:
     """Whether a speed after an outage is rather a slide's than the vessel's, by that before the outage (m/s)."""
     return sog > _FASTER * sog_before + _BY
 
 
 @lean_kernel
-def doubt(estimate, sog_before, cog_before, slides):
+def doubt(estimate: Floats, sog_before: float, cog_before: float, slides: bool) -> None:
     """Add to the deviations of an estimate (9,) after an outage what the velocity before it means.
 
     slides: whether a slide is suspected; without it a change of course is the vessel's. A course that is not known any
@@ -57,7 +58,7 @@ def doubt(estimate, sog_before, cog_before, slides):
             estimate[COG] = estimate[RATE] = estimate[COG_STD] = estimate[RATE_STD] = math.nan
 
 
-def outages(time) -> list[int]:
+def outages(time: Floats) -> list[int]:
     """Index of the last fix before every outage, of fixes at these times (n,)."""
     intervals = np.diff(time)
     is_short = (intervals > 0.0) & (intervals < SHORTEST)
@@ -66,7 +67,7 @@ def outages(time) -> list[int]:
     return [int(k) for k in long if is_outage(intervals[k], intervals[latest[k]])]
 
 
-def doubt_slides(time, fixed, causal, estimate) -> None:
+def doubt_slides(time: Floats, fixed: Bools, causal: Floats, estimate: Floats) -> None:
     """`doubt` of the rows of a record (n, 9) after its outages, by the causal estimate (n, 9) at the fix before each.
 
     fixed: (n,) bool, rows with a fix.

@@ -2,15 +2,16 @@
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel
-from steerway.estimation.filter.model import EAST, NORTH
+from steerway.estimation.filter.model import EAST, NORTH, Bank
 
 MOMENTS = 5
 """Mean north and east (m), variance of north, covariance, variance of east (m²)."""
 
 
 @called_kernel
-def place_moments(bank, out):
+def place_moments(bank: Bank, out: Floats) -> None:
     """MOMENTS of the place, of all modes together, into `out`."""
     x, p, probability = bank.x, bank.p, bank.probability
     for i in range(MOMENTS):
@@ -25,7 +26,7 @@ def place_moments(bank, out):
         out[4] += probability[k] * (p[k, 1, 1] + b * b)
 
 
-def mixed(moments, weights):
+def mixed(moments: Floats, weights: Floats) -> Floats:
     """(…, MOMENTS) of the mixture of structures (s, …, MOMENTS) of these weights."""
     mean = np.tensordot(weights, moments, 1)
     apart = moments[..., :2] - mean[..., :2]
@@ -35,7 +36,7 @@ def mixed(moments, weights):
     return mean
 
 
-def rotated(moments, azimuth):
+def rotated(moments: Floats, azimuth: float | Floats) -> tuple[Floats, Floats, Floats]:
     """Variance of true north, covariance and variance of east (…,) of MOMENTS in a plane of this azimuth."""
     c, s = np.cos(azimuth), np.sin(azimuth)
     nn, ne, ee = moments[..., 2], moments[..., 3], moments[..., 4]

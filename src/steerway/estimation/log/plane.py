@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.angles import wrap
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Floats, Ints
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
 
@@ -27,7 +27,9 @@ class Plane(NamedTuple):
 
 
 @lean_kernel
-def step_between(latitude, longitude, latitude_there, longitude_there):
+def step_between(
+    latitude: float, longitude: float, latitude_there: float, longitude_there: float
+) -> tuple[float, float, float]:
     """North and east (m) of a fix from the one before, and the convergence of meridians (rad).
 
     The chord in the tangent planes of both ends: the same there and back.
@@ -69,7 +71,7 @@ def laid_out(latitude: Floats, longitude: Floats) -> Plane:
 
 
 @kernel
-def placed(plane: Plane, rows, first: Floats, second: Floats) -> tuple[Floats, Floats]:
+def placed(plane: Plane, rows: Ints, first: Floats, second: Floats) -> tuple[Floats, Floats]:
     """Latitude and longitude (rad) of points of the plane, each (k,) near the fix of its number in `rows`."""
     n = len(rows)
     latitude, longitude = np.empty(n), np.empty(n)
@@ -86,7 +88,7 @@ def placed(plane: Plane, rows, first: Floats, second: Floats) -> tuple[Floats, F
 
 
 @lean_kernel
-def place_near(latitude, longitude, azimuth, ahead, aside):
+def place_near(latitude: float, longitude: float, azimuth: float, ahead: float, aside: float) -> tuple[float, float]:
     """Latitude and longitude (rad) of a point so far (m) from a place along the axes of the plane there."""
     north = math.cos(azimuth) * ahead - math.sin(azimuth) * aside
     east = math.sin(azimuth) * ahead + math.cos(azimuth) * aside
@@ -105,7 +107,7 @@ def place_near(latitude, longitude, azimuth, ahead, aside):
 
 
 @lean_kernel
-def _place(latitude, longitude):
+def _place(latitude: float, longitude: float) -> tuple[float, float, float]:
     """Place on the axes of the Earth, m."""
     c, s = math.cos(latitude), math.sin(latitude)
     curvature = SEMI_MAJOR_AXIS / math.sqrt(1.0 - ECCENTRICITY_SQUARED * s * s)
@@ -117,7 +119,7 @@ def _place(latitude, longitude):
 
 
 @lean_kernel
-def _in_tangent_plane(latitude, longitude, x, y, z):
+def _in_tangent_plane(latitude: float, longitude: float, x: float, y: float, z: float) -> tuple[float, float]:
     """Parts north and east of a vector on the axes of the Earth."""
     c, s, a, b = math.cos(latitude), math.sin(latitude), math.cos(longitude), math.sin(longitude)
     return c * z - s * (a * x + b * y), a * y - b * x

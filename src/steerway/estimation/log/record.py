@@ -5,12 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Bools, Floats, Ints
 from steerway.estimation.filter.bank import LONGEST_STEP, steps_in
 from steerway.estimation.filter.row import Rows
 from steerway.estimation.log.copies import REST, REST_SPEED
 
 
-def usual_interval(time) -> float:
+def usual_interval(time: Floats) -> float:
     """Median (s) of the intervals between fixes of different times; 0 where all are of one."""
     intervals = np.diff(time)
     intervals = intervals[intervals > 0.0]
@@ -25,7 +26,7 @@ CORRECTED = 5.0
 and 18 of a receiver that extrapolates, 1.0 to 3.0 of 28 others."""
 
 
-def extrapolated(time, north, east):
+def extrapolated(time: Floats, north: Floats, east: Floats) -> Bools:
     """(n,) bool: fixes that a receiver extrapolated between its measurements: every fourth to tenth fix is one.
 
     Such fixes say nothing of the motion that the ones before did not say, and each measurement corrects them at once.
@@ -61,13 +62,13 @@ class Measurements(NamedTuple):
     last: float
     apart: float  # s between fixes
 
-    def include(self, time) -> bool:
+    def include(self, time: float) -> bool:
         """Whether a fix of this time (s) is measured."""
         since = time - self.last
         return abs(since - round(since / self.period) * self.period) < 0.5 * self.apart
 
 
-def measurements(time, guessed) -> Measurements | None:
+def measurements(time: Floats, guessed: Bools) -> Measurements | None:
     """When a receiver of which these fixes are extrapolated ones (n, bool) measures; None where none is."""
     if not guessed.any():
         return None
@@ -75,7 +76,7 @@ def measurements(time, guessed) -> Measurements | None:
     return Measurements(usual_interval(measured), float(measured[-1]), usual_interval(time))
 
 
-def white_std(time, north, east) -> float:
+def white_std(time: Floats, north: Floats, east: Floats) -> float:
     """Standard deviation (m) of the white part of a fix, by third differences of equally spaced fixes.
 
     A median, which turns and outliers do not move, of lengths, which no axes change. The third difference of white
@@ -100,7 +101,7 @@ _OF_MEDIAN = 2.0
 deviation over √n: √(π/2) of a median, √(8/3) as they share much of white noise with the next ones."""
 
 
-def of_other_receiver(time, north, east, digit=0.0):
+def of_other_receiver(time: Floats, north: Floats, east: Floats, digit: float = 0.0) -> Bools:
     """(n,) bool: of two receivers whose fixes alternate in a record, those of the noisier one, beside one of the other.
 
     The place between two antennas is that of neither: taken for it, a boat has another speed and course in turns, by
@@ -147,7 +148,7 @@ rest: such fixes tell nothing of those under way. In recorded logs it is 0 to 0.
 others."""
 
 
-def telling(record: Rows):
+def telling(record: Rows) -> Ints:
     """Rows with fixes that a fit looks at: not those of a receiver that holds positions at rest."""
     fixed = np.flatnonzero(np.isfinite(record.north))
     time, north, east = record.time[fixed], record.north[fixed], record.east[fixed]
@@ -168,7 +169,7 @@ _ENOUGH = 100
 7 % (1σ of `white_std` in 400 records)."""
 
 
-def excerpt(record: Rows, most, apart) -> Rows:
+def excerpt(record: Rows, most: int, apart: float) -> Rows:
     """At most about so many rows: means of fixes, fixes up to `apart` seconds apart or pieces of the record, bursts.
 
     Means (where there are no aids) and thinned fixes determine motion as well as all do where its time constants are
@@ -226,7 +227,7 @@ _MEDIAN, _MEDIAN_OF_TWO = 3.357, 2.0 * math.log(2.0)
 """… and its median, and that of two degrees of freedom."""
 
 
-def grouped(time, north, east, most):
+def grouped(time: Floats, north: Floats, east: Floats, most: int) -> Ints:
     """First fixes of groups of 1, 2, 4 … fixes, of which the means tell what all tell.
 
     Halves of a group of twice the length are joined where its four quarters lie in a line, evenly spaced, but for white
@@ -239,8 +240,8 @@ def grouped(time, north, east, most):
         lengths = np.diff(begin, append=n)
         q = np.flatnonzero(np.append(begin, n)[4:] - begin[:-3] == 4 * length)
         q = q[begin[q] % (4 * length) == 0]
-        places = (np.add.reduceat(each, begin) / lengths for each in (time, north, east))
-        q, second, third = departures(*places, q, length * usual)
+        moment, mean_north, mean_east = (np.add.reduceat(each, begin) / lengths for each in (time, north, east))
+        q, second, third = departures(moment, mean_north, mean_east, q, length * usual)
         if len(q) < _ENOUGH / 4:
             break
         off = (second + third) * length / noise**2
@@ -252,7 +253,7 @@ def grouped(time, north, east, most):
     return begin
 
 
-def departures(time, north, east, first, interval):
+def departures(time: Floats, north: Floats, east: Floats, first: Ints, interval: float) -> tuple[Ints, Floats, Floats]:
     """The rows of `first` from which on four places are evenly spaced, and second and third differences squared.
 
     Both differences (m²) are scaled to mean what white noise has as its variance, of north and east together.
@@ -275,7 +276,7 @@ _OFF = 0.02
 logs without a random walk have 0.05 or more."""
 
 
-def walking(time, north, east) -> float:
+def walking(time: Floats, north: Floats, east: Floats) -> float:
     """Interval (s) up to which a receiver's random walk hides how the vessel's way departs from a line; 0 of others.
 
     Fixes of white noise tell more the more they are; those of a random walk tell of slow motion no more than some do,
@@ -298,11 +299,11 @@ def walking(time, north, east) -> float:
     return min(stride * usual, LONGEST_STEP) if stride > 2 else 0.0
 
 
-def means(record: Rows, first, last, restarts) -> Rows:
+def means(record: Rows, first: Ints, last: Ints, restarts: Ints) -> Rows:
     """Means of the fixes from `first` to before `last`, of which those with aids are single."""
     lengths = last - first
 
-    def mean(each):
+    def mean(each: Floats) -> Floats:
         total = np.append(0.0, np.cumsum(each - each[0]))
         return each[0] + (total[last] - total[first]) / lengths
 
@@ -313,7 +314,7 @@ def means(record: Rows, first, last, restarts) -> Rows:
     return Rows(time, mean(record.north), mean(record.east), excess, aids, restarts, record.quantum)
 
 
-def rows_of(record: Rows, rows, restarts) -> Rows:
+def rows_of(record: Rows, rows: Ints, restarts: Ints) -> Rows:
     """Rows of a record, with restarts of its own and where a gap is long."""
     time = record.time[rows]
     excess = record.excess[rows] if len(record.excess) else record.excess
@@ -322,12 +323,12 @@ def rows_of(record: Rows, rows, restarts) -> Rows:
     return Rows(time, record.north[rows], record.east[rows], excess, aids, restarts, record.quantum)
 
 
-def gaps_in(time):
+def gaps_in(time: Floats) -> Ints:
     """Rows behind a long gap."""
     return np.flatnonzero(np.diff(time) > max(LONG, _LONG_FOR * usual_interval(time))) + 1
 
 
-def predictions(record: Rows):
+def predictions(record: Rows) -> Ints:
     """Number of predictions from each row to the next, (n - 1,)."""
     intervals = np.diff(record.time)
     intervals[record.restarts - 1] = 0.0

@@ -3,7 +3,9 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steerway.core.arrays import Bools, Floats, Ints
 from steerway.core.errors import InputError
 from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import Fixes, Motion
@@ -17,7 +19,7 @@ def expect_rate(rate: float | None) -> None:
         raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 1000")
 
 
-def measured_rows(fixes: Fixes, aid) -> Fixes:
+def measured_rows(fixes: Fixes, aid: tuple[str, ...]) -> Fixes:
     """Rows that hold a measurement for this filter, in order."""
     measured = fixes.has_position
     for name in aid:
@@ -25,7 +27,7 @@ def measured_rows(fixes: Fixes, aid) -> Fixes:
     return fixes.rows(measured).in_order()
 
 
-def without_duplicates(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def without_duplicates(fixes: Fixes, aid: tuple[str, ...]) -> tuple[Floats, Floats, Floats]:
     """Latitude, longitude and aids of every row, NaN where the row before, of the same time and vessel, is equal.
 
     A value reported twice for one time is one measurement; two values, or two times, are two.
@@ -43,13 +45,13 @@ def without_duplicates(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.nd
     return latitude, longitude, aids
 
 
-def repeat_status(status, repeats) -> None:
+def repeat_status(status: NDArray[np.uint8], repeats: Bools) -> None:
     """A duplicate has the status of the row before."""
     for k in np.flatnonzero(repeats):
         status[k] = status[k - 1]
 
 
-def distinct_rows(fixes: Fixes, aid) -> Fixes:
+def distinct_rows(fixes: Fixes, aid: tuple[str, ...]) -> Fixes:
     """The rows that hold something beside what the row before, of the same time and vessel, holds."""
     latitude, _, aids = without_duplicates(fixes, aid)
     new = np.isfinite(latitude)
@@ -58,14 +60,14 @@ def distinct_rows(fixes: Fixes, aid) -> Fixes:
     return fixes if new.all() else fixes.rows(new)
 
 
-def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
+def _aiding_table(fixes: Fixes, aid: tuple[str, ...]) -> Floats:
     if not aid:
         return NO_AIDS
     unknown = np.full(len(fixes), np.nan)
     return np.column_stack([getattr(fixes, name) if name in aid else unknown for name in AIDS])
 
 
-def variance_scales(fixes: Fixes) -> np.ndarray:
+def variance_scales(fixes: Fixes) -> Floats:
     """(n,) of every row (see `update.reported_accuracy`), each vessel by itself; empty without reported accuracy."""
     if not np.isfinite(fixes.position_std).any():
         return np.empty(0)
@@ -74,7 +76,7 @@ def variance_scales(fixes: Fixes) -> np.ndarray:
     return np.concatenate([variance_scales_of(np.zeros(2), each) for each in reported])
 
 
-def schedule(fixes: Fixes, rate):
+def schedule(fixes: Fixes, rate: float | None) -> tuple[Floats, Ints, Bools]:
     """Times to visit, the row of `fixes` each comes from (−1: none), and which of them go out."""
     time = fixes.time
     origin = np.arange(len(time))
@@ -94,7 +96,7 @@ def schedule(fixes: Fixes, rate):
     return time, origin, wanted
 
 
-def merged(time, origin, wanted, added, added_wanted):
+def merged(time: Floats, origin: Ints, wanted: Bools, added: Floats, added_wanted: bool) -> tuple[Floats, Ints, Bools]:
     """Rows and added times (with no row of their own) in one order; at equal times rows first."""
     time = np.concatenate([time, added])
     order = np.argsort(time, kind="stable")

@@ -1,5 +1,6 @@
 """Fixes of one vessel in, Motion out, by the structures that the record is evidence for."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -7,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Bools, Floats
+from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
 from steerway.core.slow_error import position_std, slow_std
-from steerway.estimation.filter.model import FUSED, Kept, bank_in, bank_size, room_to_keep
+from steerway.estimation.filter.model import FUSED, Kept, Model, bank_in, bank_size, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows
 from steerway.estimation.fit.selection import Inference, Structure, infer
 from steerway.estimation.log.copies import without_copies
@@ -20,6 +23,7 @@ from steerway.estimation.log.course import (
     SOG,
     SOG_STD,
     STEERAGEWAY,
+    Weighed,
     averaged,
     fixes_apart,
     least_course_speed,
@@ -29,15 +33,8 @@ from steerway.estimation.log.course import (
 from steerway.estimation.log.digits import ends_of_repeats, quantum_of
 from steerway.estimation.log.outage import doubt_slides
 from steerway.estimation.log.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.log.record import (
-    LONG,
-    extrapolated,
-    of_other_receiver,
-    predictions,
-    usual_interval,
-)
+from steerway.estimation.log.record import LONG, extrapolated, of_other_receiver, predictions, usual_interval
 from steerway.estimation.log.rows import (
-    LONGEST_GAP,
     distinct_rows,
     expect_rate,
     joined,
@@ -49,7 +46,9 @@ from steerway.estimation.log.rows import (
 )
 from steerway.estimation.log.stamps import regular_times
 from steerway.estimation.vessel.aids import AIDS, expect_aids
+from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.parts import PLAIN
+from steerway.estimation.vessel.profile import Profile
 from steerway.estimation.vessel.structures import parameters_of
 
 UNKNOWN_SPEED = 3.0
@@ -79,7 +78,13 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
     return Inference((Structure(1.0, parts, expected, track.record.quantum),), ())
 
 
-def motion_of(fixes: Fixes, profile, aid=(), rate: float | None = None, smooth: bool = False) -> Motion:
+def motion_of(
+    fixes: Fixes,
+    profile: Profile | InferredProfile,
+    aid: tuple[str, ...] = (),
+    rate: float | None = None,
+    smooth: bool = False,
+) -> Motion:
     """The motion by a profile of either kind, of every vessel: a row a fix, or `rate` rows a second (Hz).
 
     Raises InputError for an impossible rate or an unknown aid.
@@ -91,7 +96,9 @@ def motion_of(fixes: Fixes, profile, aid=(), rate: float | None = None, smooth: 
     return joined([motion_of_track(track, structures, smooth, profile.steerageway) for track in tracks])
 
 
-def motion_of_track(track, structures, smooth: bool = False, steerageway: float = STEERAGEWAY) -> Motion:
+def motion_of_track(
+    track: "Track", structures: Sequence[Weighed], smooth: bool = False, steerageway: float = STEERAGEWAY
+) -> Motion:
     """The motion of one vessel that weighed structures mean."""
     fixes = track.fixes
     wanted, record = track.wanted, track.record
@@ -143,7 +150,7 @@ class Track:
     regular: whether the times of the fixes are regular ones in place of their stamps, see `stamps.regular_times`.
     """
 
-    def __init__(self, fixes: Fixes, aid, rate=None, recognises=True):
+    def __init__(self, fixes: Fixes, aid: tuple[str, ...], rate: float | None = None, recognises: bool = True) -> None:
         fixes = fixes.rows(np.isfinite(fixes.time))
         self.fixes = fixes = measured_rows(fixes, aid)
         if rate is not None:
@@ -182,7 +189,7 @@ class Track:
         if rate is None:
             self.time = stamps
 
-    def pass_over_far_fixes(self, estimate):
+    def pass_over_far_fixes(self, estimate: Floats) -> None:
         """Place rows of an estimate (n, 9) by the fix before or after if their own is an outlier on another sea.
 
         The way from a fix to the estimate is taken as flat: over 50 km that costs 3 m, over an ocean a degree.
@@ -195,42 +202,42 @@ class Track:
             self._fix = np.where(away[0] > _FLAT, nearest, self._fix)
 
     @property
-    def azimuth(self):
+    def azimuth(self) -> Floats:
         """(n,) direction of the plane's first axis at every row, rad east of north."""
         return self._plane.azimuth[self._fix] if len(self._plane.azimuth) else np.zeros(len(self.time))
 
-    def places(self, estimate):
+    def places(self, estimate: Floats) -> tuple[Floats, Floats]:
         """Latitude and longitude (n,) of an estimate (n, 9) in the plane, NaN where there is none."""
         if not len(self._plane.first):
             return np.full(len(estimate), np.nan), np.full(len(estimate), np.nan)
         return placed(self._plane, self._fix, estimate[:, 0], estimate[:, 1])
 
-    def place_of(self, row, first, second):
+    def place_of(self, row: int, first: float, second: float) -> tuple[float, float, float]:
         """Latitude, longitude of a point of the plane near this row, and the direction of its first axis there."""
         fix = self._fix[row]
         latitude, longitude = placed(self._plane, np.array([fix]), np.array([first]), np.array([second]))
         return latitude[0], longitude[0], self._plane.azimuth[fix]
 
 
-def _plane_of(latitude, longitude) -> Plane:
+def _plane_of(latitude: Floats, longitude: Floats) -> Plane:
     if len(latitude):
         return laid_out(latitude, longitude)
     return Plane(latitude, longitude, _NONE, _NONE, _NONE)
 
 
-def _new(time, latitude, longitude, fixed, quantum):
+def _new(time: Floats, latitude: Floats, longitude: Floats, fixed: Bools, quantum: tuple[float, float]) -> Bools:
     """(n,) bool: fixes that are no copies. A vessel whose fixes are all at one place is at rest there."""
     new = fixed.copy()
     if fixed.sum() > 1:
         north, east, _ = steps_between(latitude[fixed], longitude[fixed])
         if north.any() or east.any():
-            way = (np.append(0.0, np.cumsum(each)) for each in (north, east))
-            kept, _ = without_copies(time[fixed], *way, quantum)
+            north, east = (np.append(0.0, np.cumsum(each)) for each in (north, east))
+            kept, _ = without_copies(time[fixed], north, east, quantum)
             new[fixed] = np.isfinite(kept)
     return new
 
 
-def _starting(estimate, record: Rows):
+def _starting(estimate: Floats, record: Rows) -> Bools:
     """(n,) bool: rows from a start, or the first fix behind a long gap, on until the speed is known."""
     known = estimate[:, SOG_STD] < UNKNOWN_SPEED
     starting = np.zeros(len(known), bool)
@@ -243,23 +250,23 @@ def _starting(estimate, record: Rows):
     return starting
 
 
-def part_of(record: Rows, begin, end) -> Rows:
+def part_of(record: Rows, begin: int, end: int) -> Rows:
     """A copy of the rows from `begin` to before `end`."""
-    *columns, restarts, quantum = record
-    restarts = restarts[(restarts >= begin) & (restarts < end)] - begin
-    return Rows(*(column[begin:end].copy() for column in columns), restarts, quantum)
+    restarts = record.restarts[(record.restarts >= begin) & (record.restarts < end)] - begin
+    columns = {name: getattr(record, name)[begin:end].copy() for name in Rows._fields[:5]}
+    return record._replace(**columns, restarts=restarts)
 
 
 class Estimated(NamedTuple):
     """What structures say of the rows of a record."""
 
-    causal: np.ndarray  # (n, 9), by the rows before each
-    smoothed: np.ndarray  # (n, 9), by all; the causal one where no other is asked for
-    nis: np.ndarray  # (n,)
-    wrong: np.ndarray  # (n,) probability of an outlier
+    causal: Floats  # (n, 9), by the rows before each
+    smoothed: Floats  # (n, 9), by all; the causal one where no other is asked for
+    nis: Floats  # (n,)
+    wrong: Floats  # (n,) probability of an outlier
 
 
-def estimated(record: Rows, structures, least_speed, smooth=False) -> Estimated:
+def estimated(record: Rows, structures: Sequence[Weighed], least_speed: float, smooth: bool = False) -> Estimated:
     """The estimates of every row. The filters run over the record once, but for the rows ahead of a block."""
     if smooth and any(record.quantum):
         thinned = record._replace(north=ends_of_repeats(record.time, record.north, record.east))
@@ -269,7 +276,7 @@ def estimated(record: Rows, structures, least_speed, smooth=False) -> Estimated:
     return _in_blocks(record, structures, least_speed, smooth)
 
 
-def _in_blocks(record: Rows, structures, least_speed, smooth=False) -> Estimated:
+def _in_blocks(record: Rows, structures: Sequence[Weighed], least_speed: float, smooth: bool = False) -> Estimated:
     """`estimated` in blocks, for which those before it go on, of a record in which all fixes are taken."""
     n = len(record.time)
     causal, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
@@ -299,7 +306,7 @@ def _in_blocks(record: Rows, structures, least_speed, smooth=False) -> Estimated
     return Estimated(causal, smoothed, nis, wrong)
 
 
-def _going_on(record: Rows, begin, end) -> Rows:
+def _going_on(record: Rows, begin: int, end: int) -> Rows:
     """The rows from `begin` to before `end`, and the time of the row before, from which a filter goes on."""
     part = part_of(record, max(begin - 1, 0), end)
     if begin:
@@ -308,7 +315,7 @@ def _going_on(record: Rows, begin, end) -> Rows:
     return part
 
 
-def _filtered(part: Rows, model, memory, end, keep):
+def _filtered(part: Rows, model: Model, memory: Floats, end: int, keep: bool) -> tuple[Floats, Kept]:
     """`fuse` with NIS and the probability of an outlier of the rows before `end`, and what is kept of all rows.
 
     memory: of the filter's bank, which goes on from here to `end`; the rows from there on are run for what is kept.

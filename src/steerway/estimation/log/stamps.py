@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from steerway.core.arrays import Floats
+
 _GAP = 2.5
 """Usual steps of the stamps above which fixes are missing. Chosen: a late or rounded stamp is off by one step."""
 _WINDOW = 150
@@ -20,7 +22,7 @@ _CLOSER = 0.5
 recorded logs it is 0.2 and 0.3 of regular fixes, 1.6 to 19 of 14 others with irregular stamps."""
 
 
-def regular_times(time, north, east):
+def regular_times(time: Floats, north: Floats, east: Floats) -> Floats | None:
     """(n,) s at which fixes were measured, where their stamps step irregularly and the vessel does not; else None.
 
     A receiver measures at a regular interval; a logger stamps what it receives, late or to the second. Where a stamp's
@@ -45,7 +47,7 @@ def regular_times(time, north, east):
     return regular if np.median(by_regular[telling]) < _CLOSER * np.median(by_stamps[telling]) else None
 
 
-def _regular(time):
+def _regular(time: Floats) -> tuple[Floats, Floats, float]:
     """(n,) s by lines through the stamps around; (n − 1,) its steps, NaN over gaps; the usual step of the stamps."""
     n, step = len(time), np.diff(time)
     if not (step > 0.0).any():

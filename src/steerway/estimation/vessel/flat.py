@@ -5,22 +5,18 @@ long held, one just taken up, and a turn. Acceleration that persists and yaw in 
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.estimation.filter.bank import LEAST_SHARE
-from steerway.estimation.filter.model import (
-    MODE,
-    ON_ACCELERATION,
-    ON_AID,
-    ON_COURSE,
-    ON_FIX,
-    RECEIVER,
-    Model,
-)
+from steerway.estimation.filter.model import MODE, ON_ACCELERATION, ON_AID, ON_COURSE, ON_FIX, RECEIVER, Model
 from steerway.estimation.vessel.aids import TABLE
 from steerway.estimation.vessel.structures import Shaping, assembled
+
+if TYPE_CHECKING:
+    from steerway.estimation.vessel.profile import Profile
 
 FOLLOWED_AFTER = 2.0
 """s for which fixes elsewhere that agree are refused. Chosen: a jump of a second is no step of the receiver."""
@@ -44,14 +40,14 @@ class WeighedModel(NamedTuple):
     model: Model
 
 
-def model_of_profile(profile, aid: tuple[str, ...] = (), smoothed: bool = False) -> Model:
+def model_of_profile(profile: "Profile", aid: tuple[str, ...] = (), smoothed: bool = False) -> Model:
     """The model of a profile (`Profile`), with the states that these aids need; `smoothed`: for a smoother."""
     shapings = [*_motion(profile), *_errors(profile), *_companions(profile, aid)]
     variances = {each.name: getattr(profile, each.noise) ** 2 for each in TABLE if each.name in aid}
     return assembled(*_modes(profile, smoothed), shapings, _receiver(profile), variances)
 
 
-def _modes(profile, smoothed) -> tuple[np.ndarray, np.ndarray]:
+def _modes(profile: "Profile", smoothed: bool) -> tuple[np.ndarray, Floats]:
     """MODE of the only mode, or of a course long held, of younger ones and of a turn; and the rates of change."""
     if profile.turning is None:
         return _mode(profile, 1.0), np.zeros((1, 1))
@@ -70,7 +66,7 @@ def _modes(profile, smoothed) -> tuple[np.ndarray, np.ndarray]:
     return modes, generator
 
 
-def _mode(profile, start) -> np.ndarray:
+def _mode(profile: "Profile", start: float) -> np.ndarray:
     """(1,) MODE of a profile of one mode."""
     mode, noise, decay = np.zeros(1, MODE), profile.course_rate_noise, profile.course_rate_decay
     if profile.yawing_period > 0.0:
@@ -83,12 +79,12 @@ def _mode(profile, start) -> np.ndarray:
     return mode
 
 
-def start_rate_std(noise, decay) -> float:
+def start_rate_std(noise: float, decay: float) -> float:
     """Standard deviation of the course rate at the start, rad/s: the stationary one, within limits."""
     return min(math.sqrt(0.5 * noise / decay), _LARGEST_START_RATE) if decay > 0.0 else _LARGEST_START_RATE
 
 
-def _under_waves(profile) -> tuple[float, float]:
+def _under_waves(profile: "Profile") -> tuple[float, float]:
     """Noise and decay of the rate of the mean course, of a vessel that waves make yaw; see `_yaw`."""
     decay, follows = profile.course_rate_decay, 1.0 / profile.yawing_time
     stiffness = (2.0 * math.pi / profile.yawing_period) ** 2
@@ -96,7 +92,7 @@ def _under_waves(profile) -> tuple[float, float]:
     return profile.course_rate_noise * share**2, decay + follows
 
 
-def _motion(profile) -> list[Shaping]:
+def _motion(profile: "Profile") -> list[Shaping]:
     """What drives the motion beside the noise of the modes."""
     found = []
     if profile.acceleration_std > 0.0:
@@ -107,7 +103,7 @@ def _motion(profile) -> list[Shaping]:
     return found
 
 
-def _yaw(profile) -> Shaping:
+def _yaw(profile: "Profile") -> Shaping:
     """Yaw about a mean course that follows it, ω̇ = −α2 ω − κ d + w2 and ḋ = ω − β d, as one complex process.
 
     The second-order shaping filter of waves (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
@@ -123,13 +119,13 @@ def _yaw(profile) -> Shaping:
     return Shaping(ON_COURSE, damping, frequency, variance)
 
 
-def _errors(profile) -> list[Shaping]:
+def _errors(profile: "Profile") -> list[Shaping]:
     """Slow errors of the receiver."""
     slow = (profile.error_std, profile.error_time), (profile.drift_std, profile.drift_time)
     return [Shaping(ON_FIX, 1.0 / time, 0.0, std**2) for std, time in slow if std > 0.0]
 
 
-def _companions(profile, aid) -> list[Shaping]:
+def _companions(profile: "Profile", aid: tuple[str, ...]) -> list[Shaping]:
     """Slow errors of the aids in use."""
     found = []
     for each in TABLE:
@@ -140,7 +136,7 @@ def _companions(profile, aid) -> list[Shaping]:
     return found
 
 
-def _receiver(profile) -> np.ndarray:
+def _receiver(profile: "Profile") -> np.ndarray:
     """(1,) RECEIVER: no poor fixes, and no steps."""
     receiver = np.zeros(1, RECEIVER)
     receiver["fix_variance"], receiver["time_variance"] = profile.position_std**2, profile.time_std**2

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import cache
 from itertools import product
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from steerway.core.settings import parse_toml, positive_number, read_toml, toml_value
 from steerway.estimation.fit.selection import Structure
 from steerway.estimation.log.course import STEERAGEWAY
-from steerway.estimation.vessel.parts import PARTS, PLAIN
+from steerway.estimation.vessel.parts import PARTS, PLAIN, Parts, Values
 from steerway.estimation.vessel.profile import Profile, ProfileFile
 from steerway.estimation.vessel.structures import VESSELS, parameters_of
 
@@ -42,15 +42,15 @@ class WeighedStructure(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     weight: float = positive_number()
-    parts: tuple[str, ...]
-    values: dict[str, float]
+    parts: Parts
+    values: Values
     intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
     quantum: tuple[float, float] = (0.0, 0.0)
     """Last digit of a fix north and east, m; 0 where fixes are not rounded."""
 
     @field_validator("parts")
     @classmethod
-    def _declared(cls, parts):
+    def _declared(cls, parts: Parts) -> Parts:
         for part in parts:
             if part not in PARTS:
                 raise ValueError(f"part {part!r} is unknown, expected some of {', '.join(PARTS)}")
@@ -128,7 +128,6 @@ class InferredProfile(ProfileFile):
         return cls.made_of(_of_this_version(read_toml(path, "profile"), place), place)
 
     def toml(self) -> str:
-        """The text of such a file."""
         text = "".join(f"{key} = {toml_value(getattr(self, key))}\n" for key in ("name", "description", "steerageway"))
         return text + "".join(map(_structure_toml, self.structures))
 
@@ -158,10 +157,10 @@ def parse_profile(text: str, place: str) -> Profile | InferredProfile:
     return _of_either_kind(parse_toml(text, place), place)
 
 
-def _of_this_version(table, place):
+def _of_this_version(table: dict[str, Any], place: str) -> dict[str, Any]:
     """A profile's table without REMOVED parts, which are named in the log."""
-    structures = table.get("structures")
-    tables = [each for each in structures if isinstance(each, dict)] if isinstance(structures, list) else []
+    structures = _list(table.get("structures"))
+    tables = [each for each in structures if isinstance(each, dict)]
     removed = [part for part in REMOVED if any(part in _list(each.get("parts")) for each in tables)]
     if not removed:
         return table
@@ -169,7 +168,7 @@ def _of_this_version(table, place):
     return table | {"structures": [_without(each, removed) if each in tables else each for each in structures]}
 
 
-def _without(structure, removed):
+def _without(structure: dict[str, Any], removed: list[str]) -> dict[str, Any]:
     """The table of a structure without these parts and their numbers."""
     kept = {key: value for key, value in structure.items() if not isinstance(value, dict)}
     kept["parts"] = [part for part in _list(structure.get("parts")) if part not in removed]
@@ -178,11 +177,11 @@ def _without(structure, removed):
     return kept | {key: {name: each[name] for name in each if name not in numbers} for key, each in tables.items()}
 
 
-def _list(given):
+def _list(given: object) -> list[Any]:
     return given if isinstance(given, list) else []
 
 
-def _of_either_kind(table, place):
+def _of_either_kind(table: dict[str, Any], place: str) -> Profile | InferredProfile:
     return (InferredProfile if "structures" in table else Profile).made_of(table, place)
 
 
@@ -198,10 +197,10 @@ def profile_of(given: Profile | InferredProfile | str | Path | None) -> Profile 
     return load_profile(given) if str(given).endswith(".toml") else Profile.named(str(given))
 
 
-def _structure_toml(structure) -> str:
-    text = f"\n[[structures]]\nweight = {structure.weight!r}\nparts = {toml_value(list(structure.parts))}\n"
+def _structure_toml(structure: WeighedStructure) -> str:
+    text = f"\n[[structures]]\nweight = {structure.weight!r}\nparts = {toml_value(structure.parts)}\n"
     if any(structure.quantum):
-        text += f"quantum = {toml_value(list(structure.quantum))}  # m, last digit of a fix north and east\n"
+        text += f"quantum = {toml_value(structure.quantum)}  # m, last digit of a fix north and east\n"
     text += "\n[structures.values]  # SI, angles in rad\n"
     for name, value in structure.values.items():
         text += f"{name} = {value!r}{_comment(structure, name)}\n"
@@ -211,7 +210,7 @@ def _structure_toml(structure) -> str:
     return text
 
 
-def _comment(structure, name) -> str:
+def _comment(structure: WeighedStructure, name: str) -> str:
     if name not in structure.intervals:
         return ""
     words = "" if structure.is_determined(name) else "not determined by this log: "

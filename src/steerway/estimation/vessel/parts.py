@@ -10,15 +10,15 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from steerway.estimation.filter.model import (
-    ON_AID,
-    ON_ANTENNA,
-    ON_COURSE,
-    ON_FIX,
-    ON_RATE,
-    ON_SPEED,
-)
-from steerway.estimation.vessel.aids import TABLE
+from steerway.estimation.filter.model import ON_AID, ON_ANTENNA, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED
+from steerway.estimation.vessel.aids import TABLE, Aid
+
+Parts = tuple[str, ...]
+"""A structure: names of `PARTS`."""
+Values = dict[str, float]
+"""Numbers of a structure by their names; SI."""
+Stage = dict[str, tuple[float, ...]]
+"""Values of some numbers to be tried, all with all."""
 
 _DEG = math.pi / 180.0
 LONGEST_ROLL = 4.0
@@ -70,15 +70,15 @@ class Scales(NamedTuple):
     """m, of a fix by third differences."""
     shortest: float
     """s, the shortest period that the fixes resolve."""
-    along: tuple
-    across: tuple
+    along: tuple[float, ...]
+    across: tuple[float, ...]
     """s, periods that stand out along and across the track, the strongest first."""
 
-    def sizes(self, largest) -> tuple:
+    def sizes(self, largest: float) -> tuple[float, ...]:
         """Sizes of a receiver's error to be tried (m), from its noise to that of a receiver alone."""
         return self.noise, math.sqrt(self.noise * largest), largest
 
-    def rolls(self) -> tuple:
+    def rolls(self) -> tuple[float, ...]:
         """Periods of an antenna that rolls to be tried (s)."""
         return tuple(period for period in self.across if period < LONGEST_ROLL) or (2.0, 3.0)
 
@@ -89,7 +89,7 @@ class Part(NamedTuple):
     priors: dict[str, Prior]
     words: str
     filters: tuple[Filter, ...] = ()
-    begin: Callable[[Scales, dict], list[dict[str, tuple]]] | None = None
+    begin: Callable[[Scales, Values], list[Stage]] | None = None
     """Where to begin the search, by the scales of a record and the numbers without the part: values of each number, all
     with all; stage by stage, each from the likeliest before. No stage where a record shows no sign of the part."""
     share: float = 0.5
@@ -97,25 +97,25 @@ class Part(NamedTuple):
     only_with: str = ""
     """Part without which it is not tried."""
 
-    def resolved(self, shortest) -> bool:
+    def resolved(self, shortest: float) -> bool:
         """Whether fixes that resolve periods from `shortest` (s) on resolve this part's, as long as those may be: two
         prior deviations above their medians."""
         longest = {name: prior.median * math.exp(2.0 * prior.deviation) for name, prior in self.priors.items()}
         return all(prior.periods * shortest < longest[name] for name, prior in self.priors.items())
 
 
-def _half(values, name, *others) -> tuple:
+def _half(values: Values, name: str, *others: float) -> tuple[float, ...]:
     """A number as it is, half of it where the part takes over what it explained, and others."""
     return values[name], 0.5 * values[name], *others
 
 
-def _longer(periods, least) -> tuple:
+def _longer(periods: tuple[float, ...], least: float) -> tuple[float, ...]:
     """Those of the periods that are longer than `least`, else those that are tried where a record shows none."""
     unknown = tuple(period for period in UNKNOWN_PERIODS if period > _WAVE)
     return tuple(period for period in periods if period > least) or unknown
 
 
-def _waves(scales: Scales, values) -> list[dict[str, tuple]]:
+def _waves(scales: Scales, values: Values) -> list[Stage]:
     along, across = _longer(scales.along, _SHORTEST_WAVE), _longer(scales.across, _WAVE)
     surge = {"surge_period": along, "wave_surge": (0.005, 0.05, 0.2), "wave_yaw": (0.01,)}
     yaw = {"yaw_period": across, "wave_yaw": (0.005, 0.03, 0.1)}
@@ -125,7 +125,7 @@ def _waves(scales: Scales, values) -> list[dict[str, tuple]]:
     ]
 
 
-def _of_aid(aid) -> Part:
+def _of_aid(aid: Aid) -> Part:
     priors = {name: Prior(*prior) for name, prior in aid.priors.items()}
     _, *companion = aid.priors
     return Part(priors, aid.words, (Filter(ON_AID, *companion),) if companion else ())

@@ -1,5 +1,6 @@
 """Profiles: the vessel and its receiver as named, validated numbers in a TOML file."""
 
+from abc import abstractmethod
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -72,6 +73,10 @@ class ProfileFile(BaseModel):
         except ValidationError as error:
             raise refusal(place, error, cls) from None
 
+    @abstractmethod
+    def toml(self) -> str:
+        """The profile as the text of a TOML file."""
+
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
         with complete_or_absent(path) as file:
@@ -104,7 +109,7 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
     """Whether copies of fixes and the like are looked for in a record: with given numbers each fix counts as it is."""
 
     @classmethod
-    def named(cls, name: str) -> Self:
+    def named(cls, name: str) -> "Profile":
         """A built-in profile. Raises InputError with the names there are."""
         if name not in BUILT_IN:
             raise InputError(f"profile {name!r} is unknown, expected one of {', '.join(BUILT_IN)} or a .toml file")
@@ -119,7 +124,6 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
         return cls.made_of(table, f"profile {path}")
 
     def toml(self) -> str:
-        """The text of such a file."""
         values = self.model_dump(exclude={"intervals"}).items()
         text = "".join(f"{key} = {toml_value(value)}\n" for key, value in values)
         if not self.intervals:
@@ -148,7 +152,7 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
             return self
         share = self.turn_time / (self.turn_time + self.straight_time)
 
-        def dispersion(profile):
+        def dispersion(profile: Profile) -> float:
             return profile.course_rate_noise / max(profile.course_rate_decay, _LEAST_DECAY) ** 2
 
         speed = share * turning.speed_noise + (1.0 - share) * self.speed_noise
@@ -162,5 +166,5 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
         return (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)
 
 
-BUILT_IN = {profile.name: profile for profile in (Profile(**numbers) for numbers in PRESETS)}
+BUILT_IN = {profile.name: profile for profile in map(Profile.model_validate, PRESETS)}
 """The built-in profiles by name."""

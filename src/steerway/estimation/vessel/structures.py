@@ -5,18 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.estimation.filter.bank import LEAST_SHARE
-from steerway.estimation.filter.model import (
-    AID,
-    DRIVING,
-    MODE,
-    PROCESS,
-    RECEIVER,
-    Model,
-    has_two_states,
-)
+from steerway.estimation.filter.model import AID, DRIVING, MODE, PROCESS, RECEIVER, Model, has_two_states
 from steerway.estimation.vessel.aids import TABLE
-from steerway.estimation.vessel.parts import PARTS, Prior
+from steerway.estimation.vessel.parts import PARTS, Parts, Prior, Values
 
 CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
@@ -37,12 +30,12 @@ _MOST_BAD = 0.3
 """Largest share of outliers, and of poor fixes, that a filter works with. Chosen: at more they are the rule."""
 
 
-def priors_of(parts) -> dict[str, Prior]:
+def priors_of(parts: Parts) -> dict[str, Prior]:
     """The priors of a structure's numbers by their names."""
     return {name: prior for part in parts for name, prior in PARTS[part].priors.items()}
 
 
-def parameters_of(parts):
+def parameters_of(parts: Parts) -> tuple[tuple[str, ...], Floats, Floats]:
     """Names, prior medians (log) and deviations of a structure's numbers."""
     table = priors_of(parts)
     return (
@@ -52,12 +45,12 @@ def parameters_of(parts):
     )
 
 
-def log_share(parts) -> float:
+def log_share(parts: Parts) -> float:
     """Log of the share of vessels that have these parts, against those that have none."""
     return sum(math.log(PARTS[part].share / (1.0 - PARTS[part].share)) for part in parts)
 
 
-def _modes_of(v) -> tuple[np.ndarray, np.ndarray]:
+def _modes_of(v: Values) -> tuple[np.ndarray, Floats]:
     """(MODES,) MODE, and the rates of change between them (MODES, MODES)."""
     decay = 1.0 / v["rate_time"]
     speed = v["speed_walk"] ** 2
@@ -96,7 +89,7 @@ class Shaping(NamedTuple):
     aid: str = ""
 
 
-def model_of(parts, values, quantum=(0.0, 0.0)) -> Model:
+def model_of(parts: Parts, values: Values, quantum: tuple[float, float] = (0.0, 0.0)) -> Model:
     """Model of a structure with these numbers (dict); quantum: last digit of fixes north and east, m or 0."""
     v, shapings = values, []
     for name, each in [(name, each) for name, part in PARTS.items() if name in parts for each in part.filters]:
@@ -109,7 +102,9 @@ def model_of(parts, values, quantum=(0.0, 0.0)) -> Model:
     return assembled(*_modes_of(v), shapings, _receiver_of(v, quantum), variances)
 
 
-def assembled(modes, generator, shapings, receiver, variances) -> Model:
+def assembled(
+    modes: np.ndarray, generator: Floats, shapings: list[Shaping], receiver: np.ndarray, variances: Values
+) -> Model:
     """Model of these modes (m,), rates of change (m, m), shaping filters, receiver (1,) and variances of aids by name.
 
     Shaping filters that drive the motion come first.
@@ -129,7 +124,7 @@ def assembled(modes, generator, shapings, receiver, variances) -> Model:
     return Model(modes, generator, np.array(processes, PROCESS), receiver, aids, states, driving)
 
 
-def _receiver_of(v, quantum) -> np.ndarray:
+def _receiver_of(v: Values, quantum: tuple[float, float]) -> np.ndarray:
     """(1,) RECEIVER of these numbers."""
     receiver = np.zeros(1, RECEIVER)
     for name, number in {
@@ -162,7 +157,7 @@ SHIP = {
     "speed_walk": 0.003,
     "emergency_every": 2e4,
 }
-VESSELS = (
+VESSELS: tuple[Values, ...] = (
     # kinds of vessel to begin from; what is not named is as the prior has it. Chosen: starting points of fits, and the
     # prior of a filter that learns: a usual vessel, a ship, a small craft that spins, one whose speed changes fast.
     {},
