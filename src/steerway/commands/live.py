@@ -48,7 +48,7 @@ def live(
         "FILE", "File with the token that other computers need for the helm page; or set STEERWAY_HELM_TOKEN."
     ),
     helm_origin: str | None = option("https://HOST", "Address of the helm page behind a TLS proxy."),
-    missions: str | None = option("ADDRESS", "Exchange missions with ground stations, such as at udpin:127.0.0.1:14560."),
+    missions: str | None = option("ADDRESS", "Exchange missions with ground stations, at udpin:127.0.0.1:14560."),
     mavlink_signing: str | None = option("FILE", "Sign MAVLink messages with the passphrase in this file."),
     control: str | None = option("HOST:PORT", "Serve a control port for programs on this computer."),
     control_token_file: str | None = option(

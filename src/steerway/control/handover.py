@@ -70,7 +70,7 @@ class HandOver:
 
 
 class Shaper(Protocol):
-    """A filter from a command to a reference that the boat can follow; guidance.reference has three."""
+    """A filter from a command to a reference that the boat can follow; `core.reference` has three."""
 
     @property
     def reference(self) -> Reference | None: ...

@@ -188,7 +188,7 @@ class Positioned(NamedTuple):
 class VesselTable(Table):
     """The table [vessel] of a scenario. A vessel adds its `kind` (a Literal with itself as default) and its keys.
 
-    `reference` is the kind of reference filter used where the scenario names none; see `guidance.reference`. `length`
+    `reference` is the kind of reference filter used where the scenario names none; see `core.reference`. `length`
     in m, NaN where it is not known.
     """
 

@@ -1,7 +1,7 @@
 """The papers' course steering as printed; corrected with `printed=False`. For studies and tests, never for a boat.
 
 Autopilots, the Otter's allocation, the rules for switching waypoints, and the reference filters of the author's public
-toolbox (MSS) as they are, to compare `guidance.reference` with.
+toolbox (MSS) as they are, to compare `core.reference` with.
 
 P0: Fossen and Fossen, Sensors 21, 2021, 7910. P1: Fossen, "Line-of-sight path-following control utilizing an extended
 Kalman filter", Journal of Marine Science and Technology, 2022. P4: Motwani, Sharma, Sutton and Culverhouse, weighted
