@@ -127,6 +127,9 @@ def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():
     assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.001, abs=1e-6)
     clock.set(NOON + 10.0, 2.0)  # she started anew
     assert clock.unix(2.0, 106.0) - NOON == pytest.approx(10.0, abs=1e-6)
+    for boot, arrival in ((9.0, 104.0), (2.0, 106.0)):
+        clock.sent(boot, arrival)
+    assert clock.now(107.0) - NOON == pytest.approx(11.0, abs=1e-6), "by the message since the restart"
 
 
 def test_accelerations_and_motors_are_rows_of_their_own_and_the_gyro_waits_for_the_fix():

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steerway.formats.testing import gga, hdt, nmea0183, rmc, rot, sealed, vtg
+from steerway.core.testing import Leg
+from steerway.formats.testing import gga, hdt, nmea0183, rmb, rmc, rot, sealed, vtg
 
 NOON = 1_719_835_200.0  # 2024-07-01 12:00 UTC
 PLACE = (math.radians(63.44), math.radians(-10.25))
@@ -24,6 +25,13 @@ def test_sentences_as_the_standard_has_them():
     assert hdt(math.radians(359.999)) == sealed("SWHDT,0.00,T")
     # A checksum from the outside: this sentence stands in many receiver manuals.
     assert sealed("GPGLL,5057.970,N,00146.110,E,142451,A").strip() == "$GPGLL,5057.970,N,00146.110,E,142451,A*27"
+
+
+def test_a_leg_as_the_standard_has_it():
+    leg = Leg(-370.4, 0.0, 0.1, 1852.0, 0.2, 1852.0 / 3600.0, *PLACE, "A", "B")
+    assert rmb(leg) == sealed("SWRMB,A,0.20,R,A,B,6326.4000000,N,01015.0000000,W,1.000,5.73,1.00,V,A")
+    assert rmb(leg._replace(distance=1e7)).split(",")[10] == "999.900"
+    assert rmb(leg._replace(bearing=math.nan)).split(",")[1] == "V"
 
 
 def test_nothing_rolls_over_to_sixty_or_three_hundred_and_sixty():

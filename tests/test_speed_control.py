@@ -167,6 +167,29 @@ def test_force_loops_hold_a_speed_against_a_drag_they_do_not_know(kind):
     assert control.step(1.5, math.nan, 0.05) == 0.0
 
 
+def test_a_pi_loop_settles_as_a_first_order_model_within_its_limits():
+    control, speed = SpeedPI(SpeedPIGains(mass=85.0, linear_drag=60.0, bandwidth=0.4)), 0.0
+    for _ in range(250):
+        speed += 0.01 * (control.step(1.0, speed, 0.01) - 60.0 * speed) / 85.0
+    assert speed == pytest.approx(1.0 - math.exp(-1.0), abs=0.005)
+    assert SpeedPI(GAINS).step(9.0, 0.0, 0.05) == 200.0 and SpeedPI(GAINS).step(-9.0, 0.0, 0.05) == -100.0
+
+
+def test_the_speed_of_a_force_is_where_the_drag_balances_it():
+    control = SpeedPI(SpeedPIGains(mass=85.0, linear_drag=60.0, quadratic_drag=25.0))
+    for force in (-30.0, 40.0):
+        speed = control.speed_of(force)
+        assert 60.0 * speed + 25.0 * speed * abs(speed) == pytest.approx(force)
+
+
+def test_the_observer_is_stable_without_a_measured_speed_for_any_step():
+    control = ObservedSpeed()
+    control.step(6.0, 5.0, 0.05)
+    for _ in range(20):
+        control.step(6.0, math.nan, 20.0)
+    assert control.speed == pytest.approx(6.0, abs=0.01)
+
+
 def test_speed_loops_are_chosen_by_name_and_refused():
     assert isinstance(speed_loop("pi", GAINS), SpeedPI)
     assert isinstance(speed_loop("adaptive", GAINS), ForceLoop)

@@ -56,13 +56,13 @@ def sail(mission, points, dt=1.0):
         ([0.0, 1.0], [0.0], {}, "2 north and 1 east"),
         ([0.0, 50.0, math.nan], [0.0, 0.0, 0.0], {}, r"waypoint\[2\].north is nan"),
         ([0.0, 50.0], [0.0, math.inf], {}, r"waypoint\[1\].east is inf"),
-        ([0.0, 50.0, 50.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] repeats waypoint 1"),
+        ([0.0, 50.0, 99.0, 99.0], [0.0] * 4, {}, r"waypoint\[3\] repeats waypoint 2"),
         ([0.0, 50.0, 58.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] is 8 m from waypoint 1"),
         ([0.0, 50.0, 60.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] is 10 m from waypoint 1"),
         ([0.0, 50.0], [0.0, 0.0], {"acceptance": [1.0, -2.0]}, r"waypoint\[1\].acceptance is -2"),
         ([0.0, 50.0], [0.0, 0.0], {"speed": 0.0}, r"waypoint\[0\].speed is 0"),
         ([0.0, 50.0], [0.0, 0.0], {"speed": [1.0, 1.0, 1.0]}, "speed has 3 values, expected one or 2"),
-        ([0.0, 1e7], [0.0, 0.0], {}, r"waypoint\[1\] is 10000 km"),
+        ([0.0, 1e7], [0.0, 0.0], {}, r"waypoint\[1\] is 10000 km from waypoint 0"),
         ([0.0, 50.0], [0.0, 0.0], {"default_acceptance": math.nan}, "default_acceptance is nan"),
     ],
 )
@@ -315,6 +315,9 @@ def test_the_leg_that_is_gone_to_leads_from_the_waypoint_before(target, directio
     leg = mission.step(50.0, 30.0, 1.0)
     assert leg.target == target and math.remainder(leg.direction - direction, 2.0 * math.pi) == pytest.approx(0.0)
     assert leg.cross_track == pytest.approx(across)
+    mission.exchange(Route(SQUARE.north + 10.0, SQUARE.east + 10.0))
+    moved = mission.step(60.0, 40.0, 1.0)
+    assert moved.target == target and moved.cross_track == pytest.approx(across)
 
 
 def test_to_a_waypoint_beyond_which_the_boat_lies_she_goes_straight_unless_she_is_at_it():
