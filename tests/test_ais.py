@@ -1,4 +1,4 @@
-"""AIS: sentences made by pyais's encoder, and recorded logs counted by its own reader."""
+"""AIS: sentences encoded by pyais, and recorded logs compared with pyais's reader."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ MIDNIGHT = 1565222400  # 2019-08-08 00:00:00
 
 
 def halves(line):
-    """A sentence as two."""
+    """A sentence split into two parts."""
     payload = line.split(b",")[5]
     bodies = [b"AIVDM,2,1,7,A,%s,0" % payload[:28], b"AIVDM,2,2,7,A,%s,0" % payload[28:]]
     return [b"!%s*%s" % (body, checksum(body)) for body in bodies]
@@ -96,7 +96,7 @@ def test_without_any_time_it_says_so():
     recording = ais.read(sentences()[0])
     assert recording.sources == {}
     assert recording.skipped == {"no time": 1}
-    assert "none can be used" in recording.notes[0]
+    assert "no report can be used" in recording.notes[0]
 
 
 def test_a_clock_in_the_log_stands_in():

@@ -1,4 +1,4 @@
-"""Archives: results that do not depend on how they are made, every layout, faults, ships under one number, events."""
+"""Archives: results independent of how they are made, every layout, faults, ships under one MMSI, events."""
 
 import json
 import re
@@ -47,7 +47,7 @@ def whole(files, tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def without_a_page(monkeypatch):
-    """Drawing it takes longer than a small archive; that of `whole` is made before."""
+    """Do not draw the page, which takes longer than a small archive; `whole` has its page from before."""
     monkeypatch.setattr(page, "write", lambda store, manifest: None)
 
 
@@ -93,13 +93,13 @@ def test_a_second_run_into_the_directory_is_refused_while_the_first_one_lasts(fi
     code, _, err = refused[0]
     assert code == 2 and re.search(rf"{tmp_path} is being written by process \d+ on \S+ since 20\d\d-.* UTC", err), err
     assert digest(tmp_path) == digest(whole)
-    (tmp_path / ".lock").write_text("process 1 on a machine since long\n")  # left by one that was killed
+    (tmp_path / ".lock").write_text("process 1 on a machine since long\n")  # left by a killed run
     assert steerway.archive.run(files, tmp_path, workers=1).units == 0 and not (tmp_path / ".lock").exists()
 
 
 def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files, tmp_path, monkeypatch):
     class Lost:
-        """Stands for a worker that is killed at the first bucket, and works elsewhere."""
+        """A worker that is killed in bucket 0 and works in the others."""
 
         def __init__(self, function):
             self.function, self.pipe = function, self
@@ -196,7 +196,7 @@ DANISH = ("MMSI", None, "Latitude", "Longitude", "SOG", "COG", "Heading", "Ship 
 
 
 def marine_cadastre(table, old):
-    """Rows of the Danish layout in MarineCadastre's."""
+    """The rows of a table in the Danish layout, in MarineCadastre's layout."""
     time = pl.col("# Timestamp").str.to_datetime("%d/%m/%Y %H:%M:%S")
     written = time.dt.strftime("%Y-%m-%dT%H:%M:%S" if old else "%Y-%m-%d %H:%M:%S")
     names = zip(OLD if old else NEW, DANISH, strict=True)
@@ -208,7 +208,7 @@ def marine_cadastre(table, old):
 
 
 def points(table):
-    """The positions of the Danish layout as points of GeoParquet."""
+    """The positions of a table in the Danish layout, as points of GeoParquet."""
     places = table.select(x=pl.col("Longitude").cast(pl.Float64), y=pl.col("Latitude").cast(pl.Float64))
     return pl.Series([b"\x01\x01\x00\x00\x00" + np.array(each, "<f8").tobytes() for each in places.iter_rows()])
 
@@ -272,12 +272,12 @@ def test_a_column_says_of_which_vessel_a_row_is(tmp_path):
 
 
 class TooFew(Exception):
-    """The share of equal rows is below what is asked, and not below what was measured."""
+    """The share of equal rows is below 99 %, and at least the measured 98.7 %."""
 
 
 @pytest.mark.xfail(strict=True, raises=TooFew, reason="98.7 % of the rows: archives follow a jump sooner")
 def test_the_estimate_is_that_of_the_filter(fleet, files, tmp_path):
-    """For ships alone under their number."""
+    """Ships that share their MMSI are left out."""
     steerway.archive.run(files, tmp_path, buckets=1, workers=1, profile=FiveStateFilter("ais").profile)
     truth = pl.read_parquet(fleet / "truth.parquet").filter(pl.col("ship") >= 0, pl.col("lat_deg") < 91.0)
     alone = truth.filter(pl.col("ship").n_unique().over("mmsi") == 1, ~pl.col("jump").any().over("mmsi"))
@@ -333,7 +333,7 @@ def test_smoothing_looks_into_the_next_day_whatever_the_buckets(fleet, files, wh
 
 @pytest.fixture
 def departure(tmp_path):
-    """A ship of class A that is moored for two hours and then sails at 5 m/s: the file, and when it leaves."""
+    """(file, time of departure) of a class A ship that is moored for two hours and then sails at 5 m/s."""
     at = np.r_[np.arange(0.0, 7201.0, 180.0), np.arange(7260.0, 9001.0, 60.0)]
     north = 5.0 * np.maximum(at - 7200.0, 0.0) + np.random.default_rng(3).normal(0.0, 1.0, len(at))
     columns = {"mmsi": 219_000_001, "class": "A", "lon": 11.0}
@@ -367,14 +367,14 @@ def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
     rows = rows_of(tmp_path / "out").with_columns(t=pl.col("time_s") - START)
     one, other = (rows.filter(pl.col("track") == track) for track in (0, 1))
     assert one["t"].to_list() == [10.0 * k for k in range(1, 60)]
-    assert other["t"].to_list() == [10.0 * k for k in range(3, 40)]  # from its third report on it is a ship
-    one = one[1:]  # one report is before the first row: no velocity
+    assert other["t"].to_list() == [10.0 * k for k in range(3, 40)]  # its third report confirms the ship
+    one = one[1:]  # only one report precedes the first row, which has no velocity
     np.testing.assert_allclose(one["lat_deg"], 55.0 + 5.0 * one["t"] / 111_300.0, atol=3e-4)
     np.testing.assert_allclose(other["lat_deg"], 57.0 - 5.0 * other["t"] / 111_400.0, atol=3e-4)
 
 
 def crossing(tmp_path):
-    """Two vessels that cross ahead of each other, reporting at different times, and a third that stops and turns."""
+    """The archive of two vessels that cross, with reports at different times, and of a third that stops."""
     rows = []
     for mmsi, first, step in ((1_000_000_01, 0.0, 20.0), (1_000_000_02, 7.0, 30.0)):
         for t in np.arange(first, 3600.0, step):
@@ -430,7 +430,7 @@ def test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile(tmp_pat
 
 
 def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
-    """From the download on, on a generated day in the place of the download."""
+    """All commands after the download, on a generated day instead of the downloaded one."""
     page = Path(__file__).parents[1] / "docs" / "archives.md"
     lines = [line.strip() for line in page.read_text(encoding="utf-8").splitlines()]
     commands = [line.split()[1:] for line in lines if line.startswith("steerway ")]
@@ -481,7 +481,7 @@ def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
     bad.write_bytes(b"PAR1 and no more")
     code, printed, said = run("archive", "run", files[0], bad, "-o", out, "--workers", "1")
     assert code == 3 and "bad.parquet: left out" in said and "units run" in printed
-    assert interruption.note == "finished work is kept, the same command continues"  # of the line at Ctrl-C
+    assert interruption.note == "finished work is kept, the same command continues"  # printed at Ctrl-C
     assert json.loads(run("archive", "status", out, "--json")[1])["to_do"] == 0
     assert run("archive", "verify", out)[1].split()[0] == digest(out)[0]
 

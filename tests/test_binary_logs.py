@@ -1,4 +1,4 @@
-"""Binary logs of autopilots and watches, written here field by field: ArduPilot, MAVLink, PX4, FIT."""
+"""Binary logs of autopilots and watches, encoded here by hand: ArduPilot, MAVLink, PX4, FIT."""
 
 import math
 import struct
@@ -18,7 +18,7 @@ WEEK, SECONDS = divmod(START + 18.0 - 315964800.0, 604800.0)
 
 
 def track():
-    """(second, latitude, longitude in degrees) of a boat at 2 m/s on 60°."""
+    """(second, latitude, longitude in degrees) of a boat at 2 m/s on a course of 60°."""
     north, east = (SPEED * f(math.radians(COURSE)) for f in (math.cos, math.sin))
     for k in range(N):
         yield k, LAT + north * k / 111300.0, LON + east * k / (111500.0 * math.cos(math.radians(LAT)))

@@ -1,4 +1,4 @@
-"""GPX: both versions, extensions, damage, and vessels by name."""
+"""GPX: both versions, extensions, damage, and vessels named by MMSI."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The NMEA 0183 reader on sentences whose truth is known."""
+"""The NMEA 0183 reader on sentences with known content."""
 
 import datetime
 
@@ -33,7 +33,7 @@ def test_sentences_of_one_time_become_one_row():
 
 
 def test_the_interpreter_reads_what_the_compiled_kernels_read():
-    """Short logs are read without compiling: sound ones, damaged ones, and one cut into pieces."""
+    """Short logs are read without compiling: undamaged and damaged ones, fed in pieces."""
     sound = sortie(40) + b"\n".join(b"2024-07-01T12:01:00.25Z " + gga(START + k, 54.0, 10.0).strip() for k in range(5))
     rng = np.random.default_rng(0)
     for trial in range(24):
@@ -205,7 +205,7 @@ def test_a_sentence_without_date_in_local_time_is_made_utc(hours, first):
     recording = nmea0183.read(b"".join(sentences[first:]))
     own = [times[0], times[0] + 0.02][: 1 + first]  # before the first date a sentence keeps its own time
     assert recording.sources["GP"].time.tolist() == [*own, *times[1:]]
-    assert any("20 sentences without a date in local time" in note for note in recording.notes)
+    assert any("20 sentences without a date were in local time" in note for note in recording.notes)
 
 
 def test_a_gap_of_whole_hours_is_no_other_time_zone():

@@ -41,14 +41,14 @@ LOGS = [
     "signalk_samples/plaka.log",
 ]
 LONGEST = 500_000
-"""Bytes that are read of a log: pynmeagps takes a minute for five million."""
+"""Bytes read of each log; pynmeagps takes a minute for five million."""
 
 POSITION = re.compile(rb"\$..(?:GGA|RMC|GLL|GNS),[^\r\n]*")
 VELOCITY = re.compile(rb"\$..VTG,[^\r\n]*")
 
 
 def messages(data, pattern):
-    """Byte offset and pynmeagps message of every sentence that it accepts; a missing checksum is accepted as here."""
+    """Byte offset and message of every sentence that pynmeagps accepts, also without a checksum, like our reader."""
     for found in pattern.finditer(data):
         raw = found.group()
         if b"*" not in raw:
@@ -62,7 +62,7 @@ def messages(data, pattern):
 
 
 def is_fix(message):
-    """Whether what pynmeagps read is a fix: it parses V, N and quality 0 too."""
+    """Whether a message of pynmeagps is a fix; it also reads messages with status V, mode N or quality 0."""
     valid = getattr(message, "status", "A") in ("A", "") and getattr(message, "posMode", "A") != "N"
     placed = all(isinstance(getattr(message, name, ""), float) for name in ("lat", "lon"))
     modes = set(getattr(message, "posMode", "A"))
@@ -74,7 +74,7 @@ def seconds_of_day(time):
 
 
 def velocity(message, speed, course):
-    """Two fields of a message of pynmeagps in knots and degrees, NaN where they are empty."""
+    """The speed and course fields of a pynmeagps message (knots, degrees), NaN where empty."""
     return [np.nan if (value := getattr(message, name)) == "" else value for name in (speed, course)]
 
 
@@ -104,8 +104,8 @@ def test_a_recorded_log_is_read_as_pynmeagps_reads_it(name, shared_data):
 
 
 def every_fix_has_its_row(data, fixes):
-    """Fixes counted by pynmeagps: distinct in talker, time and place. A row may serve several sentences, when they
-    agree to the last digit but one; the coarsest digit here is 1.7e-5°."""
+    """99 % of pynmeagps's fixes, distinct in talker, time and position, have a row. Sentences share a row if their
+    positions agree to about one last digit, which is 1.7e-5° or finer in these logs."""
     theirs = set()
     for message in fixes:
         time = seconds_of_day(getattr(message, "time", ""))
@@ -130,7 +130,7 @@ quick = settings(max_examples=100, deadline=None, derandomize=True, suppress_hea
 
 
 def readings_of(data):
-    """The sentences of a log as their own bytes."""
+    """The bytes of each sentence in a log."""
     return [data[k : data.index(b"*", k) + 3] for k in nmea0183.sentences(data).offset.tolist()]
 
 
@@ -156,7 +156,7 @@ def test_flipped_bits_cost_only_their_own_sentences(places, random):
     kept = readings_of(bytes(damaged))
     expected = [each[: each.index(b"*") + 3] for k, each in enumerate(LINES) if k not in touched]
     position = 0
-    for sentence in expected:  # a subsequence: what flips leave sound may stand between
+    for sentence in expected:  # a subsequence: sentences that flips left valid can be in between
         position = kept.index(sentence, position) + 1
 
 

@@ -1,4 +1,4 @@
-"""Sentences out, read back by the reader and by eye."""
+"""Written sentences, compared with literal text and read back."""
 
 import math
 
@@ -23,7 +23,7 @@ def test_sentences_as_the_standard_has_them():
     assert rot(math.radians(1.0)) == sealed("SWROT,60.00,A")  # degrees a minute, + to starboard
     assert rot(math.radians(-0.5)) == sealed("SWROT,-30.00,A")
     assert hdt(math.radians(359.999)) == sealed("SWHDT,0.00,T")
-    # A checksum from the outside: this sentence stands in many receiver manuals.
+    # An independent checksum: many receiver manuals contain this sentence.
     assert sealed("GPGLL,5057.970,N,00146.110,E,142451,A").strip() == "$GPGLL,5057.970,N,00146.110,E,142451,A*27"
 
 

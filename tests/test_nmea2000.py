@@ -1,4 +1,4 @@
-"""NMEA 2000: hand-made messages with known numbers, and recorded logs against tables others derived from them."""
+"""NMEA 2000: constructed messages with known values, and recorded logs compared with tables that others derived."""
 
 import json
 import math
@@ -151,7 +151,7 @@ def test_recognises_by_content():
 
 
 def forms(messages):
-    """A log of (second, PGN, source, payload) in every form: text by name."""
+    """The log of messages (second, PGN, source, payload) in every form, by name of the form."""
     found = {name: b"" for name in ("canboat", "candump -l", "candump", "Yacht Devices RAW", "Actisense")}
     splitter = Splitter()
     for second, pgn, source, payload in messages:
@@ -175,7 +175,7 @@ BUS = [
     (1.4, 129026, 3, struct.pack("<BBHHH", 255, 0xFD, 10000, 321, 65535)),
     (1.5, 127250, 7, struct.pack("<BHhhB", 1, 11000, 0x7FFF, 0x7FFF, 0xFD)),
 ]
-"""Magnetic COG and heading, with the variation of another sender; a position, and one with its accuracy."""
+"""Magnetic COG and heading, with the variation from another sender; a position with accuracy, and a rapid one."""
 
 
 @pytest.mark.parametrize("form", forms(BUS))
@@ -244,4 +244,4 @@ def test_a_log_with_times_of_the_day_counts_days_over_midnight():
     lines = [f"A235959.{k:03d} 03FF2 1F801 {position(54.0, 10.0).hex().upper()}\n" for k in (100, 600)]
     recording = read(*lines, f"A000000.100 03FF2 1F801 {position(54.0, 10.0).hex().upper()}\n")
     assert_allclose(recording.sources["src 3"].time, [86399.1, 86399.6, 86400.1])
-    assert any("without a date" in note for note in recording.notes)
+    assert any("no date" in note for note in recording.notes)

@@ -1,4 +1,4 @@
-"""Logs of other kinds, one straight track read back from each: IGC, RTKLIB, ArduPilot, TCX, KML, GeoJSON; damage."""
+"""Other log formats (IGC, RTKLIB, ArduPilot, TCX, KML, …): one straight track is read from each, also after damage."""
 
 import json
 import math
@@ -24,7 +24,7 @@ ISO = "%Y-%m-%dT%H:%M:%SZ"
 
 
 def of_week(k):
-    """ms of the GPS week."""
+    """Milliseconds of the GPS week at second k, as text."""
     return f"{1e3 * (OF_WEEK + k):.0f}"
 
 
@@ -39,7 +39,7 @@ def minutes(degrees, width):
 
 
 def lines(row, head=""):
-    """A line a fix of what `row` makes of second, latitude and longitude."""
+    """A line per fix, written by `row(second, latitude, longitude)`."""
     return head + "".join(f"{row(k, a, o)}\n" for k, (a, o) in enumerate(zip(LATITUDE, LONGITUDE, strict=True)))
 
 
@@ -153,7 +153,7 @@ def semicircle_columns():
 
 
 def raw_of_a_dated_bus():
-    """Yacht Devices' lines in small letters, without dates but for the system time (126992) on the bus."""
+    """Yacht Devices' lines in lower case, with dates only in the system time (126992)."""
 
     def row(k, a, o):
         days, rest = divmod(round(START) + k, 86400)
@@ -225,14 +225,14 @@ LOGS = {
     **dict.fromkeys((semicircle_columns, raw_of_a_dated_bus), 2e-7),
     **dict.fromkeys((candump_with_dates, analyzed, seasmart, local_columns, boot_and_unix, ros_pose), 2e-7),
 }
-"""Log → degrees within which its places are written."""
+"""Resolution (degrees) of the positions in each log."""
 
 
 @pytest.mark.parametrize("log", LOGS)
 def test_the_track_is_read_back(log):
     fixes = read(log().encode())
-    kept = [k for k in range(COUNT) if k != 3 or log not in (igc, dataflash)]  # one has no solution
-    since = 0.0 if log is seasmart else START  # whose clock is the gateway's own
+    kept = [k for k in range(COUNT) if k != 3 or log not in (igc, dataflash)]  # fix 3 is invalid
+    since = 0.0 if log is seasmart else START  # its times are of the gateway's clock
     assert_allclose(fixes.time, since + np.array(kept), atol=1e-3)
     assert_allclose(np.degrees(fixes.latitude), LATITUDE[kept], atol=LOGS[log])
     assert_allclose(np.degrees(fixes.longitude), LONGITUDE[kept], atol=LOGS[log])

@@ -1,4 +1,4 @@
-"""The front door: what it opens, what it chooses, what it refuses."""
+"""`read` and `survey`: kinds of input, choice of the source, errors."""
 
 import gzip
 import io

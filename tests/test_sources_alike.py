@@ -1,4 +1,4 @@
-"""A log and the live service use the same of several sources, instruments at any rate and from any talker."""
+"""Of several sources, a log and the live service use the same one; instruments can have any rate and talker."""
 
 import math
 
@@ -15,7 +15,7 @@ SECONDS = 90
 
 
 def bus(*, coarse_every=2, fine_from=3, seconds=SECONDS):
-    """RMC at 1 Hz, a compass of whole 20 degrees from the start, and a better one at 1 Hz that comes later."""
+    """RMC at 1 Hz, a rare compass (HC) from the start, and one at 1 Hz (HE) that begins later."""
     lines = []
     for k in range(seconds):
         lines.append((k, rmc(START + k, 54.0 + 1e-5 * k, 10.0)))
@@ -27,7 +27,7 @@ def bus(*, coarse_every=2, fine_from=3, seconds=SECONDS):
 
 
 def heading_source_live(lines, column="heading"):
-    """The source of the last heading, or value of another column, that is used."""
+    """The source of the last heading (or value of another column) that a live link uses."""
     reader, choice, used = nmea0183.SentenceReader(), SourceChoice(), ""
     for second, line in lines:
         reader.feed(line, received=START + second)
@@ -57,7 +57,7 @@ def test_a_compass_of_the_receiver_itself_is_preferred():
 
 
 def test_a_receiver_without_sog_gets_none_from_another_receiver():
-    """Two antennas move differently. A log has none either; an instrument without positions may give it."""
+    """Two antennas move differently. Neither a log nor a live link takes SOG from the other one."""
     places = [(START + k, 54.0 + 1e-5 * k, 10.0) for k in range(SECONDS)]
     lines = [(k, gga(*place)) for k, place in enumerate(places)]
     lines += [(k + 0.3, rmc(*place, talker="GN")) for k, place in enumerate(places) if k % 2 == 0]
@@ -68,7 +68,7 @@ def test_a_receiver_without_sog_gets_none_from_another_receiver():
 
 
 def test_the_receivers_own_compass_that_reports_rarely_is_not_preferred():
-    """At less than half of its fixes, beside one that reports at each."""
+    """The receiver's compass reports at less than half of its fixes, the other one at each."""
     lines = [each for each in bus(seconds=200) if b"HC" not in each[1]]
     lines += [(k + 0.1, sealed("GPHDT,5.0,T")) for k in range(0, 200, 5)]
     lines.sort(key=lambda each: each[0])
@@ -81,7 +81,7 @@ PLACE = math.radians(54.0), math.radians(10.0)
 
 
 def rows(others, seconds=3, per_second=10, settles=False):
-    """Rows of a receiver at 1 Hz and of `others(k)`, sentences that come `per_second` times a second."""
+    """Rows of a receiver at 1 Hz and of `others(k)`, sentences that arrive `per_second` times a second; the reader."""
     reader, found, now = SentenceReader(), [], 500.0
 
     def take(settled):

@@ -1,4 +1,4 @@
-"""Tables: what columns are taken for, what bad cells cost, and our own output read back."""
+"""Tables: the meaning of columns, the effect of bad cells, and our own output read back."""
 
 import io
 
@@ -170,7 +170,7 @@ def test_a_row_without_a_place_may_bring_a_heading():
 def test_missing_columns_are_named():
     with pytest.raises(InputError, match="no column for longitude: found 'time', 'lat', 'x', expected time_s"):
         read("time,lat,x\n1,2,3\n")
-    with pytest.raises(InputError, match="line 1 of the table, 'a,b,c', names no column"):
+    with pytest.raises(InputError, match="line 1 of the table is 'a,b,c', expected names of columns"):
         read("a,b,c\n1,2,3\n")
     assert read("time,lat,lon\n").sources == {}
 

@@ -1,4 +1,4 @@
-"""Tables of loggers and tools, in every form: hemispheres and units in cells, clocks, and the unit of a time."""
+"""Tables of loggers and tools: hemispheres and units in cells, clocks, units of time, and file forms."""
 
 import io
 import math
@@ -24,7 +24,7 @@ def track(step=1.0, latitude=-33.85, longitude=-70.2):
 
 
 def table(header, row, **at):
-    """CSV of a row a fix: `row` gets the seconds since the start and the degrees."""
+    """CSV with a row per fix, written by `row(seconds since the start, latitude, longitude in degrees)`."""
     return "\n".join([header, *(row(*each) for each in zip(*track(**at), strict=True))]).encode() + b"\n"
 
 
@@ -33,7 +33,7 @@ def clock(seconds, form="{:02d}:{:02d}:{:02d}"):
 
 
 def motion_of(data):
-    """Latitude of the first fix in degrees, mean speed in m/s and course in degrees of what is read, and the fixes."""
+    """(latitude of the first fix (°), mean speed (m/s), course (°), fixes) read from data."""
     fixes = steerway.read(data)
     north = 6.354e6 * (fixes.latitude[-1] - fixes.latitude[0])
     east = 6.378e6 * math.cos(fixes.latitude[0]) * (fixes.longitude[-1] - fixes.longitude[0])
@@ -42,7 +42,7 @@ def motion_of(data):
 
 
 def test_a_logger_with_hemispheres_and_units_in_cells(tmp_path):
-    """Hemispheres in columns, rows without a fix, and a heading that is the course, to the end of the command line."""
+    """Hemispheres in columns, rows without a fix, and a heading that is the course; estimated by the command."""
     path, out = tmp_path / "log.csv", tmp_path / "track.csv"
 
     def row(t, lat, lon):
@@ -139,7 +139,7 @@ def test_units_beside_numbers():
         ("timestamp,time_utc_usec,lat,lon", lambda t: f"{20_471_648 + t * 1e6:.0f},{(START + t) * 1e6:.0f}", 0.2),
         ("timestamp,lat,lon", lambda t: f"{20_471_648 + t * 1e6:.0f}", 0.2),  # µs since the start
         ("t,lat,lon,sog_mps", lambda t: f"{5000 + t * 1e3:.0f}", 1.0),  # ms since the start
-        ("time_ms,lat,lon", lambda t: f"{START + t:.1f}", 0.2),  # s, whatever the name says
+        ("time_ms,lat,lon", lambda t: f"{START + t:.1f}", 0.2),  # s, despite the name
         ("time_s,lat,lon", lambda t: f"{(START + t) * 1e3:.0f}", 1.0),
         ("t,lat,lon", lambda t: f"{t:.1f}", 0.2),
         ("t,lat,lon", lambda t: f"{t:.0f}", 900.0),  # a tracker
@@ -160,7 +160,7 @@ def test_a_boat_at_anchor_keeps_the_seconds_of_its_clock():
 
 
 def test_a_track_of_the_robotic_sailing_rules(tmp_path):
-    """Across midnight and the end of a month; damage costs its line."""
+    """Across midnight at the end of a month; a damaged line is skipped."""
     path, out = tmp_path / "track.txt", tmp_path / "out.csv"
 
     def row(t, lat, lon):
@@ -229,7 +229,7 @@ FORMS = ("csv", "semicolons", "tabs", "parquet", "milliseconds")
 
 def written(frame, folder, form):
     path = folder / f"log-{form}.{'parquet' if form == 'parquet' else 'csv'}"
-    if form == "milliseconds":  # whatever the name says: a number means what its size tells
+    if form == "milliseconds":  # despite the name: the size of the numbers shows their unit
         frame = frame.with_columns((1e3 * pl.col("time_s")).round().cast(pl.Int64))
     if form == "parquet":
         frame.write_parquet(path)
@@ -241,7 +241,7 @@ def written(frame, folder, form):
 
 
 def manoeuvre():
-    """A weaving boat: time, rudder, heading, and shaft speed with its speed."""
+    """A weaving boat: time, rudder angle, heading, speed and shaft speed."""
     time = 1.7e9 + np.arange(0.0, 400.0, 0.5)
     rudder = 10.0 * np.sign(np.sin((time - time[0]) / 12.0) + 0.3 * np.sin((time - time[0]) / 5.0))
     shaft = np.repeat([4.0, 8.0, 12.0, 6.0], 200)

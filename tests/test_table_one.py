@@ -1,4 +1,4 @@
-"""The five-state filter, Table 1 of P0: against dense matrices, and against the general filter that it is a part of."""
+"""The five-state filter (Table 1 of P0) compared with dense matrices and with the general filter."""
 
 import itertools
 import math
@@ -29,14 +29,14 @@ GENERAL = {"run": run_record, "fast": five_state.run}
 
 
 def model_without_drift(profile, outlier_rate=1e-15):
-    """Model of a vessel that motion below steerageway and outliers do not change, as Table 1 knows neither."""
+    """Model without drift at low speed and, by default, without outliers: Table 1 contains neither."""
     model = model_of_profile(profile)
     model.modes["drift_speed"], model.receiver["outlier_rate"] = 1e-6, outlier_rate
     return model
 
 
 def some_state(seed):
-    """A moving vessel and a covariance with every correlation, of the course (not of the velocity across)."""
+    """State of a moving vessel, and a full covariance in terms of the course (not the velocity across it)."""
     rng = np.random.default_rng(seed)
     x = np.array([3.0, -2.0, rng.uniform(0.5, 8.0), rng.uniform(-3.1, 3.1), rng.uniform(-0.3, 0.3)])
     root = rng.standard_normal((5, 5)) * rng.uniform(0.03, 0.3, 5)[:, None]
@@ -44,7 +44,7 @@ def some_state(seed):
 
 
 def across(x, p):
-    """P of the velocity across, from P of the course; and back with 1/U."""
+    """Covariance in terms of the velocity across, from that in terms of the course; with 1/U as speed the inverse."""
     scale = np.diag([1.0, 1.0, 1.0, x[SPEED], 1.0])
     return scale @ p @ scale
 
@@ -65,7 +65,7 @@ def record(time, north, east):
 
 
 def run(rows, model, bank, by="fast"):
-    """(n, FUSED + 2) of a record by either filter."""
+    """Output (n, FUSED + 2) of the fast or the general filter for a record."""
     out = np.empty((len(rows.time), FUSED + 2))
     GENERAL[by](rows, model, bank, Asked(out, NONE, room_to_keep(0, model), 0))
     return out
@@ -88,7 +88,7 @@ def test_a_prediction_is_dense_f_p_f_plus_q(decays):
 
 @pytest.mark.parametrize("speed_decay", [0.0, 0.02])
 def test_the_filter_is_the_dense_filter(speed_decay):
-    """From a vessel under way, three hundred fixes by kernels and by matrices."""
+    """Three hundred fixes of a vessel under way, by kernels and by matrices."""
     profile = PROFILE.model_copy(update={"speed_decay": speed_decay})
     time, north, east = winding(300)
     x, p = np.array([north[0], east[0], 2.5, 0.0, 0.0]), np.diag([0.04, 0.04, 0.01, 0.01, 0.001])
@@ -106,7 +106,7 @@ def test_the_filter_is_the_dense_filter(speed_decay):
 
 
 def test_the_general_filter_with_errors_of_the_receiver_is_the_dense_filter():
-    """Two errors north and east, each first-order: nine states, of which a fix measures the sum of three pairs."""
+    """Two first-order errors, north and east: nine states; a fix measures position plus both errors."""
     errors = {"error_std": 0.4, "error_time": 8.0, "drift_std": 0.8, "drift_time": 60.0}
     profile = PROFILE.model_copy(update=errors)
     time, north, east = winding(300)
@@ -134,7 +134,7 @@ def test_the_general_filter_with_errors_of_the_receiver_is_the_dense_filter():
 
 
 def in_plane(fixes):
-    """Times and metres north and east of a sortie."""
+    """The record of a sortie: s, and m north and east of the first fix."""
     north = sorties.EARTH_RADIUS * (fixes.latitude - fixes.latitude[0])
     east = sorties.EARTH_RADIUS * math.cos(fixes.latitude[0]) * (fixes.longitude - fixes.longitude[0])
     rows = record(fixes.time - fixes.time[0], north, east)
@@ -147,7 +147,7 @@ TROUBLE = (sorties.weaving_fixes, sorties.outliers, sorties.burst, sorties.stand
 @pytest.mark.parametrize("sortie", TROUBLE)
 @pytest.mark.parametrize("kind", ["white", "no-rate-decay", "speed-decay"])
 def test_it_is_the_general_filter_with_one_mode(kind, sortie):
-    """Rows, state and covariance, through outliers, gaps, rest and starts: rows that it takes and that it leaves."""
+    """Rows, state and covariance agree through outliers, gaps, rest and starts, also where the fast path is left."""
     model, rows = model_of_profile(Profile(**sorties.KINDS[kind])), in_plane(sortie())
     fast, general = model_empty_bank(model), model_empty_bank(model)
     limit = {"rtol": 1e-12, "atol": 1e-12}

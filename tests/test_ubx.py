@@ -1,4 +1,4 @@
-"""UBX: messages made by pyubx2, alone and among others, and recorded logs counted by pyubx2's own reader."""
+"""UBX: messages made by pyubx2, alone and among other bytes, and recorded logs compared with pyubx2's reader."""
 
 import io
 import struct

@@ -1,4 +1,4 @@
-"""What a user gets wrong: units, profiles, logs that are too short. One sentence each, or the right reading."""
+"""User mistakes in units, profiles and short logs: each gives a one-sentence error or is read correctly."""
 
 import io
 import math
@@ -22,7 +22,7 @@ NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"
 
 
 def log(names="time,lat,lon", speed=2.0, course=0.7, n=120, place=(63.4, 10.3), columns=()):
-    """A straight track with 0.3 m of noise as CSV bytes; `columns` are further cells of every row."""
+    """A straight track with 0.3 m of noise as CSV bytes; `columns` are more cells, equal in every row."""
     noise = np.random.default_rng(5).normal(0.0, 0.3, (n, 2))
     rows = [names]
     for k in range(n):
@@ -67,7 +67,7 @@ def test_digits_of_other_scripts_are_no_numbers(row):
 
 
 def test_a_name_cannot_write_on_the_terminal(tmp_path):
-    """Control characters are escaped, and brackets are no markup."""
+    """Control characters are escaped, and brackets are not markup."""
     for name, shown in (("a\x1b[31m\n.csv", r"a\x1b[31m\n.csv"), ("[red].csv", "[red].csv")):
         path = tmp_path / name
         path.write_text("")

@@ -1,4 +1,4 @@
-"""Files out: round trips to the last bit, whole files or none, endings."""
+"""Written files: round trips to the last bit, files complete or absent, endings."""
 
 import gzip
 import json

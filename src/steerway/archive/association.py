@@ -224,11 +224,8 @@ def note_report(track: np.record, estimate: Floats, accepted: bool, reports: Rep
     """Update the record of a track from row k, after its filter has processed the row."""
     note_velocity(track, estimate, accepted, reports.time[k] - track.last)
     if accepted:
-        track.last, track.last_latitude, track.last_longitude = (
-            reports.time[k],
-            reports.latitude[k],
-            reports.longitude[k],
-        )
+        track.last = reports.time[k]
+        track.last_latitude, track.last_longitude = reports.latitude[k], reports.longitude[k]
     if reports.hull[k]:
         track.hull = reports.hull[k]
 

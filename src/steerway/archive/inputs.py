@@ -176,8 +176,3 @@ def _reports(fixes: Fixes, mmsi: np.ndarray, mobile: np.ndarray, skipped: dict[s
     frame = replace(fixes, mmsi=mmsi).to_frame().with_columns(mobile=mobile, hull=0, reason=0)
     whole = pl.concat([pl.DataFrame(schema=SCHEMA), frame], how="diagonal_relaxed")
     return whole.select(SCHEMA.names()).cast(SCHEMA).filter(placed)
-
-
-def staged_units(directory: Path) -> set[tuple[int, int]]:
-    """The (day, bucket) pairs that have reports of an input."""
-    return {(int(each.parent.name[4:]), int(each.name[7:])) for each in directory.glob("day=*/bucket=*")}

@@ -12,7 +12,7 @@ from typing import Any
 
 from steerway.archive import inputs, page
 from steerway.archive.levels import levels, profile_names
-from steerway.archive.store import Store, date_of, left_out_of
+from steerway.archive.store import Store, date_of, left_out_of, units_in
 from steerway.archive.tables import write_unfinished_trips
 from steerway.archive.unit import LOOKAHEAD, Work, run_unit
 from steerway.core.errors import InputError
@@ -174,7 +174,7 @@ def _forget_orphans(store: Store, manifest: dict[str, Any]) -> None:
     known = {each["sha256"][:16] for each in manifest["inputs"].values()}
     for directory in (store.root / "staged").glob("[!.]*"):
         if directory.name not in known:
-            _undo(store, manifest, inputs.staged_units(directory))
+            _undo(store, manifest, units_in(directory))
             shutil.rmtree(directory)
 
 
@@ -226,10 +226,10 @@ def _stage(
                 raise
             _fail(report, path, error, strict)
             continue
-        touched = inputs.staged_units(part)
+        touched = units_in(part)
         if name in known:
             old = store.staged_directory(known[name]["sha256"][:16])
-            touched |= inputs.staged_units(old)
+            touched |= units_in(old)
         undone = _undo(store, manifest, touched)
         if undone:
             days = sorted({day for day, _ in undone})

@@ -4,7 +4,6 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import polars as pl
@@ -67,7 +66,8 @@ def export(
         elif ending == ".geojson":
             collected = []
             for (vessel, _), track in rows.group_by("mmsi", "track", maintain_order=True):
-                collected += geojson.features(vessel, _plain(track))
+                placed = track.filter(pl.col("lat_deg").is_not_null()).cast({"status": pl.String})
+                collected += geojson.features(vessel, placed.to_dicts())
             file.write(geojson.collection(collected).encode())
         else:
             placed = rows.filter(pl.col("lat_deg").is_not_null())
@@ -105,10 +105,6 @@ def _chosen(
     if start is not None:
         frame = frame.filter(pl.col("time_s") >= start)
     return frame if stop is None else frame.filter(pl.col("time_s") < stop)
-
-
-def _plain(track: pl.DataFrame) -> list[dict[str, Any]]:
-    return track.filter(pl.col("lat_deg").is_not_null()).with_columns(pl.col("status").cast(pl.String)).to_dicts()
 
 
 def _points(frame: pl.DataFrame) -> pl.Series:

@@ -105,8 +105,7 @@ class Store:
 
     def staged_units(self) -> list[tuple[int, int]]:
         """(day, bucket) of all staged reports, in order."""
-        found = {_unit_of(each) for each in (self.root / "staged").glob("*/day=*/bucket=*")}
-        return sorted(unit for unit in found if unit[1] >= 0)
+        return sorted(unit for unit in units_in(self.root / "staged") if unit[1] >= 0)
 
     def staged(self, day: int, bucket: int, digits: dict[str, float], until: float = math.inf) -> pl.DataFrame:
         """The reports of a unit before a time (Unix s). digits: position resolution (°) by key of the input."""
@@ -166,5 +165,6 @@ class Store:
                 part.unlink(missing_ok=True)
 
 
-def _unit_of(path: Path) -> tuple[int, int]:
-    return int(path.parent.name[4:]), int(path.name[7:])
+def units_in(directory: Path) -> set[tuple[int, int]]:
+    """The (day, bucket) pairs of the reports in a directory of one or all inputs."""
+    return {(int(each.parent.name[4:]), int(each.name[7:])) for each in directory.glob("**/day=*/bucket=*")}

@@ -102,9 +102,8 @@ def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def _rows(frame: pl.DataFrame, work: Work) -> UnitRows:
-    columns = {
-        name: frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s")
-    }  # one kind of array: one kernel
+    # Writable arrays everywhere, so that kernels are compiled for one type.
+    vessel, time = (frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s"))
     hull = frame["hull"].to_numpy().astype(np.int64)
     values = [frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _ORDER[2:7]]
     latitude, longitude, sog, cog, heading = values[0], values[1], values[2], *values[3:]
@@ -119,9 +118,7 @@ def _rows(frame: pl.DataFrame, work: Work) -> UnitRows:
     digit = np.radians(frame["digit"].to_numpy())
     wanted = np.ones(len(frame), bool)
     asked = np.full(len(frame), CURRENT_TRACK)
-    return UnitRows(
-        columns["mmsi"], columns["time_s"], latitude, longitude, digit, reported, aids, hull, mobile, wanted, asked
-    )
+    return UnitRows(vessel, time, latitude, longitude, digit, reported, aids, hull, mobile, wanted, asked)
 
 
 def _on_grid(

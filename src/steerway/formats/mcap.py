@@ -167,10 +167,7 @@ def _number(value: float | None) -> float:
 
 
 def write_odometry(record: Motion, file: BinaryIO) -> None:
-    """Write an estimate as `nav_msgs/msg/Odometry` on the topic /odometry, for ROS 2 and Foxglove; see `ros2.odometry`.
-
-    Raises InputError without the package `mcap`.
-    """
+    """Write an estimate to /odometry (`nav_msgs/msg/Odometry`, see `ros2.odometry`). InputError without `mcap`."""
     require_mcap("Odometry")
     from mcap.writer import Writer
 

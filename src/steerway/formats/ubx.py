@@ -103,7 +103,7 @@ class UbxReader:
         fixes = Fixes(
             time, latitude, longitude, position_std=position_std, sog=sog, cog=np.radians(cog), source="UBX"
         ).in_order()
-        note = f"{surveyed} positions are a receiver's fixed antenna position: it solves for time only"
+        note = f"{surveyed} positions are the surveyed antenna position: the receiver solves for time only"
         return Recording("UBX", {"UBX": fixes}, counts, skipped, (note,) if surveyed else ())
 
     def _read(self, chunk: bytes, final: bool) -> None:
@@ -140,7 +140,7 @@ class UbxReader:
         row = _row(epoch, self.skipped) if epoch else None
         if row is not None:
             self._rows.append(row)
-            self._surveyed += _is_surveyed(epoch)
+            self._surveyed += "NAV-PVT" in epoch and epoch["NAV-PVT"].fix == _SURVEYED
 
 
 def _end(data: bytes, start: int) -> int:
@@ -187,10 +187,6 @@ def _has_fix(epoch: Epoch) -> bool:
     if status is not None:
         return bool(status.flags & 1) and status.fix != _NO_FIX
     return True
-
-
-def _is_surveyed(epoch: Epoch) -> bool:
-    return "NAV-PVT" in epoch and epoch["NAV-PVT"].fix == _SURVEYED
 
 
 def _time(epoch: Epoch) -> float:

@@ -15,7 +15,7 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.interpreted import part_of_kernels, without_compiling
 from steerway.formats.nmea0183 import fields as field
-from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS, VALUES
+from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS
 from steerway.formats.nmea0183.scan import TALKERS
 
 # Columns of a row. UNDATED is 1 if no date was known, GIVEN 1 once its position has been output.
@@ -211,14 +211,8 @@ def _make_true(value: Floats, memory: Floats) -> None:
 @part_of_kernels
 def _is_empty(value: Floats) -> bool:
     """Whether a sentence has no values besides time and variation."""
-    for k in range(VALUES):
-        if (
-            k != field.TOD
-            and k != field.DAY
-            and k != field.RECEIVED
-            and k != field.VARIATION
-            and math.isfinite(value[k])
-        ):
+    for k in range(field.LAT, field.RECEIVED):
+        if k != field.VARIATION and math.isfinite(value[k]):
             return False
     return True
 
