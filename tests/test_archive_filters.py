@@ -81,7 +81,7 @@ def test_an_interval_in_few_steps_gives_what_steps_of_a_second_give(by_class):
 
 
 def test_a_step_of_another_length_is_not_taken_for_one_that_is_kept(by_class):
-    """Not even if the lengths are nearly equal: results would depend on what was filtered before."""
+    """Nearly equal lengths are different too: else results would depend on what was filtered before."""
     one = filters.slot_for(by_class, 4, 10.0)
     by_class.steps[4, one, 0].dt = 10.0
     assert filters.slot_for(by_class, 4, 10.0 + 1e-9) == one

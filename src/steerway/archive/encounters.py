@@ -63,7 +63,7 @@ _NEAR = dict.fromkeys(_PAIR, pl.Int64) | dict.fromkeys(("time_s", *_OF_CLOSEST),
 
 
 def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFrame]:
-    """Pairs near each other at each search time of a day, with their closest approach within half a STEP of it."""
+    """Pairs near each other at each search time of a day, with their closest approach within half a STEP."""
     frame = frame.sort("mmsi", "track", "time_s")
     if len(frame) < 2:
         return

@@ -66,7 +66,7 @@ class Filters(NamedTuple):
     models: Model  # arrays with a leading axis of models
     change: np.ndarray  # (models,) (m/s)² per axis, variance added to the velocity before a prediction
     steerageway: np.ndarray  # (models,) m/s, lowest speed with a defined course
-    steps: np.ndarray  # (models, _SLOTS, m) STEP by length; the next two are the fields of Bank that go with it
+    steps: np.ndarray  # (models, _SLOTS, m) STEP by length; responses and changes belong to it, as in Bank
     responses: np.ndarray
     changes: np.ndarray
     moments: np.ndarray  # workspace of a Bank

@@ -65,7 +65,7 @@ def history(
     events: np.ndarray,
     trips: np.ndarray,
 ) -> tuple[int, int]:
-    """Find the events and trips of tracks; returns the number of each, which can exceed the room given.
+    """Find the events and trips of tracks. Returns their numbers, which can exceed the lengths of `events` and `trips`.
 
     Args:
         bounds: (tracks + 1,) where in `order` (n,), row numbers by track and time, each track begins.

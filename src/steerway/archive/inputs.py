@@ -135,7 +135,7 @@ def vessel_number(name: str) -> int:
 
 
 def _fleet(path: Path, vessel_column: str) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
-    """(reports, left out by reason, IDs by name) of a table of several vessels, which a column names."""
+    """(reports, left out by reason, IDs by name) of a table with the vessel in a column."""
     data = plain(path)
     if not table.recognises(data):
         raise InputError(f"{path}: not a table, expected CSV or Parquet with the column {vessel_column!r}")

@@ -79,7 +79,7 @@ def filters(profiles: Sequence[Sequence[dict[str, Any]]], aid: tuple[str, ...], 
                 model.modes["drift_speed"] = math.inf
                 model.modes["rate_noise"] *= _TURNING_AT_REST
             elif levelled and level < STEADY:
-                model.modes["manoeuvres"] = 1  # else the noise of this level would give a vessel at rest a mean speed
+                model.modes["manoeuvres"] = 1  # else the large noise would look like speed of a vessel at rest
             models.append(model)
             change.append(_CHANGE_STD**2 if levelled and level == MANOEUVRING else 0.0)
             steerageway.append(least_course_speed([WeighedModel(1.0, model)], profile.steerageway))

@@ -303,6 +303,6 @@ def _run_units(
             tell(0.3 + 0.7 * report.units / count, unit)
     if manifest["smooth"]:
         report.notes.append(
-            f"smoothed with the fixes of the day and, where there are any, {LOOKAHEAD / 3600:g} h of the next; "
-            "cut at gaps beyond 30 min"
+            f"smoothed with later fixes, up to {LOOKAHEAD / 3600:g} h of the next day; "
+            "smoothing does not cross gaps above 30 min"
         )

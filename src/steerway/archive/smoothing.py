@@ -93,7 +93,7 @@ def _smooth_by(state: State, ahead: State, later: State, repositioned: bool, roo
 def _predict(filters: Filters, which: int, state: State, dt: float, room: Room) -> bool:
     """Predict a state of one mode as `filters.predict` does; `room.gain` becomes its covariance with the state before.
 
-    Returns False if the course becomes undefined on the way: the moments matched from there are not linear.
+    Returns False if the course becomes undefined on the way, because the prediction is then not linear.
     """
     x, p, model = state.x[0], state.p[0], model_of(filters, which)
     copy_square(p, room.gain)

@@ -46,7 +46,7 @@ infinite; `resets`: 1 after these have moved the position. `latitude`, `longitud
 VESSEL = record_of("current next taken")
 """A vessel: slot of the last report, number of the next track, number of reports assigned to confirmed tracks."""
 NOTHING, JUMP, MOVED, ANOTHER = range(4)
-"""Event in a row: nothing; a position out of reach; the ship has moved there; another ship."""
+"""Events in a row. JUMP: report out of reach; MOVED: the ship continues at the new place; ANOTHER: a second ship."""
 
 CURRENT_TRACK = -1
 
@@ -54,8 +54,8 @@ INTERVALS = (20.0, 100.0)
 """s between reports, limits of the classes of the steady levels."""
 COMPETING, MANOEUVRING, STEADY = range(3)
 LEVELS = STEADY + 2 * (len(INTERVALS) + 1)
-"""Noise levels: several tracks under one MMSI; a manoeuvring vessel; from STEADY on a vessel in steady motion, at rest
-and under way for each class of intervals."""
+"""Noise levels: COMPETING for several tracks under one MMSI; MANOEUVRING; and two levels of steady motion, at rest and
+under way, for each class of intervals, the first of which is STEADY."""
 
 _REACH, _REACH_PER_SECOND = 300.0, 25.0
 """m, and m/s (49 kn): a report farther from the last accepted one than this allows is not of the same ship."""

@@ -1,7 +1,7 @@
 """Raw AIS: !AIVDM and similar sentences, decoded by pyais; one track per vessel.
 
-The time of a report comes from its tag block (`c:`), a prefix or a suffix. The report also contains the UTC second in
-which it was made, which removes the seconds of transmission delay (ITU-R M.1371-5, annex 8, table 48). For reports
+The time of a report comes from its tag block (`c:`), a prefix or a suffix. The delay of its
+transmission is removed by the UTC second that the report contains (ITU-R M.1371-5, annex 8, table 48). For reports
 without a time, the clocks in the same log are used: RMC sentences and reports of base stations (types 4 and 11).
 """
 

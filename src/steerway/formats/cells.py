@@ -27,7 +27,7 @@ _UNKNOWN = ["", "nan", "NaN", "null", "NA", "-"]
 _MOST_COLUMNS = 2000  # a line with more columns is not a header
 _MOST_ABOVE = 5  # lines above the header, besides comments
 _MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # limits of rows: per byte of Parquet, and for any table
-_LEAST_ROW = 8  # bytes, average of a table with more rows: every row takes memory, however short
+_LEAST_ROW = 8  # least average bytes per row of a larger table: even an empty row takes memory
 
 
 def parquet(data: bytes) -> pl.DataFrame:

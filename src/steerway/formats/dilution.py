@@ -17,8 +17,8 @@ OF_FIX_TYPE = {4: DIFFERENTIAL, 5: FLOAT, 6: FIXED}
 def deviation(dilution: float, quality: float = ALONE) -> float:
     """1σ of north and of east (m) from HDOP and GGA quality; NaN if either is unknown.
 
-    This is the slow error of the kind of fix, times HDOP. HDOP below 1 counts as 1: better satellite geometry does not
-    reduce the error of the atmosphere.
+    The slow error for this quality (SLOW_STD) is multiplied by HDOP. HDOP below 1 counts as 1, because better satellite
+    geometry does not reduce the error of the atmosphere.
     """
     if not 0.0 < dilution < LARGEST or not 0 <= quality < len(SLOW_STD):
         return math.nan

@@ -26,7 +26,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(data: bytes) -> Recording:
-    """The points of a file, with properties read by `table.read`. Raises InputError for damaged JSON, and as there."""
+    """The points of a file, with properties read by `table.read`. InputError for damaged JSON or lacking columns."""
     try:
         whole = json.loads(data)
         found = whole["features"] if whole["type"] == "FeatureCollection" else [whole]

@@ -148,7 +148,7 @@ class _Handler:
 
 
 def parser_for(handler: Any) -> XMLParserType:
-    """A parser that calls `start`, `end` and `characters` of a handler (None: of none) and rejects entities."""
+    """A parser that calls `start`, `end` and `characters` of a handler, if any, and rejects entities."""
     parser = xml.parsers.expat.ParserCreate()
     parser.buffer_text = True
     parser.EntityDeclHandler = _refuse

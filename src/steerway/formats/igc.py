@@ -59,7 +59,7 @@ def read(data: bytes) -> Recording:
 
 
 def _places_of_extensions(data: bytes) -> dict[str, tuple[int, int]]:
-    """(first, end) columns of more digits of time and position in a fix's line, by the code of the extension."""
+    """Columns (first, end) of the extra digits of time and position in a fix's line, by code of the extension."""
     found = _EXTENSIONS.search(data)
     declared = _EXTENSION.findall(found[1]) if found else []
     return {code.decode(): (int(first) - 1, int(end)) for first, end, code in declared}

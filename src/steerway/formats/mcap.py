@@ -141,7 +141,7 @@ def read(data: bytes) -> Recording:
 
 
 def _row(message: Any) -> tuple[str, tuple[float, ...]] | None:
-    """Source and (time, latitude, longitude, *REPORTED) of a message; time is NaN without a fix. None: other kinds."""
+    """Source and (time, latitude, longitude, *REPORTED) of a message; time is NaN without a fix. None for others."""
     if message.schema == ros2.NAV_SAT_FIX and message.encoding == "cdr":
         return message.topic, ros2.nav_sat_fix(message.data)
     if message.schema == _LOCATION_FIX and message.encoding == "json" and message.topic != "/position":

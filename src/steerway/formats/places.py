@@ -30,7 +30,7 @@ def number(text: str | None) -> float:
 
 
 def numbers(texts: Iterable[str | None]) -> np.ndarray:
-    """`number` of each of n texts (n,)."""
+    """The numbers (n,) in texts, NaN for other texts; see `number`."""
     return np.array([number(text) for text in texts], np.float64)
 
 

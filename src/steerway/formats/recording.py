@@ -16,8 +16,8 @@ class Recording:
 
     `sources` maps a name that the user can give to `--source` (a talker such as "GP", "src 52", "UBX", "AIS") to its
     rows in time order; a compass without positions is a source too. `counts`: messages read, by kind. `skipped`:
-    messages and rows left out, by reason. `notes`: corrections (a date, a magnetic heading). `formatters`: for NMEA
-    0183, by source (n,), a bit for each formatter that gave the row's position.
+    messages and rows left out, by reason. `notes`: corrections (a date, a magnetic heading). `formatters`: in NMEA
+    0183, an array (n,) per source; its bits are the formatters with the position of the row.
     """
 
     format: str

@@ -47,7 +47,7 @@ class NamedTrack(Motion):
 
 
 def read_tracks(path: str | Path) -> list[NamedTrack]:
-    """The tracks in a file: one of a table, the true and the estimated one of `simulate`, or the best source of a log.
+    """The tracks in a file: a table, the true and the estimated track of `simulate`, or the best source of a log.
 
     Raises InputError for a file that cannot be read, or that contains reports of several vessels.
     """

@@ -200,7 +200,7 @@ def choose(sources: Mapping[str, Fixes], wanted: str | None = None) -> str:
 
 
 def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, list[str]]:
-    """The chosen source with other instruments of the own boat added, in its rows or as rows without a position; notes.
+    """(chosen source with other instruments of the own boat, in its rows or in rows without a position; notes).
 
     Each column comes from one source, so that two compasses are never mixed: from the chosen source if it reports the
     column in at least half of its fixes, else from the source that reports it most often. SOG or COG come from another

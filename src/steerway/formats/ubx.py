@@ -144,7 +144,7 @@ class UbxReader:
 
 
 def _end(data: bytes, start: int) -> int:
-    """Index after a message; if its length field is still missing, after that; if the length is too large, `start`."""
+    """Index after a message, or after its length field if that is incomplete; `start` if the length is too large."""
     if len(data) < start + _HEAD:
         return start + _HEAD
     length = data[start + 4] + 256 * data[start + 5]

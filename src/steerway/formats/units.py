@@ -1,4 +1,4 @@
-"""Infer units that column names do not state: those for which time, speed and course agree with the positions."""
+"""Infer units that column names do not state: the units in which time, speed and course agree with the positions."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace

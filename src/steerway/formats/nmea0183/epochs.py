@@ -108,7 +108,8 @@ def _nearest_day(time_of_day: float, reference: float) -> float:
 def _ahead(latitude: float, longitude: float, time: float, utc: float, memory: Floats) -> float:
     """s by which a time without a date is ahead of UTC: local time, whole quarters of an hour from `utc`; else 0.
 
-    A sentence with a position must have that of the last sentence with a date; one without needs a known difference.
+    A sentence is in local time only if its position is that of the last dated one. Without a position, the offset must
+    be known from other sentences.
     """
     if math.isnan(time) or math.isnan(utc):
         return 0.0
@@ -219,7 +220,7 @@ def _is_empty(value: Floats) -> bool:
 
 @part_of_kernels
 def _row_of_timed(a: Assembly, n: int, talker: int, value: Floats, kind: int, time: float) -> int:
-    """The open row of a sentence with a time, or a new row; its index."""
+    """Index of the row for a sentence with a time: an open row, else a new one."""
     for k in range(OPEN):
         at = a.newest[talker, k]
         if at >= 0 and _meets(a.rows[at], value, kind, a.seen[at], time):
@@ -229,7 +230,7 @@ def _row_of_timed(a: Assembly, n: int, talker: int, value: Floats, kind: int, ti
 
 @part_of_kernels
 def _row_of_received(a: Assembly, n: int, talker: int, value: Floats, kind: int) -> int:
-    """The row of a sentence with only a receive time: the talker's row in the same burst, else a new one; its index."""
+    """Index of the row for a sentence with only a receive time: the talker's row in the same burst, else a new one."""
     received, at, latest = value[field.RECEIVED], a.newest[talker, 0], a.latest[talker]
     if at >= 0 and abs(received - a.rows[at, RECEIVED]) < _BURST:
         if _meets(a.rows[at], value, kind, a.seen[at], a.rows[at, TIME]):
@@ -240,7 +241,7 @@ def _row_of_received(a: Assembly, n: int, talker: int, value: Floats, kind: int)
 
 @part_of_kernels
 def _row_of_untimed(a: Assembly, n: int, talker: int, value: Floats, kind: int) -> int:
-    """The row of a sentence without any time: in its talker's epoch, else the log's; −1 − reason if it is lost.
+    """Index of the row for a sentence without any time, in its talker's epoch, else the log's; −1 − reason if lost.
 
     On a live link, a sentence repeated within an epoch or long after it gets a new row, dated by the elapsed time.
     """

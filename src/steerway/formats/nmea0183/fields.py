@@ -26,7 +26,7 @@ from steerway.formats.nmea0183.field import (
 
 FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST", "VBW", "RPM")
 GGA, RMC, GLL, GNS, VTG, ZDA, HDT, HDG, HDM, THS, VHW, ROT, GST, VBW, RPM = range(len(FORMATTERS))
-LAST_POSITION = GNS  # the kinds up to here carry a position
+LAST_POSITION = GNS  # formatters up to this one contain a position
 _FIELDS = (
     (15,), (12, 13, 14), (5, 7, 8), (13, 14), (9, 10), (5, 6, 7, 8), (3,), (6,), (3,), (3,), (9,), (3,),
     (9,), (7, 11), (6,),

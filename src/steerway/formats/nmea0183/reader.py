@@ -277,8 +277,8 @@ def _by_model(places: Floats, time: Floats, waiting: NDArray[np.int64], before: 
 def _mended_times(rows: Floats, memory: Floats) -> tuple[Floats, list[str]]:
     """Unix time of every row in order of arrival, and a note for each kind of correction.
 
-    Rows that are whole GPS week rollovers behind the newest are corrected. A few rows in a row whose date differs from
-    that of the rows before and after get the date of those.
+    Rows that are whole GPS week rollovers behind the newest are corrected. Up to _STRAY successive rows with another
+    date than the rows before and after get the date of those rows.
     """
     notes = []
     time = rows[:, epochs.TIME].copy()

@@ -7,7 +7,7 @@ from typing import Any
 from steerway.formats import dilution
 from steerway.formats.nmea2000.fields import MAGNETIC, MESSAGES, TRUE
 
-_FIRST_DATE = 946771200.0  # Unix s, 2000-01-02: earlier dates are older than the standard and come without a fix
+_FIRST_DATE = 946771200.0  # Unix s, 2000-01-02: receivers without a fix send earlier dates
 _LATEST = 1000  # number of system times in memory
 _FRESH = 3.0  # s for which a dilution of precision is valid
 

@@ -102,7 +102,7 @@ def _payloads(
     for match, time in zip(lines, stamps, strict=True):
         try:
             payload = bytes.fromhex(match["data"].replace(b",", b"").decode())
-        except ValueError:  # half a byte
+        except ValueError:  # odd number of hexadecimal digits
             skipped["line not understood"] += 1
             continue
         if form is _CANBOAT:
