@@ -170,7 +170,7 @@ def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(files, whole, tmp_pat
         return real(path)
 
     monkeypatch.setattr(unit, "complete_or_absent", refused)
-    with pytest.raises(running.DiskFull, match="repeat the command to go on"):
+    with pytest.raises(running.DiskFull, match="the same command continues"):
         steerway.archive.run(files, tmp_path, buckets=1, workers=1)
     assert len(Store(tmp_path).done()) == 1
     monkeypatch.setattr(unit, "complete_or_absent", real)

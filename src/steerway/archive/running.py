@@ -132,7 +132,7 @@ def run(
             if isinstance(error, DiskFull) or os.strerror(errno.ENOSPC) not in str(error):
                 raise
             store.remove_unfinished()
-            raise DiskFull(f"{directory}: disk full; finished units are kept, repeat the command to go on") from None
+            raise DiskFull(f"{directory}: disk full; finished work is kept, the same command continues") from None
     return report
 
 
