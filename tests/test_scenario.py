@@ -96,13 +96,13 @@ WRONG = {
     ),
     'route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading': ROUTE
     + 'at_end = "hold"',
-    "route needs station keeping, of which a vessel of kind mariner is not capable, expected one of otter": (
+    "route needs station keeping, which a vessel of kind mariner cannot do, expected one of otter": (
         ROUTE + 'at_end = "hold"\nacceptance = 50\n[vessel]\nkind = "mariner"\n[compass]'
     ),
     "autopilot.bandwidth is 0.1 rad/s, expected at least 0.5 rad/s": ROUTE + "[autopilot]\nbandwidth = 0.1",
     "estimator.aid names yaw_rate, expected a table [gyro]": ROUTE + '[estimator]\naid = ["yaw_rate"]',
     "profile 'oter' is unknown, expected one of": ROUTE + '[estimator]\nprofile = "oter"',
-    "gnss.faults[0] of kind jump needs one of start and per_hour": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
+    "gnss.faults[0] of kind jump has both or neither of start": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
     "environment.current.speed is nan, expected": ROUTE + "[environment.current]\nspeed = nan",
     "begins is 'noon', expected an ISO 8601 time": 'begins = "noon"\n' + ROUTE,
     "scenario test.toml is not valid TOML": "route = [",
@@ -146,6 +146,6 @@ waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 80.0, east = 0.0 }}, {{ n
 def test_a_leg_shorter_than_its_turns_in_the_current_is_refused_by_name():
     parse_scenario(SHORT_LEGS.format(current=0.0).replace("east = 9.0", "east = 40.0"))
     with pytest.raises(
-        InputError, match=r"leg to route.waypoints\[2\] is 9 m long, expected at least \d+ m, which its"
+        InputError, match=r"leg to route.waypoints\[2\] is 9 m long, expected at least \d+ m, the length"
     ):
         parse_scenario(SHORT_LEGS.format(current=1.0))

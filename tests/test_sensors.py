@@ -148,8 +148,8 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
         (lambda: Gnss(markov=((1.0, 0.0),)), "time constant"),
         (lambda: Instrument(white=-1.0), "instrument.white is -1, expected a number of at least 0"),
         (lambda: Fault("loss", start=0.0), "fault.kind is 'loss', expected one of dropout"),
-        (lambda: Fault("jump"), "either start or per_hour"),
-        (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "comes every 1 s"),
+        (lambda: Fault("jump"), "both or neither of start and per_hour"),
+        (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "has steps of 1 s"),
         (lambda: gnss.white(0.1).fixes([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0), "does not rise"),
     ],
 )

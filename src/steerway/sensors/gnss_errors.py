@@ -53,7 +53,7 @@ class Fault:
     def __post_init__(self) -> None:
         one_of("fault.kind", self.kind, KINDS)
         if (self.start is None) == (self.per_hour is None):
-            raise InputError(f"fault {self.kind!r} needs either start or per_hour")
+            raise InputError(f"fault {self.kind!r} has both or neither of start and per_hour, expected one of them")
         for name in ("start", "per_hour", "duration", "size"):
             value = getattr(self, name)
             if value is not None and value != math.inf:

@@ -150,6 +150,6 @@ def epochs(time: np.ndarray, rate: float) -> np.ndarray:
     if len(steps) and not steps.min() > 0.0:
         raise InputError("the time of the true motion does not rise, expected rising seconds")
     if len(steps) and steps.max() * rate > 1.0 + SLACK:
-        raise InputError(f"the true motion comes every {steps.max():g} s, expected at least every {1.0 / rate:g} s")
+        raise InputError(f"the true motion has steps of {steps.max():g} s, expected at least every {1.0 / rate:g} s")
     count = np.floor((time - time[0]) * rate + SLACK)
     return np.flatnonzero(np.diff(count, prepend=-1.0) > 0.0)

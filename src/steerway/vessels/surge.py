@@ -134,9 +134,8 @@ def published_surrogate() -> Surge:
 _ADVANCE = 0.6
 """Typical advance ratio of boats in steady motion, for the thrust that a controller assumes."""
 _SPEED_BANDWIDTH = 0.2
-"""Bandwidth of the speed loop, rad/s. P3 requires settling to 2 % in 40 s. With 0.12, the least d_m that can meet it,
-the disturbance observer takes 40 to 50 s from rest: its guess of the thrust holds at one advance ratio. With 0.2: 24 to
-27 s."""
+"""rad/s. P3 requires settling to 2 % within 40 s. With 0.12, the least d_m that can meet it, the disturbance observer
+takes 40 to 50 s from rest: its guess of the thrust holds at one advance ratio. With 0.2 it takes 24 to 27 s."""
 
 
 def speed_gains(

@@ -174,7 +174,7 @@ class CompiledVessel:
 def check_speed(kind: str, speed: float | None, own: float) -> None:
     """Raise InputError if a vessel of constant speed would start at another speed."""
     if speed is not None and speed != own:
-        raise InputError(f"{kind}: start at {speed} m/s, expected its one speed of {own} m/s")
+        raise InputError(f"{kind}: start at {speed} m/s, expected its constant speed of {own} m/s")
 
 
 class Positioned(NamedTuple):
