@@ -1,4 +1,4 @@
-"""Scenarios: the examples sail, defaults work, and what is wrong is said in one sentence with the key's path."""
+"""Scenarios: the examples run, defaults work, and an error is one sentence with the key's path."""
 
 import math
 from pathlib import Path
@@ -51,7 +51,7 @@ def test_waypoints_in_latitude_and_longitude():
 
 @pytest.mark.parametrize("place", ["north = 100.0, east = 50.0", "latitude_deg = 63.44, longitude_deg = 10.40"])
 def test_a_survey_comes_after_the_waypoints(place):
-    """Lines to the east, 20 m apart to starboard, so to the south; turns 5 m outside of the area."""
+    """Lines to the east, spaced by 20 m to starboard and so to the south; the turns are 5 m outside the area."""
     survey = f"{{ {place}, direction_deg = 90.0, length = 80.0, spacing = 20.0, lines = 2, run_in = 5.0 }}"
     scenario = parse_scenario(f"[route]\nwaypoints = [{{ north = -30.0, east = 9.0 }}]\nsurvey = {survey}")
     (mission,) = pilot(scenario).mission.missions

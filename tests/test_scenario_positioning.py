@@ -1,4 +1,4 @@
-"""Dynamic positioning in a scenario: vessels, estimators, the controller, the sea, and what is refused."""
+"""Dynamic positioning in a scenario: vessels, estimators, the controller, the environment, and what is refused."""
 
 from pathlib import Path
 
@@ -48,7 +48,7 @@ def test_a_steady_force_is_held_against_and_estimated():
     std = np.sqrt(np.diag(known.covariance)[6:8])
     assert (
         np.abs(np.subtract(known.motion.force[:2], (20.0, -10.0))) < 3.0 * std
-    ).all() and std.max() < 15.0  # half of what it began with
+    ).all() and std.max() < 15.0  # half of its initial value
     assert np.hypot(sailed.numbers["final_north_m"] - 6.0, sailed.numbers["final_east_m"] + 4.0) < 0.5
 
 
