@@ -77,12 +77,12 @@ def test_the_varying_force_has_its_spread_and_its_time():
 @pytest.mark.parametrize(
     "change, words",
     [
-        (('"cybership2"', '"otter"'), "orders hold a place, which a vessel of kind otter cannot, expected one of cyb"),
+        (('"cybership2"', '"otter"'), "orders hold a position, which a vessel of kind otter cannot, expected one of"),
         (('kind = "tekf"', 'kind = "five-state"'), 'estimator.kind is "five-state", expected one of vessel-filter'),
         (("[compass]\nrate = 10.0\nstd_deg = 0.5", ""), 'estimator.kind "tekf" needs a compass'),
-        (("course_deg = 45.0", "speed = 1.0"), r"orders\[1\]\.speed has no effect where orders hold a place"),
+        (("course_deg = 45.0", "speed = 1.0"), r"orders\[1\]\.speed has no effect where orders hold a position"),
         (("[[orders]]", "[speed]\ncruise = 1.0\n[[orders]]"), r"speed\.cruise has no effect where orders hold"),
-        (("north = ", "# north = "), 'estimator.kind "tekf" needs places to hold'),
+        (("north = ", "# north = "), 'estimator.kind "tekf" needs positions to hold'),
     ],
 )
 def test_what_cannot_be_held_is_refused(change, words):

@@ -94,7 +94,7 @@ def test_restart_forgets():
         ({"reach": 0.0}, "speed.reach is 0"),
         ({"thrust": 1e-9}, r"top speed of 0\.00.* expected 0.05 to 60 m/s"),
         ({"linear_drag": 0.0, "quadratic_drag": 0.0}, "top speed of inf m/s"),
-        ({"thrust": 500.0, "quadratic_drag": 100.0}, "gives the top speed in"),
+        ({"thrust": 500.0, "quadratic_drag": 100.0}, "reaches the top speed in"),
     ],
 )
 def test_bad_input_is_named(arguments, message):

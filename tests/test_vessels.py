@@ -252,7 +252,7 @@ def test_nomotos_step_response_is_the_known_one_within_the_rudders_limits():
     vessel = Nomoto(0.2, 8.0, 2.0, actuator=Actuator("rudder", -0.5, 0.6, rate=0.1, lag=1.0))
     ends = [sail(vessel, np.zeros(5), (u,), seconds)[4] for u, seconds in ((2.0, 3.0), (2.0, 60.0), (-2.0, 60.0))]
     np.testing.assert_allclose(ends, [0.3, 0.6, -0.5])
-    with pytest.raises(InputError, match="constant speed of 2.0"):
+    with pytest.raises(InputError, match="constant speed"):
         vessel.start(speed=3.0)
 
 

@@ -96,7 +96,7 @@ def instruments(scenario: Scenario) -> Suite | Truth:
 
 
 def profile(scenario: Scenario) -> Profile | InferredProfile:
-    """The filter's profile; by default that of the boat's motion, with the errors of the simulated receiver."""
+    """The filter's profile; by default the boat's profile with the errors of the simulated receiver."""
     if scenario.estimator.profile:
         return profile_of(scenario.estimator.profile)
     return Profile.named(boat(scenario).profile).model_copy(update=scenario.gnss.build().noise)
@@ -113,7 +113,7 @@ def positioning_pilot(scenario: Scenario) -> PositioningPilot:
     if vessel is None:
         able = ", ".join(kind_of(each) for each in TABLES if each().positioned())
         raise InputError(
-            f"orders hold a place, which a vessel of kind {scenario.vessel.kind} cannot, expected one of {able}"
+            f"orders hold a position, which a vessel of kind {scenario.vessel.kind} cannot, expected one of {able}"
         )
     estimator: Estimator = AtFaceValue()
     if kind != "truth":
@@ -202,8 +202,8 @@ def steering_pilot(
 ) -> Pilot:
     """A pilot that steers by the estimated current; its estimator receives the orders.
 
-    position_stds: 1σ (m) of a fix's white noise, an initial value if it is learned, and of the receiver's slow error;
-    radius: of position holding, m; learn: whether the white noise is learned; kinds of the autopilot and of the speed
+    position_stds: 1σ (m) of a fix's white noise and of the receiver's slow error; learn: whether to learn the white
+    noise, starting from the given one; radius: of position holding, m; kinds: of the autopilot and of the speed
     controller; steer_by: see `Pilot`.
     """
     position_std, slow_std = position_stds

@@ -1,6 +1,6 @@
 """Standard manoeuvres: zigzag, turning circle and pull-out, with the numbers of IMO's resolution MSC.137(76).
 
-The helm is set directly, from true states and at the thrust that holds the cruise speed: "zigzag:10/10" (helm, and the
+The pilot sets the helm directly, with true states and the thrust that holds the cruise speed: "zigzag:10/10" (helm, and
 change of heading at which it is reversed, degrees), "turning-circle:35" and "pull-out:20" (helm). The helm is a rudder
 angle; for a boat without a rudder it is a percentage of the autopilot's largest output.
 """

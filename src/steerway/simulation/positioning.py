@@ -42,7 +42,7 @@ class PositioningEstimatorTable(Table):
     process_noise: Annotated[float, Field(strict=True, gt=0.0, le=1e6), "1"] = 1.0
 
     def observer(self, kind: str, vessel: Positioned, fix_interval: float) -> Observer:
-        """The observer of this kind, for an interval of fixes in s."""
+        """The observer of kind `kind` for fixes `fix_interval` s apart."""
         inertia, damping, _ = vessel
         if kind == "passive-observer":
             return PassiveObserver(inertia, damping, ObserverGains.of_inertia(inertia), fix_interval=fix_interval)

@@ -147,7 +147,7 @@ def _legs(scenario: Scenario) -> None:
 def _speeds(scenario: Scenario) -> None:
     if assembly.holds_places(scenario):
         for key in sorted(scenario.speed.model_fields_set):
-            raise InputError(f"speed.{key} has no effect where orders hold a place")
+            raise InputError(f"speed.{key} has no effect where orders hold a position")
         return
     known, waypoints = assembly.boat(scenario), scenario.route.points
     commanded = {}
@@ -212,16 +212,16 @@ def _positioning(scenario: Scenario) -> None:
     kind, holds = scenario.estimator.kind, assembly.holds_places(scenario)
     if holds and kind not in (*POSITIONING_KINDS, "truth"):
         able = ", ".join((*POSITIONING_KINDS, "truth"))
-        raise InputError(f'estimator.kind is "{kind}", expected one of {able} where orders hold a place')
+        raise InputError(f'estimator.kind is "{kind}", expected one of {able} where orders hold a position')
     if not holds and kind in POSITIONING_KINDS:
-        raise InputError(f'estimator.kind "{kind}" needs places to hold, expected [[orders]] with north and east')
+        raise InputError(f'estimator.kind "{kind}" needs positions to hold, expected [[orders]] with north and east')
     if not holds and scenario.positioning.model_fields_set:
         raise InputError("positioning has no effect, expected [[orders]] with north and east")
     if kind in POSITIONING_KINDS and scenario.compass is None:
         raise InputError(f'estimator.kind "{kind}" needs a compass, expected a table [compass]')
     for index, each in enumerate(scenario.orders):
         if holds and each.speed is not None:
-            raise InputError(f"orders[{index}].speed has no effect where orders hold a place")
+            raise InputError(f"orders[{index}].speed has no effect where orders hold a position")
 
 
 def _estimators(scenario: Scenario) -> None:

@@ -92,8 +92,8 @@ class EnvironmentTable(Table):
 class EstimatorTable(Table):
     """The estimator in the loop; "truth" gives the pilot the true motion.
 
-    `profile`: built in, or a .toml file; by default the vessel's with the errors of the simulated receiver. "steering"
-    uses the orders, and also estimates heading, current and the boat's response. "vessel-filter", "tekf" and
+    `profile`: built in, or a .toml file; by default the vessel's profile with the errors of the simulated receiver.
+    "steering" uses the orders, and also estimates heading, current and the boat's response. "vessel-filter", "tekf" and
     "passive-observer" use the forces of the vessel's thrusters: for dynamic positioning.
     """
 

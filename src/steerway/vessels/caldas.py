@@ -107,7 +107,7 @@ class Caldas(CompiledVessel):
         self._constants = machine, (propeller or Propeller()).curve()
 
     def rates(self, state: Floats, moment: float, conditions: Floats) -> np.ndarray:
-        """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
+        """Time derivative (7,) of the state for a yaw moment (N·m), at constant shaft speed."""
         state = np.asarray(state, dtype=np.float64)
         check_shapes(state, 7, conditions)
         return _rates(state, 0.0, moment, self._constants[1], conditions)

@@ -98,7 +98,7 @@ class LowSpeedVessel(CompiledVessel):
 
 
 _FASTEST = 0.35
-"""Largest heading bandwidth, rad/s. The course estimate at 0.8 m/s with fixes of 0.15 m at 5 Hz has 0.7 rad/s."""
+"""Largest heading bandwidth, rad/s. The course estimate at 0.8 m/s with fixes of 0.15 m at 5 Hz carries 0.7 rad/s."""
 _MOST = 1e12
 """N or N·m, more than any thrusters give."""
 

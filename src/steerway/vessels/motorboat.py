@@ -35,7 +35,7 @@ from steerway.vessels.vessel import (
 )
 
 MASS, INERTIA = 20.0, 5.0
-"""kg and kg·m², including added mass; disturbing forces and moments act on them."""
+"""kg and kg·m², including added mass, by which disturbing forces and moments accelerate the boat."""
 SWAY_TIME = 0.5
 """T_v, s."""
 

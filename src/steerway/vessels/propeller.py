@@ -39,7 +39,7 @@ class Propeller:
         if not_negative("propeller.wake_fraction", self.wake_fraction) >= 1.0:
             raise InputError(f"propeller.wake_fraction is {self.wake_fraction:g}, expected less than 1")
         if len(self.advance) < 2 or len(self.advance) != len(self.coefficient) or np.diff(self.advance).min() <= 0.0:
-            raise InputError(f"propeller.advance is {self.advance}, expected rising ratios, one a coefficient")
+            raise InputError(f"propeller.advance is {self.advance}, expected rising ratios, one per coefficient")
 
     @property
     def gain(self) -> float:

@@ -141,8 +141,8 @@ class CompiledVessel:
     """A vessel defined by two `kernels`: one for a step, one for the motion.
 
     Both are called with the state (`size`,), the `_constants` and the conditions. For a step, the command follows the
-    state, and the step length and `_options` come last: whether to use Runge and Kutta's method, for a vessel that also
-    has Euler's.
+    state, and the step length and `_options` come last. For a vessel with a choice of method, `_options` is (True,) for
+    Runge and Kutta's, (False,) for Euler's.
     """
 
     actuators: tuple[Actuator, ...]

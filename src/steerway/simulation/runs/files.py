@@ -50,7 +50,7 @@ _UNITS: tuple[tuple[str, Callable[[Floats], Floats] | None, str], ...] = (
 
 
 def _outward(name: str) -> Outward:
-    """(column name with its unit, conversion) of one of a run's columns."""
+    """(name with unit, conversion) of a column of `Run`."""
     for unit, convert, endings in _UNITS:
         if any(f"_{name}".endswith(f"_{ending}") for ending in endings.split()):
             return name + unit, convert
