@@ -167,7 +167,7 @@ def ground_estimator(scenario: Scenario) -> FilterEstimator:
 
 
 def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:
-    """`ground` with filters of their own for heading and speed, if the scenario selects them."""
+    """`ground`, combined with separate filters for heading and speed if the scenario selects them."""
     table, speeds = scenario.estimator.heading, scenario.estimator.speed
     heading = speed = None
     if table.kind != "tracker":
