@@ -1,4 +1,4 @@
-"""Two propellers: the demand is met where it can be, and steering has precedence where it cannot."""
+"""Two propellers: the demand is met if possible, else the yaw moment has priority."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from steerway_studies.testing import course_autopilot as printed
 
 
 def given_by(propellers, port, starboard):
-    """Force and moment of two propeller speeds, the forward model."""
+    """Force and moment of two propeller speeds, by the forward model."""
     ends = [thrust(n, propellers.gain_ahead, propellers.gain_astern) for n in (port, starboard)]
     return ends[0] + ends[1], propellers.arm * (ends[0] - ends[1])
 
@@ -26,9 +26,9 @@ def test_what_is_reported_is_what_the_propellers_give(force, moment):
     assert given_by(boat, out.port, out.starboard) == pytest.approx((out.surge_force, out.yaw_moment), abs=1e-9)
     for speed in (out.port, out.starboard):
         assert boat.min_speed - 1e-9 <= speed <= boat.max_speed + 1e-9
-    # Steering first: the moment gives way only beyond what the pair can give at all.
+    # The yaw moment is reduced only beyond the largest of the pair,
     assert out.yaw_moment == pytest.approx(max(-boat.max_moment, min(boat.max_moment, moment)), abs=1e-9)
-    # And the force is the nearest that the moment leaves.
+    # and the force is the nearest one possible with this moment.
     side = abs(out.yaw_moment) / boat.arm
     highest, lowest = 2 * 24.4 * 9.81 / 2 - side, -2 * 13.6 * 9.81 / 2 + side
     assert out.surge_force == pytest.approx(max(lowest, min(highest, force)), abs=1e-9)
@@ -59,7 +59,7 @@ def test_propellers_that_do_not_reverse():
 
 @given(force=st.floats(-200.0, 200.0), moment=st.floats(-40.0, 40.0))
 def test_the_printed_allocation_inverts_its_own_model(force, moment):
-    """P0 (60) with one gain; a real pair gets less than asked for from the propeller that runs astern."""
+    """P0 (60) with one gain; a real propeller that runs astern gives less than demanded."""
     port, starboard = printed.propeller_speeds(force, moment)
     squares = [n * abs(n) * printed.GAIN for n in (port, starboard)]
     assert squares[0] + squares[1] == pytest.approx(force, abs=1e-9)

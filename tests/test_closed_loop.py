@@ -1,4 +1,4 @@
-"""The whole loop: a scene turned, moved or mirrored changes nothing; a quick boat; the least possible error."""
+"""The closed loop: invariance to rotation, translation and mirroring; a quick boat; the least possible error."""
 
 import math
 
@@ -21,7 +21,7 @@ NORTH, EAST = np.array([0.0, 60.0, 60.0]), np.array([0.0, 0.0, 50.0])
 
 
 class Moved:
-    """Instruments whose errors are turned, moved and mirrored with the scene: a fix is what it was there."""
+    """Instruments whose errors are rotated, translated and mirrored with the scene."""
 
     def __init__(self, suite, turn, shift, mirrored):
         self.suite, self.turn, self.shift, self.mirrored = suite, turn, shift, mirrored
@@ -54,7 +54,7 @@ class Moved:
 
 
 def mission(scene):
-    """The cross-track errors, true positions brought back, and commands of one mission in a moved scene."""
+    """The cross-track errors, true positions moved back, and commands of one mission in a moved scene."""
     route = np.array([scene.there(n, e) for n, e in zip(NORTH, EAST, strict=True)]).T
     pilot = Pilot(
         FilterEstimator(FiveStateFilter("otter")),

@@ -1,4 +1,4 @@
-"""Guidance laws: the toolbox's numbers, the scene's symmetries, and boats that reach the path."""
+"""Guidance laws: the toolbox's numbers, symmetries, and boats that converge to the path."""
 
 import math
 
@@ -39,7 +39,7 @@ all_laws = pytest.mark.parametrize(
 
 
 def on_line(cross_track, direction=0.0, along_track=0.0):
-    """A boat beside an endless leg whose end is 1 km on."""
+    """The state of a boat beside a leg whose end is 1 km ahead."""
     left = 1000.0 - along_track
     bearing = math.remainder(direction - math.atan2(cross_track, left), 2.0 * math.pi)
     return LegState(1, direction, along_track, cross_track, left, math.hypot(left, cross_track), bearing, math.nan)
@@ -76,7 +76,7 @@ def test_adaptive_line_of_sight_gives_the_reference_numbers(shared_data):
     np.testing.assert_allclose(heading, rows["alos_psi_ref"], rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(cross_track, rows["alos_ye"], rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(estimates, rows["alos_beta_hat"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_array_equal(target[1:], np.minimum(rows["alos_k"], 5)[:-1])  # k is that of the next call
+    np.testing.assert_array_equal(target[1:], np.minimum(rows["alos_k"], 5)[:-1])  # k is the index of the next call
 
 
 def test_integral_line_of_sight_gives_the_reference_numbers(shared_data):
@@ -119,7 +119,7 @@ def test_a_field_of_a_right_angle_is_line_of_sight():
 @all_laws
 @given(cross_track=st.floats(-200.0, 200.0), course=st.floats(-math.pi, math.pi), direction=st.floats(-3.1, 3.1))
 def test_the_rate_is_the_derivative_of_the_angle(new_law, cross_track, course, direction):
-    """A boat sailing `course` at 2 m/s for a moment sees the desired angle change at the rate that was given out."""
+    """For a boat on `course` at 2 m/s the desired angle changes at the rate that the law returns."""
     h, speed = 1e-4, 2.0
 
     def beside(along, cross):
@@ -141,7 +141,7 @@ def test_what_is_unknown_leads_to_no_rate_and_no_learning(new_law):
     assert new_law().step(leg, math.nan, 1.0, 1.0).rate == pytest.approx(new_law().step(leg, 0.0, 0.0, 1.0).rate)
     before = dict(getattr(law, "__dict__", {}))
     nothing = law.step(LegState(1, 0.0, *[math.nan] * 6), 0.0, 1.0, 1.0)
-    assert math.isnan(nothing.angle)  # and not a course that happens to be a number
+    assert math.isnan(nothing.angle)  # a number would pass for a course
     assert dict(getattr(law, "__dict__", {})) == before
 
 
@@ -165,7 +165,7 @@ def test_mirrored_and_turned(new_law, cross_track, course, direction):
 
 @course_laws
 def test_a_perfect_course_runs_into_the_path_without_crossing(law):
-    """P1 (37)–(38): the Lyapunov function decreases all the way, from any side and however far."""
+    """P1 (37)–(38): the Lyapunov function decreases all the way, from any side and any distance."""
     for cross_track in (-400.0, 60.0):
         distance = [cross_track]
         for _ in range(60000):
@@ -175,7 +175,7 @@ def test_a_perfect_course_runs_into_the_path_without_crossing(law):
 
 
 def drifting(law, seconds=1500.0, dt=0.1, speed=1.2, drift=0.3):
-    """Cross-track error after a long leg north of a boat steered by heading in a current to the east."""
+    """Cross-track error at the end of a long leg north, steered by heading in a current to the east."""
     cross_track = 5.0
     for _ in range(int(seconds / dt)):
         heading = law.step(on_line(cross_track), math.nan, math.nan, dt).angle

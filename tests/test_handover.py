@@ -1,4 +1,4 @@
-"""Course or heading: hysteresis, no jump, no chatter, and a boat that holds station in a current and leaves again."""
+"""Course or heading control: hysteresis, no jump, no chatter, and a boat that holds station in a current and leaves."""
 
 import math
 import random
@@ -43,7 +43,7 @@ def test_a_boat_that_drifts_astern_is_not_steered_by_course():
     assert hand_over.by_course
     for _ in range(500):
         hand_over.step(0.8, math.radians(80.0), 0.0, H)
-    assert hand_over.by_course  # within one and a half of 60°
+    assert hand_over.by_course  # within 1.5 times 60°
     for _ in range(500):
         hand_over.step(0.8, math.radians(100.0), 0.0, H)
     assert not hand_over.by_course
@@ -61,7 +61,7 @@ def test_what_is_unknown_or_unwanted_gives_up_at_once():
 
 
 def test_the_hand_over_is_without_a_jump():
-    """Heading 20°, course 35°, in a turn with an error and a trim: the moment goes on where it was."""
+    """Heading 20°, course 35°, in a turn with a control error and an integral: the moment is continuous."""
     autopilot = Autopilot(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
     heading, course = math.radians(20.0), math.radians(35.0)
     command = (math.radians(60.0), 0.0, 0.0)
@@ -89,7 +89,7 @@ def test_without_a_compass_the_autopilot_waits_for_steerageway():
         return autopilot.step(command, course, 0.0, math.nan, math.nan, speed, H)
 
     assert [steer(0.1, math.nan) for _ in range(100)] == [3.0] * 100
-    assert abs(steer(0.8, 0.5) - 3.0) < 0.3  # from the course she has, whatever was wanted meanwhile
+    assert abs(steer(0.8, 0.5) - 3.0) < 0.3  # from the boat's present course, whatever was commanded meanwhile
     for _ in range(200):
         turning = steer(0.8, 0.5)
     assert turning > 10.0
@@ -114,7 +114,7 @@ def test_a_station_keeper_pulls_brakes_and_backs():
     assert heading == 0.0 and force < 0.0
     assert keep(4.0, 1.0)[0][0] == pytest.approx(1.0)  # near and ahead: point there
     assert keep(6.0, 3.0)[0][0] == pytest.approx(3.0)  # astern and far: turn
-    assert keep(0.5, 1.0)[0][0] == 0.0  # too little to matter
+    assert keep(0.5, 1.0)[0][0] == 0.0  # too small a force to turn for
     assert keep(400.0, 0.0, limit=50.0)[1] == 50.0 and keep(4.0, math.pi, limit_astern=0.0)[1] == 0.0
     assert keep(4.0, 0.0, heading=math.nan)[1] == 0.0
 
@@ -128,7 +128,7 @@ def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
 
 
 class Otter:
-    """A hull, its propellers, a speed loop, a station keeper, and an autopilot: the blocks of a mission at 50 Hz."""
+    """Hull, propellers, speed loop, station keeper and autopilot: the blocks of a mission at 50 Hz."""
 
     def __init__(self, hull, noise=0.0, seed=1):
         self.hull, self.noise, self.rng = hull, noise, random.Random(seed)

@@ -1,4 +1,4 @@
-"""Heading MPC against a solver of its own kind, its limits, its freedom from offset; LQG beside it."""
+"""Heading MPC against another QP solver, its limits, control without offset; LQG in comparison."""
 
 import math
 
@@ -19,9 +19,7 @@ CALM = conditions()
 
 
 def by_enumeration(hessian, gradient, upper, lower):
-    """min ½ΔᵀHΔ + gᵀΔ with lower ≤ [Δ; ΣΔ] ≤ upper for two unknowns: the best of all points where 0, 1 or 2 limits
-    hold.
-    """
+    """min ½ΔᵀHΔ + gᵀΔ with lower ≤ [Δ; ΣΔ] ≤ upper in two unknowns: the best point with 0, 1 or 2 active limits."""
     rows = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
     points = [np.linalg.solve(hessian, -gradient)]
     sides = [(rows[i], bound[i]) for i in range(4) for bound in (upper, lower)]
@@ -73,7 +71,7 @@ def test_unusable_settings_are_named():
 
 
 def held_course(controller, boat, command, target, seconds, dt, noise=0.0, state=None):
-    """(n,) true headings of a boat whose controller steers to a heading."""
+    """(n,) true headings of a boat whose controller steers a constant heading."""
     rng, state, headings = np.random.default_rng(0), boat.start() if state is None else state, []
     for _ in range(round(seconds / dt)):
         heading = boat.motion(state, CALM).heading

@@ -172,7 +172,7 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
         ("caldas", '[autopilot]\nkind = "lqg"\n', "autopilot.kind lqg predicts a stable response"),
         ("surge", '[estimator.heading]\nkind = "aided"\n', "needs a boat that is steered"),
         ("otter", '[estimator.speed]\nkind = "fusion"\n', "needs a measured speed"),
-        ("otter", "[tachometer]\n", "tachometer measures one shaft"),
+        ("otter", "[tachometer]\n", "tachometer has no effect on a vessel of kind otter"),
         ("surge", "[start]\nheading_deg = 30.0\n", "to the side of the boat's heading"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The loop and the pilot in it: what repeats, what a run keeps, and what happens without fixes."""
+"""The loop with its pilot: repeatability, the record of a run, and runs without fixes."""
 
 import math
 

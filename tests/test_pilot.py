@@ -1,4 +1,4 @@
-"""The pilot alone, with blocks that are not what they seem; the heading between compass readings."""
+"""The pilot alone, with blocks that fail; the heading between compass readings."""
 
 import math
 
@@ -87,7 +87,7 @@ def test_by_heading_the_law_is_steered_as_a_heading():
 
 
 class Watcher(Lookout):
-    """An observer that notes the stages and has the last word at each."""
+    """An observer that records the stages and may change the result of each."""
 
     def __init__(self, mode, allowed=True):
         super().__init__(10.0)
@@ -138,7 +138,7 @@ def test_a_wrong_word_is_refused():
 
 
 def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):
-    """(heading error, yaw rate) of a tracker on a boat that turns at a constant rate across south."""
+    """(heading error, yaw rate) of a tracker on a boat that turns at a constant rate through south."""
     rng = np.random.default_rng(2)
     errors, rates = [], []
     for k in range(round(seconds / dt)):

@@ -243,7 +243,7 @@ def test_an_integral_does_not_wind_up_while_its_force_is_limited():
         (lambda: VesselNoise(acceleration=(1.0, -1.0, 1.0)), "vessel_noise.acceleration is -1"),
         (lambda: TimeVaryingNoise(low=0.5, high=0.25), "time_varying.high is 0.25"),
         (lambda: PassiveObserver(INERTIA, DAMPING, TUNED_GAINS, "sudden"), r"observer\.correction is 'sudden'"),
-        (lambda: PositioningGains(np.ones(3), INERTIA, INERTIA), r"positioning.proportional is \(3,\), expected"),
+        (lambda: PositioningGains(np.ones(3), INERTIA, INERTIA), r"proportional has shape \(3,\), expected"),
     ],
 )
 def test_bad_input_is_named(make, message):

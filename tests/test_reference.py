@@ -1,4 +1,4 @@
-"""References: true rates, limits that hold, the toolbox's filters and what is wrong with them."""
+"""Reference filters: true rates, limits that hold, and the toolbox's filters with their faults."""
 
 import math
 
@@ -28,7 +28,7 @@ def step_to(angle):
 
 
 def test_printed_filters_give_the_reference_numbers(shared_data):
-    """LOS observer K_f = 0.3 and reference model ω = 1, ζ = 1, 10 °/s; the command: 170°, 230°, then a ramp."""
+    """LOS observer K_f = 0.3 and reference model ω = 1, ζ = 1, 10 °/s; the command is 170°, 230°, then a ramp."""
     rows = golden(shared_data, "los_observer_refmodel")
 
     def command(t):

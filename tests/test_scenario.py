@@ -1,4 +1,4 @@
-"""Scenarios: the examples sail, defaults work, and what is wrong is said in one sentence with the key's path."""
+"""Scenarios: the examples run, defaults work, and an error is one sentence with the key's path."""
 
 import math
 from pathlib import Path
@@ -51,7 +51,7 @@ def test_waypoints_in_latitude_and_longitude():
 
 @pytest.mark.parametrize("place", ["north = 100.0, east = 50.0", "latitude_deg = 63.44, longitude_deg = 10.40"])
 def test_a_survey_comes_after_the_waypoints(place):
-    """Lines to the east, 20 m apart to starboard, so to the south; turns 5 m outside of the area."""
+    """Lines to the east, spaced by 20 m to starboard and so to the south; the turns are 5 m outside the area."""
     survey = f"{{ {place}, direction_deg = 90.0, length = 80.0, spacing = 20.0, lines = 2, run_in = 5.0 }}"
     scenario = parse_scenario(f"[route]\nwaypoints = [{{ north = -30.0, east = 9.0 }}]\nsurvey = {survey}")
     (mission,) = pilot(scenario).mission.missions
@@ -96,13 +96,13 @@ WRONG = {
     ),
     'route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading': ROUTE
     + 'at_end = "hold"',
-    "route needs station keeping, of which a vessel of kind mariner is not capable, expected one of otter": (
+    "route needs station keeping, which a vessel of kind mariner cannot do, expected one of otter": (
         ROUTE + 'at_end = "hold"\nacceptance = 50\n[vessel]\nkind = "mariner"\n[compass]'
     ),
     "autopilot.bandwidth is 0.1 rad/s, expected at least 0.5 rad/s": ROUTE + "[autopilot]\nbandwidth = 0.1",
     "estimator.aid names yaw_rate, expected a table [gyro]": ROUTE + '[estimator]\naid = ["yaw_rate"]',
     "profile 'oter' is unknown, expected one of": ROUTE + '[estimator]\nprofile = "oter"',
-    "gnss.faults[0] of kind jump needs one of start and per_hour": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
+    "gnss.faults[0] of kind jump has both or neither of start": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
     "environment.current.speed is nan, expected": ROUTE + "[environment.current]\nspeed = nan",
     "begins is 'noon', expected an ISO 8601 time": 'begins = "noon"\n' + ROUTE,
     "scenario test.toml is not valid TOML": "route = [",
@@ -146,6 +146,6 @@ waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 80.0, east = 0.0 }}, {{ n
 def test_a_leg_shorter_than_its_turns_in_the_current_is_refused_by_name():
     parse_scenario(SHORT_LEGS.format(current=0.0).replace("east = 9.0", "east = 40.0"))
     with pytest.raises(
-        InputError, match=r"leg to route.waypoints\[2\] is 9 m long, expected at least \d+ m, which its"
+        InputError, match=r"leg to route.waypoints\[2\] is 9 m long, expected at least \d+ m, the length"
     ):
         parse_scenario(SHORT_LEGS.format(current=1.0))

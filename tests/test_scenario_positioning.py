@@ -1,4 +1,4 @@
-"""Dynamic positioning in a scenario: vessels, estimators, the controller, the sea, and what is refused."""
+"""Dynamic positioning in a scenario: vessels, estimators, the controller, the environment, and what is refused."""
 
 from pathlib import Path
 
@@ -48,7 +48,7 @@ def test_a_steady_force_is_held_against_and_estimated():
     std = np.sqrt(np.diag(known.covariance)[6:8])
     assert (
         np.abs(np.subtract(known.motion.force[:2], (20.0, -10.0))) < 3.0 * std
-    ).all() and std.max() < 15.0  # half of what it began with
+    ).all() and std.max() < 15.0  # half of its initial value
     assert np.hypot(sailed.numbers["final_north_m"] - 6.0, sailed.numbers["final_east_m"] + 4.0) < 0.5
 
 
@@ -77,12 +77,12 @@ def test_the_varying_force_has_its_spread_and_its_time():
 @pytest.mark.parametrize(
     "change, words",
     [
-        (('"cybership2"', '"otter"'), "orders hold a place, which a vessel of kind otter cannot, expected one of cyb"),
+        (('"cybership2"', '"otter"'), "orders hold a position, which a vessel of kind otter cannot, expected one of"),
         (('kind = "tekf"', 'kind = "five-state"'), 'estimator.kind is "five-state", expected one of vessel-filter'),
         (("[compass]\nrate = 10.0\nstd_deg = 0.5", ""), 'estimator.kind "tekf" needs a compass'),
-        (("course_deg = 45.0", "speed = 1.0"), r"orders\[1\]\.speed has no effect where orders hold a place"),
+        (("course_deg = 45.0", "speed = 1.0"), r"orders\[1\]\.speed has no effect where orders hold a position"),
         (("[[orders]]", "[speed]\ncruise = 1.0\n[[orders]]"), r"speed\.cruise has no effect where orders hold"),
-        (("north = ", "# north = "), 'estimator.kind "tekf" needs places to hold'),
+        (("north = ", "# north = "), 'estimator.kind "tekf" needs positions to hold'),
     ],
 )
 def test_what_cannot_be_held_is_refused(change, words):

@@ -1,4 +1,4 @@
-"""Receiver, compass, log and gyro: the same in a record and in the loop, and wrong by what was asked for."""
+"""Receiver, compass, log and gyro: equal readings from a record and from the loop, with the errors of their models."""
 
 import math
 
@@ -12,7 +12,7 @@ from steerway.sensors.testing import Fault, gnss
 
 
 def truth(seconds=60.0, step=0.02, start=0.0):
-    """A rolling, turning boat, as keyword arguments of `fixes` and rows of `step`."""
+    """A boat that rolls and turns, as keyword arguments of `fixes` and rows of `step`."""
     time = start + np.arange(round(seconds / step) + 1) * step
     t = time - start
     heading = 0.3 + 0.05 * t
@@ -113,7 +113,7 @@ def test_the_antenna_swings_with_roll_and_pitch():
 
     np.testing.assert_allclose(antenna(0.0, 0.0, 0.0), [0.5, 0.2], atol=1e-9)
     np.testing.assert_allclose(antenna(0.0, 0.0, math.pi / 2), [-0.2, 0.5], atol=1e-9)
-    # Rolled to starboard the mast leans to starboard; bow up it leans aft.
+    # With positive roll the mast leans to starboard; with the bow up it leans aft.
     np.testing.assert_allclose(antenna(0.1, 0.0, 0.0), [0.5, 0.2 * math.cos(0.1) + 2.0 * math.sin(0.1)], atol=1e-9)
     np.testing.assert_allclose(antenna(0.0, 0.1, 0.0), [0.5 * math.cos(0.1) - 2.0 * math.sin(0.1), 0.2], atol=1e-9)
 
@@ -148,8 +148,8 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
         (lambda: Gnss(markov=((1.0, 0.0),)), "time constant"),
         (lambda: Instrument(white=-1.0), "instrument.white is -1, expected a number of at least 0"),
         (lambda: Fault("loss", start=0.0), "fault.kind is 'loss', expected one of dropout"),
-        (lambda: Fault("jump"), "either start or per_hour"),
-        (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "comes every 1 s"),
+        (lambda: Fault("jump"), "both or neither of start and per_hour"),
+        (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "has steps of 1 s"),
         (lambda: gnss.white(0.1).fixes([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0), "does not rise"),
     ],
 )
@@ -163,7 +163,7 @@ WOBBLY = Instrument(rate=7.0, white=0.1, bias=0.3, turn_on_std=0.2, wander=(0.1,
 
 
 def streamed(stream, *truth):
-    """Times and readings of an instrument asked at every step."""
+    """(times, readings) of an instrument stepped at every row."""
     rows = zip(TIME.tolist(), *(column.tolist() for column in truth), strict=True)
     readings = [(row[0], stream.step(*row)) for row in rows]
     return tuple(zip(*[(time, reading) for time, reading in readings if reading is not None], strict=True))

@@ -1,4 +1,4 @@
-"""The commands: what is written, what is printed, what is refused; and the log that the estimator reads back."""
+"""The commands: what they write, print and refuse; and the simulated log as input of the estimator."""
 
 import json
 import math
@@ -85,7 +85,7 @@ def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(w
     assert np.allclose(placed.sog, run["read_sog"][read], atol=3e-4)
     assert np.allclose(placed.heading, run["read_heading"][read], atol=2e-4)
     again = FiveStateFilter(assembly.profile(scenario)).filter(placed)
-    # The same filter on the log gives the estimate of the loop, where it ran at 50 Hz.
+    # The same filter on the log gives the estimate of the loop, which runs at 50 Hz.
     there = run["estimated_sog"][read]
     known = np.isfinite(there) & np.isfinite(again.sog)
     assert known.sum() > 280 and np.max(np.abs(again.sog - there)[known][10:]) < 0.01

@@ -1,4 +1,4 @@
-"""The adaptive speed loop on boats of all kinds, and P3's own as printed."""
+"""The adaptive speed loop on boats of all sizes, and P3's own as printed."""
 
 import math
 
@@ -40,7 +40,7 @@ def test_feedback_alone_leaves_a_steady_error():
 
 
 def test_a_speed_out_of_reach_teaches_nothing():
-    """At 12 m/s the shaft is at its limit for good; asked for 3 m/s afterwards she does it as if nothing had been."""
+    """At 12 m/s the shaft stays at its limit; a set-point of 3 m/s afterwards is reached as without that."""
     boat, control = sailing.plant("a"), sailing.controller("a")
     state, speeds = boat.start(), []
     for k in range(round(260.0 / 0.05)):
@@ -94,7 +94,7 @@ def test_restart_forgets():
         ({"reach": 0.0}, "speed.reach is 0"),
         ({"thrust": 1e-9}, r"top speed of 0\.00.* expected 0.05 to 60 m/s"),
         ({"linear_drag": 0.0, "quadratic_drag": 0.0}, "top speed of inf m/s"),
-        ({"thrust": 500.0, "quadratic_drag": 100.0}, "gives the top speed in"),
+        ({"thrust": 500.0, "quadratic_drag": 100.0}, "reaches the top speed in"),
     ],
 )
 def test_bad_input_is_named(arguments, message):
@@ -118,7 +118,7 @@ def test_a_shaft_that_turns_up_slowly_makes_no_overshoot(control, gains, setpoin
 @BOTH
 @pytest.mark.parametrize("mass", [10.0, 2e6])
 def test_boats_of_all_sizes_settle_alike_each_in_its_own_time(control, gains, mass):
-    """P3's boat scaled by Froude's law, its guess wrong by 30 %."""
+    """P3's boat scaled by Froude's law, with a guess that is wrong by 30 %."""
     length = (mass / sailing.CALDAS_MASS) ** (1.0 / 3.0)
     time, speed = math.sqrt(length), math.sqrt(length)
     truth = sailing.NOMINAL

@@ -1,4 +1,4 @@
-"""The allocation to any number of thrusters."""
+"""Thrust allocation to any number of thrusters."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def thrusters(low=-50.0, high=50.0):
 
 
 def test_a_thruster_turns_about_the_origin_by_its_arm():
-    # Astern to port pushing ahead turns to starboard; at the bow pushing to starboard too.
+    # Thrust ahead at the port stern turns to starboard; so does thrust to starboard at the bow.
     np.testing.assert_allclose(MATRIX[:, 0], [1.0, 0.0, 0.5])
     np.testing.assert_allclose(MATRIX[:, 2], [0.0, 1.0, 1.2], atol=1e-12)
 
@@ -25,11 +25,11 @@ def test_what_the_limits_allow_is_given_with_the_least_thrust(force):
     thrusts, given = thrusters().allocate(force)
     np.testing.assert_allclose(given, force, atol=1e-9)
     null = np.linalg.svd(MATRIX)[2][3]
-    assert abs(thrusts @ null) < 1e-9  # nothing of it cancels
+    assert abs(thrusts @ null) < 1e-9  # no thrust in the null space of B
 
 
 def test_a_thruster_at_its_limit_is_relieved_by_the_others():
-    # A moment of 70 N·m alone takes more than 20 N of the pair at the stern and of bow and stern thruster.
+    # A moment of 70 N·m alone needs more than 20 N from the stern pair and from the bow and stern thrusters.
     wanted = (0.0, 0.0, 45.0)
     free = np.linalg.pinv(MATRIX) @ wanted
     limited = Thrusters(MATRIX, [-50.0, -50.0, -50.0, -50.0], [50.0, 50.0, 0.9 * free.max(), 50.0])

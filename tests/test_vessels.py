@@ -1,4 +1,4 @@
-"""Vessels against golden numbers and published equations, and the symmetries of space that all of them obey."""
+"""Vessel models against golden numbers and published equations, and the spatial symmetries that all of them obey."""
 
 import math
 from typing import NamedTuple
@@ -47,7 +47,7 @@ LOAD = (25.0, (0.05, 0.0, -0.35))
 
 
 class Case(NamedTuple):
-    """A vessel, a speed to begin with, a command and its mirror image, one that only holds what has been reached."""
+    """A vessel with an initial speed, a command and its mirror image, and a command that holds the state reached."""
 
     vessel: object
     speed: float | None
@@ -130,7 +130,7 @@ def test_motion_says_what_the_track_does_in_a_current(case):
     [(Otter(propeller_lag=0.0), (60.0, 30.0), slice(0, 2)), (Caldas(), (9.0, 5e4), slice(3, 5))],
 )
 def test_a_boat_that_starts_with_the_current_sails_as_in_calm_water(boat, command, velocity):
-    """Galilei; a hull that heels departs in the second order of its heel."""
+    """Galilean invariance; a hull that heels deviates by the square of its heel."""
     current = (0.3, -0.4)
     still, drifting = boat.start(speed=1.0), boat.start(speed=1.0)
     drifting[velocity] += current  # heading north
@@ -188,7 +188,7 @@ def test_the_otter_of_2021_has_its_masses_and_trims_bow_down_by_its_moment():
     np.testing.assert_allclose(mass[[0, 1, 5]], [85.28, 162.5, 41.445], atol=0.005)
     boat = Otter(25.0, (0.0, 0.0, -0.35), edition="2021")
     state = sail(boat, boat.start(), (0.0, 0.0), 40.0, step=0.02)
-    assert math.degrees(state[10]) == pytest.approx(-7.5, abs=1.5)  # "−7.5°" is what the moment was chosen for
+    assert math.degrees(state[10]) == pytest.approx(-7.5, abs=1.5)  # the moment was chosen for "−7.5°"
     np.testing.assert_allclose(state[[0, 1, 5, 7, 9, 11]], 0.0, atol=1e-12)
 
 
@@ -215,7 +215,7 @@ def test_the_mariner_has_the_golden_derivatives(shared_data):
 
 
 def test_a_mariner_sails_the_golden_zigzag(shared_data):
-    """The golden run executes "at 10 s" in whole seconds, rounded: at 9.5 s."""
+    """The golden run's "at 10 s" is rounded to whole seconds: it executes at 9.5 s."""
     table, ship, twenty = golden(shared_data, "mariner_zigzag"), Mariner(method="euler"), math.radians(20.0)
     state, rudder, rows = ship.start(), 0.0, []
     for k in range(6010):
@@ -231,7 +231,7 @@ def test_a_mariner_sails_the_golden_zigzag(shared_data):
 
 
 def test_a_mariner_turns_in_her_known_circles_and_pushes_her_added_mass():
-    """The known radius is that of 35° to port; a single screw turns her tighter to starboard."""
+    """The known radius is that of 35° to port; a single-screw ship turns tighter to starboard."""
     ship = Mariner()
     port, starboard = (
         ship.motion(sail(ship, ship.start(), (math.radians(angle),), 1500.0, step=0.1), CALM) for angle in (-35, 35)
@@ -252,7 +252,7 @@ def test_nomotos_step_response_is_the_known_one_within_the_rudders_limits():
     vessel = Nomoto(0.2, 8.0, 2.0, actuator=Actuator("rudder", -0.5, 0.6, rate=0.1, lag=1.0))
     ends = [sail(vessel, np.zeros(5), (u,), seconds)[4] for u, seconds in ((2.0, 3.0), (2.0, 60.0), (-2.0, 60.0))]
     np.testing.assert_allclose(ends, [0.3, 0.6, -0.5])
-    with pytest.raises(InputError, match="one speed"):
+    with pytest.raises(InputError, match="constant speed"):
         vessel.start(speed=3.0)
 
 
@@ -294,7 +294,7 @@ def test_cyberships_derivatives_are_the_published_matrices():
 
 
 def headings(vessel, seconds, difference_rpm, step=1.0):
-    """Springer's headings each step with n_d there from the beginning."""
+    """Springer's heading at each step, with n_d constant from the start."""
     state = vessel.start()
     state[4] = difference_rpm * RPM
     found = [vessel.heading(state)]
@@ -305,7 +305,7 @@ def headings(vessel, seconds, difference_rpm, step=1.0):
 
 
 def test_springer_turns_as_decoded_at_any_step():
-    """°/s at 300 rpm; the reversed digits of P4 (4), C = [13.34 11.15], give less than a third of the first."""
+    """°/s at 300 rpm; the reversed digits of P4 (4), C = [13.34 11.15], give less than a third of the first rate."""
     degrees = np.degrees(headings(Springer("paper"), 121, 300.0))
     np.testing.assert_allclose(np.diff(degrees)[[0, 30, 120]], [2.507, 2.924, 4.108], atol=0.002)
     assert np.degrees(300.0 * np.dot((13.34, 11.15), PAPER_YAW.inputs)) < 0.6 * 2.507
@@ -314,7 +314,7 @@ def test_springer_turns_as_decoded_at_any_step():
         np.testing.assert_allclose(parts[::10], whole, rtol=1e-12, atol=1e-14)
     a, b, c = PAPER_YAW.matrices()
     rest = np.linalg.solve(np.block([[a - np.eye(2), b[:, None]], [c[None], np.zeros((1, 1))]]), [0.0, 0.0, 1.0])
-    assert rest[2] / RPM * np.radians(1.0) == pytest.approx(-0.1438, abs=1e-4)  # the paper's plant needs rpm to hold
+    assert rest[2] / RPM * np.radians(1.0) == pytest.approx(-0.1438, abs=1e-4)  # rpm needed to go straight
     vessel = Springer("physical")
     state = vessel.step(vessel.start(heading=1.0), (1000.0,), CALM, 1.0)
     assert state[4] == pytest.approx(20.0 * RPM)
@@ -347,7 +347,7 @@ def test_springers_compass_settles_on_its_gain_and_deviates_and_wraps():
 
 
 def test_a_scenario_s_compass_may_have_springer_s_dynamics():
-    """Across ±180°; its slow pole makes a reading of a turning vessel late by the model's lag."""
+    """Across ±180°; the compass's slow pole delays the reading of a turning vessel by the model's lag."""
     text = f'[compass]\nrate = 10.0\ndynamics = {list(TCM2[:4])}\n[vessel]\nkind = "springer"\n'
     text += "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 50, east = 0 }]\n"
     stream, rate = parse_scenario(text).compass.build().start(5), 0.02
@@ -365,13 +365,13 @@ def test_the_curve_of_the_propeller_is_table_2():
     advance = (-2.0, -1.0, -0.75, -0.5, 0.0, 0.35, 0.7, 0.85)
     expected = (0.2, 0.2, 0.27, 0.34, 0.32, 0.22, 0.12, 0.06)
     np.testing.assert_allclose([thrust_coefficient(each, CURVE) for each in advance], expected, atol=1e-12)
-    # Erratum: beyond the table the last segment goes on to three.
+    # Erratum: beyond the table the last segment is extrapolated to J = 3.
     assert thrust_coefficient(1.5, CURVE) == pytest.approx(-0.2)
     assert thrust_coefficient(3.0, CURVE) == thrust_coefficient(50.0, CURVE) == pytest.approx(-0.8)
 
 
 def test_thrust_is_the_formula():
-    """(12): 2 η K_t ρ D⁴ n²; over the mass this is the 0.01086 n² of (13) at bollard, and g is no constant."""
+    """(12): 2 η K_t ρ D⁴ n². Divided by the mass it is the 0.01086 n² of (13) at bollard pull: g is not a constant."""
     assert propeller_thrust(0.0, 10.0, CURVE) == pytest.approx(2 * 0.8 * 0.32 * 1025.0 * 0.8**4 * 100.0)
     assert propeller_thrust(0.0, 1.0, CURVE) / CALDAS_MASS == pytest.approx(0.01086, abs=5e-6)
     assert propeller_thrust(3.0, 0.0, CURVE) == 0.0

@@ -1,4 +1,4 @@
-"""Routes and missions: what is refused, when a waypoint is passed, and what happens at both ends."""
+"""Routes and missions: what is refused, when a waypoint is passed, and the behaviour at both ends."""
 
 import math
 
@@ -25,7 +25,7 @@ def test_beside_a_route_every_leg_is_parallel_and_as_far_to_its_side(offset):
 
 
 def legs_of(route):
-    """Begin and direction of each leg."""
+    """Start point and direction of each leg."""
     ahead = np.arctan2(np.diff(route.east), np.diff(route.north))
     return list(zip(route.north[:-1].tolist(), route.east[:-1].tolist(), ahead.tolist(), strict=True))
 
@@ -127,7 +127,7 @@ def test_circle_of_acceptance():
 
 
 def test_the_plane_test_is_silent_at_the_start_and_after_a_switch_where_the_printed_one_fires():
-    """A boat that has yet to turn round moves away from its goal without having missed it."""
+    """A boat that still has to turn round moves away from its waypoint without having missed it."""
     points = [(0.0, 0.0), (4.0, 0.0), (0.0, 0.0), (-4.0, 0.0), (-8.0, 0.0), (-4.0, 0.0)]
     mission, printed = (Mission(Route([0.0, 100.0], [0.0, 0.0]), rule) for rule in (CIRCLE, RangeRatePassing()))
     sail(mission, points)
@@ -146,12 +146,12 @@ def test_a_leg_is_given_up_after_its_time():
     sail(mission, [(20.0, 0.0)])
     assert mission.log.missed == [1] and mission.log.passages[0].why == "time"
     sail(mission, [(100.0, 0.0)] * 600)
-    assert mission.phase is Phase.UNDER_WAY  # the next leg has its own time, that of the 180 m to its end
+    assert mission.phase is Phase.UNDER_WAY  # the next leg has a time limit of its own, from the 180 m to its end
     sail(mission, [(100.0, 0.0)])
     assert mission.log.missed == [1, 2] and mission.phase is Phase.STOPPED
     far = Mission(route, CIRCLE)
     sail(far, [(-900.0, 0.0)] * 3059)
-    assert not far.log.passages  # its time is that of its own 1000 m
+    assert not far.log.passages  # its time limit is that of its 1000 m
     without_speed = Mission(Route([0.0, 100.0], [0.0, 0.0]), CIRCLE)
     sail(without_speed, [(20.0, 0.0)] * 1000)
     never = Mission(route, Passing(rule="circle", time_factor=None))
@@ -264,7 +264,7 @@ def test_a_corner_joins_both_legs_smoothly(kind, turn_deg):
 
 
 def test_a_mission_follows_its_curves_to_their_ends():
-    """A point that moves exactly along the way sees no distance from it, and every waypoint passed by its corner."""
+    """A point that moves exactly along the path has no cross-track error, and passes every waypoint by its corner."""
     route = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0], corners="arc", corner_radius=20.0)
     mission, north, east = Mission(route), 0.0, 0.0
     mission.preview = 0.05  # half a step
@@ -296,7 +296,7 @@ def test_corners_that_do_not_fit_are_refused():
 
 
 def test_the_distance_at_which_a_turn_begins_does_not_count_on_the_next_leg():
-    """A leg of 40 m after a turn that begins 60 m before its waypoint is sailed, not passed at once."""
+    """A leg of 40 m, after a wheel-over point 60 m before its waypoint, is followed and not passed at once."""
     mission = Mission(Route([0.0, 200.0, 200.0, 0.0], [0.0, 0.0, 40.0, 40.0]))
     targets = []
     for north in (100.0, 139.0, 141.0, 143.0, 145.0):
@@ -332,7 +332,7 @@ VOYAGE = Route([0.0, 50.0, 50.0, 0.0], [0.0, 0.0, 50.0, 50.0], 5.0, 1.0)
 
 
 def voyaged(mission, speed=1.0, duration=200.0, dt=0.5):
-    """(time, phase, target) of a point that goes to where each leg leads, and waits while it holds."""
+    """(time, phase, target) of a point that follows each leg, and waits while the phase is holding."""
     north, east, seen = 0.0, 0.0, []
     for k in range(round(duration / dt)):
         leg = mission.step(north, east, dt)

@@ -60,7 +60,7 @@ def allocate(
 ) -> tuple[float, float, float, float]:
     """(port rad/s, starboard rad/s, force N, moment N·m) by P0 (60)–(63), with limits and one gain per direction.
 
-    The yaw moment has priority: the force is reduced first, and the moment only beyond the largest of the pair.
+    The yaw moment has priority: the force is reduced first, and the moment only if it exceeds the largest of the pair.
     """
     half = yaw_moment / (2.0 * arm)
     room = 0.5 * (max_thrust - min_thrust)

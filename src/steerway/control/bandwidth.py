@@ -10,9 +10,9 @@ from steerway.core.checks import not_negative, positive
 COMFORTABLE = 0.2
 """Smallest damping ratio that `comfortable_bandwidth` allows: an oscillation decays to 28 % in one period."""
 RATE_SHARE = 0.3
-"""Ratio ω_n/ω_e for a vessel with its own yaw-rate loop of time constant T. It is the largest round number for which
-the poles of s (T s + 1) F(s) + ω_n (2ω_e² s + ω_e³), F the filter of `loop_damping`, have a damping ratio of at least
-`COMFORTABLE` for every T (`tests/test_autopilot.py`)."""
+"""Ratio ω_n/ω_e for a vessel with its own yaw-rate loop. The poles are those of s (T s + 1) F(s) + ω_n (2ω_e² s +
+ω_e³), F as in `loop_damping`. 0.3 is the largest round number with a damping ratio of at least `COMFORTABLE` for every
+time constant T (`tests/test_autopilot.py`)."""
 _LEAST = 0.1
 """Bandwidth of `GainSchedule` as a fraction of the largest, before speed and fix interval are known: slow, not
 unstable."""

@@ -52,8 +52,8 @@ def default_weights(
 _ROUNDING = 1e-12
 """Least ratio of the smallest to the largest eigenvalue of a QP, 5000 roundings: below, it may become concave."""
 _TOLERANCE, _ROUNDED = 1e-12, 1e-9
-"""Tolerance of the limits, in the input's unit. If the solver fails with it, the second tolerance applies, relative to
-the change without limits, whose rounding error of 1e-16 grows with the condition number of the QP."""
+"""Tolerance of the limits, in the input's unit. If the solver fails with it, the second applies: a fraction of the
+change without limits, whose relative rounding error of 1e-16 grows with the condition number of the QP."""
 
 
 class HeadingMpc(SampledHeading):

@@ -31,7 +31,7 @@ class PositioningGains:
         for name in ("proportional", "integral", "derivative"):
             matrix = np.array(getattr(self, name), dtype=np.float64)
             if matrix.shape != (3, 3):
-                raise InputError(f"positioning.{name} is {matrix.shape}, expected (3, 3)")
+                raise InputError(f"positioning.{name} has shape {matrix.shape}, expected (3, 3)")
             object.__setattr__(self, name, matrix)
         if len(self.limit) != 3 or not all(value > 0.0 for value in self.limit):
             raise InputError(f"positioning.limit is {self.limit}, expected three numbers above 0")

@@ -152,7 +152,7 @@ def _adaptive_step(
     first = not (math.isfinite(measured) or math.isfinite(modelled))
     now = 0.0 if first else shaft_now(measured, modelled, last, low, high, shaft_rate, lag, dt)
     command, free = commanded(wanted, now if math.isfinite(measured) else math.nan, low, high, lead)
-    # Anti-windup: the parameters do not push the command further into a limit.
+    # Anti-windup: no adaptation that would push the command further into a limit.
     if known and (free - command) * z >= 0.0:
         scale = max(abs(setpoint), _LARGEST * abs(planned), slow)
         square = scale * scale

@@ -64,7 +64,7 @@ class SpeedGuess:
             )
         if not SHORTEST <= self.time <= LONGEST:
             raise InputError(
-                f"speed.thrust is {self.thrust:g} m/rev², which gives the top speed in {self.time:.3g} s, "
+                f"speed.thrust is {self.thrust:g} m/rev², which reaches the top speed in {self.time:.3g} s, "
                 f"expected {SHORTEST:g} to {LONGEST:g} s"
             )
 

@@ -87,7 +87,7 @@ def _observed_step(
     dt: float,
     constants: Floats,
 ) -> tuple[float, float, float, float]:
-    """(û, δ̂, command, shaft now): predict over the step that ended now, correct, command."""
+    """(û, δ̂, command, shaft now): predict to the end of the last step, correct, command."""
     rate, observer_rate = constants[0], constants[1]
     linear_drag, quadratic_drag, thrust = constants[2], constants[3], constants[4]
     low, high, shaft_rate, lag, lead = constants[5], constants[6], constants[7], constants[8], constants[9]

@@ -69,7 +69,7 @@ class StationKeeper:
         return (self.heading, 0.0, 0.0), force
 
     def _point(self, lasting: Vector, distance: float, heading: float) -> None:
-        """Turn the bow along the slow force; back towards a near point astern, unless a current sets from there."""
+        """Point the bow along the slow force. To a near point astern the boat backs, unless there is a current."""
         if math.isnan(self.heading):
             self.heading = heading
         for force in (lasting, self.integral):

@@ -1,7 +1,7 @@
 """Reference filters for course and heading: low-pass, tracking filter and third-order reference model.
 
 A guidance command jumps at every waypoint; a controller needs an angle with its own rate and acceleration. All three
-filters turn through the shorter side and return angles in [−π, π).
+filters take the shorter way round and return angles in [−π, π).
 """
 
 import math
@@ -60,7 +60,7 @@ def third_order(
     max_acceleration: float,
     dt: float,
 ) -> tuple[float, float, float]:
-    """(angle, rate, acceleration) after dt of (s + ω)(s² + 2ζωs + ω²) with limits that the outputs obey.
+    """(angle, rate, acceleration) after dt of the model with poles at (s + ω)(s² + 2ζωs + ω²) = 0, within limits.
 
     The outputs are consistent, also at a limit: rate is the change of the angle, acceleration that of the rate.
     """
@@ -80,7 +80,7 @@ def third_order(
 
 @kernel
 def _substeps(bandwidth: float, dt: float) -> int:
-    """Integration steps within dt, each at most 0.05/ω, so that the explicit rule is stable."""
+    """Number of Euler steps within dt, each at most 0.05/ω, so that a slow loop is stable."""
     return max(1, math.ceil(bandwidth * dt / 0.05))
 
 
@@ -98,7 +98,7 @@ class _Shaper(ABC):
     @property
     @abstractmethod
     def lag(self) -> float:
-        """Lag (s) of the angle behind a ramp command without its rate."""
+        """Lag (s) of the angle behind a ramp command whose rate is not given."""
 
     def _before(self, command: float) -> Reference:
         """The last reference; before it, one at rest on the first command."""

@@ -8,10 +8,10 @@ from steerway.core.settings import NotNegative, Positive, Table
 
 
 class HeadingEstimatorTable(Table):
-    """What gives the heading: "tracker" a smoothed compass, "composite" compass and orders, "aided" GNSS velocity too.
+    """Source of the heading: "tracker" smooths a compass, "composite" adds the orders, "aided" also GNSS velocity.
 
-    "interval" gives bounds over every deviation within two `deviation_std_deg`, and the heading by `weight` between
-    them. `compass_std_deg` of one reading and `deviation_std_deg` of the compass's deviation are what the filters use.
+    "interval" bounds the heading for all deviations within two `deviation_std_deg`; `weight` selects the heading
+    between the bounds. `compass_std_deg` is 1σ of one reading, `deviation_std_deg` 1σ of the compass's deviation.
     """
 
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
@@ -29,10 +29,10 @@ class HeadingEstimatorTable(Table):
 
 
 class SpeedEstimatorTable(Table):
-    """What gives the speed: "course" the course filter, "fusion" receiver, logs and accelerometer together.
+    """Source of the speed: "course" is the course filter, "fusion" combines receiver, logs and accelerometer.
 
-    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error. Aboard, those
-    left out are 0.1, 0.02 and 0.05 m/s.
+    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error. In live runs
+    the defaults are 0.1, 0.02 and 0.05 m/s.
     """
 
     kind: Literal["course", "fusion"] = "course"

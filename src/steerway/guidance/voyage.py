@@ -39,7 +39,7 @@ class Voyage:
             index = 0 if stays[0] > 0.0 else len(route) - 1
             raise InputError(
                 f"route.waypoint[{index}].stay is {stays[index]:g} s, expected 0 at the first and the last waypoint "
-                "(at_end says what happens at the last)"
+                "(at_end sets what happens at the last)"
             )
         ends = [index for index, stay in enumerate(stays) if stay > 0.0] + [len(route) - 1]
         self._firsts = [0, *ends[:-1]]

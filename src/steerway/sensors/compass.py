@@ -1,8 +1,8 @@
-"""A magnetic compass: true heading, with deviation that depends on the heading, bias and noise.
+"""Magnetic compasses: true heading with deviation, bias and noise.
 
-And one with dynamics, the TCM2 as identified: x(k+1) = A x(k) + B ψ(k) + ω, z = C x + υ at 40 Hz, angles in degrees;
-P4 (5)–(8). Its second state is the first, a tick late. A gain on an angle depends on how many turns were made, so the
-paper's compass reads unwrapped headings; the `deviation` card is what a real installation does instead.
+`DynamicCompass` is the TCM2 as identified: x(k+1) = A x(k) + B ψ(k) + ω, z = C x + υ at 40 Hz, angles in degrees; P4
+(5)–(8). Its second state is the first, one tick late. Its gain multiplies the angle and so depends on the number of
+turns: the paper's compass reads unwrapped headings. A real compass has a `deviation` card instead.
 """
 
 import math
@@ -27,7 +27,7 @@ HALF_A_DEGREE = Instrument(white=math.radians(0.5))
 
 @dataclass(frozen=True)
 class Compass:
-    """A compass that has been corrected for variation. All rad.
+    """A compass corrected for magnetic variation. All angles in rad.
 
     `deviation` are the coefficients A to E of a deviation card: A + B sin ψ + C cos ψ + D sin 2ψ + E cos 2ψ is added to
     the heading ψ. `instrument` adds rate, bias and noise.
@@ -37,11 +37,11 @@ class Compass:
     deviation: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def start(self, seed: Seed) -> "CompassStream":
-        """The compass switched on."""
+        """Start a stream of readings."""
         return CompassStream(self, seed)
 
     def measured(self, time: ArrayLike, heading: ArrayLike, seed: Seed) -> tuple[np.ndarray, np.ndarray]:
-        """Times and headings in [−π, π) of a whole record of true headings (n,)."""
+        """(times, headings in [−π, π)) measured from a record of true headings (n,)."""
         heading = np.asarray(heading, dtype=np.float64)
         read = heading + deviation(heading, *self.deviation)
         time, reading = self.instrument.measured(time, read, seed)
@@ -49,7 +49,7 @@ class Compass:
 
 
 class CompassStream:
-    """A compass that is switched on: a heading in [−π, π) when one is due, else None."""
+    """A running compass: a heading in [−π, π) when a reading is due, else None."""
 
     def __init__(self, compass: Compass, seed: Seed) -> None:
         self._deviation = compass.deviation
@@ -62,7 +62,7 @@ class CompassStream:
 
 @kernel
 def deviation(heading: Any, a: float, b: float, c: float, d: float, e: float) -> Any:
-    """The deviation for a heading, or an array of them, by a deviation card; rad."""
+    """Deviation (rad) at a heading, or an array of headings, from the coefficients of a deviation card."""
     return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
 
 
@@ -70,8 +70,8 @@ def deviation(heading: Any, a: float, b: float, c: float, d: float, e: float) ->
 class DynamicCompass:
     """A TCM2 for the loop.
 
-    model: its dynamics. card: deviation coefficients A to E, rad. wrapped: readings in [−π, π) and dynamics that act on
-    the turn made since switching on; the paper's reads on beyond a turn.
+    model: its dynamics. card: deviation coefficients A to E, rad. wrapped: whether readings lie in [−π, π); the paper's
+    continue beyond a turn.
     """
 
     model: CompassModel = TCM2
@@ -85,12 +85,12 @@ class DynamicCompass:
         object.__setattr__(self, "_constants", np.array(self.model, dtype=np.float64))
 
     def start(self, heading: float, seed: Seed) -> "DynamicCompassStream":
-        """The compass switched on, at rest at a heading (rad)."""
+        """Start a stream of readings, at rest at a heading (rad)."""
         return DynamicCompassStream(self, heading, seed)
 
 
 class DynamicCompassStream:
-    """A compass that is switched on: `readings(heading, ticks)` gives its readings (rad) at 40 Hz at one heading."""
+    """A running compass: `readings` returns its readings (rad) at 40 Hz for a constant heading."""
 
     def __init__(self, compass: DynamicCompass, heading: float, seed: Seed) -> None:
         self._compass = compass
@@ -100,11 +100,11 @@ class DynamicCompassStream:
         self._state = np.array([settled, model.shift * settled])
 
     def second(self, heading: float) -> np.ndarray:
-        """(40,) readings, rad; the heading is held through the second, as in P4."""
+        """(40,) readings, rad; the heading is constant during the second, as in P4."""
         return self.readings(heading, TICKS)
 
     def readings(self, heading: float, ticks: int) -> np.ndarray:
-        """(ticks,) readings, rad, of a heading that is held."""
+        """(ticks,) readings, rad, at a constant heading."""
         readings = np.empty(ticks)
         noise = self._rng.standard_normal((ticks, 3))
         _ticks(self._compass._constants, self._state, self._seen(heading), noise, readings)
@@ -117,18 +117,18 @@ class DynamicCompassStream:
 
 @dataclass(frozen=True)
 class TickingCompass:
-    """A dynamic compass as a scenario's instrument: its latest reading, modulo a turn, `rate` times a second."""
+    """A dynamic compass as a scenario's instrument, which gives its latest reading in [−π, π) `rate` times a second."""
 
     compass: DynamicCompass
     rate: float
 
     def start(self, seed: Seed) -> "TickingCompassStream":
-        """The compass switched on, at rest at the heading of its first step."""
+        """Start a stream of readings, at rest at the heading of its first step."""
         return TickingCompassStream(self, seed)
 
 
 class TickingCompassStream:
-    """A compass that is switched on: a heading in [−π, π) when one is due, else None."""
+    """A running compass: a heading in [−π, π) when a reading is due, else None."""
 
     def __init__(self, compass: TickingCompass, seed: Seed):
         self._compass, self._seed = compass.compass, seed
@@ -138,7 +138,7 @@ class TickingCompassStream:
         self._ticks = 0
 
     def step(self, time: float, heading: float) -> float | None:
-        """The reading at a time (s) of a vessel with this heading (rad), modulo a turn."""
+        """The reading in [−π, π) at a time (s) for a true heading (rad); None when none is due."""
         if self._stream is None:
             self._stream, self._began, self._turned = self._compass.start(heading, self._seed), time, heading
             self._ticks = -1
@@ -162,7 +162,7 @@ def _ticks(model: Floats, state: Floats, heading_deg: float, noise: Floats, read
 class CompassTable(InstrumentTable):
     """The keys of a compass in a scenario; `deviation_deg` are the coefficients A to E of its deviation card.
 
-    `dynamics`: a1, a2, b and k of a compass as P4's, ticking at 40 Hz with the noise of (6)–(7) in place of `std_deg`
+    `dynamics`: a1, a2, b and k of a dynamic compass as in P4, at 40 Hz, with the noise of (6)–(7) in place of `std_deg`
     and `bias_deg`; the TCM2 has 0.2796, 0.6971, 0.4364, 0.05339.
     """
 

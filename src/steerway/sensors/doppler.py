@@ -1,4 +1,4 @@
-"""Speeds: a Doppler log along and across the hull, through the water or over the ground, and the shaft's."""
+"""Speed sensors: Doppler logs along and across the hull, through the water or over ground, and the tachometer."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
@@ -16,29 +16,29 @@ FIVE_CENTIMETRES = Instrument(rate=5.0, white=0.05)
 
 @dataclass(frozen=True)
 class DopplerLog:
-    """Two beams' worth of velocity, m/s; each axis has its own errors of the same size.
+    """A Doppler log of surge and sway, m/s, with independent errors of equal size on both axes.
 
-    What the log measures is what it is given: surge and sway through the water (`GroundMotion.surge`, `.sway`), or
-    velocities over the ground turned into the hull (`kinematics.in_body`) where it has bottom lock.
+    Pass the velocity through the water (`GroundMotion.surge`, `.sway`), or for a log with bottom lock the velocity over
+    ground in the body frame (`kinematics.in_body`).
     """
 
     instrument: Instrument = FIVE_CENTIMETRES
 
     def start(self, seed: Seed) -> "DopplerStream":
-        """The log switched on."""
+        """Start a stream of readings."""
         return DopplerStream(self, seed)
 
     def measured(
         self, time: ArrayLike, surge: ArrayLike, sway: ArrayLike, seed: Seed
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times, surge and sway of a whole record of true velocities (n,)."""
+        """(times, surge, sway) measured from a record of true velocities (n,)."""
         along, across = np.random.default_rng(seed).spawn(2)
         time_read, surge = self.instrument.measured(time, surge, along)
         return time_read, surge, self.instrument.measured(time, sway, across)[1]
 
 
 class DopplerStream:
-    """A log that is switched on: (surge, sway) when a reading is due, else None."""
+    """A running log: (surge, sway) when a reading is due, else None."""
 
     def __init__(self, log: DopplerLog, seed: Seed) -> None:
         along, across = np.random.default_rng(seed).spawn(2)
@@ -68,7 +68,7 @@ class LogTable(InstrumentTable):
 
 
 class BottomLogTable(LogTable):
-    """The keys of a Doppler log with bottom lock, of the speed along the hull over ground, in a scenario."""
+    """The keys of a Doppler log with bottom lock in a scenario: speed over ground along the hull."""
 
     measures: ClassVar[str] = "bottom_speed"
     rate: Annotated[Rate, "Hz"] = 10.0
@@ -81,7 +81,7 @@ class BottomLogTable(LogTable):
 
 
 class TachometerTable(InstrumentTable):
-    """The keys of a tachometer in a scenario; `std` in rev/s. Only vessels whose model has a shaft can have one."""
+    """The keys of a tachometer in a scenario; `std` in rev/s. The vessel's model must have a shaft."""
 
     measures: ClassVar[str] = "shaft"
     rate: Annotated[Rate, "Hz"] = 10.0

@@ -1,12 +1,12 @@
-"""A GNSS receiver as a model: position fixes from true motion, with realistic errors.
+"""Model of a GNSS receiver: position fixes from true motion, with realistic errors.
 
-The error of a fix is white noise, plus Gauss–Markov errors (atmosphere, multipath), plus faults; the
-antenna is off the vessel's origin and moves with roll and pitch. A whole record (`Gnss.fixes`) and a loop with
-single steps (`Gnss.start`) draw the same numbers in the same order: the same seed gives the same fixes.
+The error of a fix is white noise, plus Gauss–Markov errors (atmosphere, multipath), plus faults. The antenna has a
+lever arm from the vessel's origin and moves with roll and pitch. A whole record (`Gnss.fixes`) and single steps in a
+loop (`Gnss.start`) draw the same numbers in the same order: the same seed gives the same fixes.
 
-Positions are north and east (m) in the scene's tangent plane. On `origin` they become latitude and longitude by
-`earth.displaced`, whose scale is off by N tan(latitude)/R: 0.02 % after 500 m at 63°, 0.4 % after 12 km. For a
-long scene put the origin on the equator, where that term vanishes.
+Positions are north and east (m) in the scene's tangent plane. `earth.displaced` converts them to latitude and longitude
+about `origin`. Its scale error is N tan(latitude)/R, N m to the north: 0.02 % after 500 m at 63°, 0.4 % after 12 km.
+For a long scene put the origin on the equator, where the scale error vanishes.
 """
 
 import math
@@ -31,7 +31,7 @@ from steerway.sensors.gnss_errors import GOOD, LOST, Errors, Fault, FaultTable
 from steerway.sensors.instrument import SLACK, Clock, epochs
 
 _LEAST_WHITE = 0.01
-"""m that a filter takes for white noise of a receiver without any. Chosen: real-time kinematics."""
+"""Least 1σ (m) of white noise that a filter assumes, as for real-time kinematics."""
 _NO_ERROR = 0.0, 60.0
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
 
@@ -48,13 +48,13 @@ class Fix(NamedTuple):
 
 @dataclass(frozen=True)
 class Gnss:
-    """What a receiver does to a true position. All 1σ are those of north and of east, m.
+    """Error model of a receiver. All 1σ are per axis, north and east, in m.
 
-    `rate` Hz; `white` 1σ of independent errors; `markov` pairs (stationary 1σ, time constant s); `settled` starts
-    these at their stationary spread, else at zero as in P1 (42)–(43); `faults`; `latency` s from epoch to delivery;
+    `rate` Hz; `white` 1σ of independent errors; `markov` pairs (stationary 1σ, time constant s); `settled` starts these
+    with their stationary σ, else at zero as in P1 (42)–(43); `faults`; `latency` s from epoch to delivery;
     `stamped_on_arrival` gives a fix the time of its delivery, as a log without receiver times does; `lever_arm` from
-    the vessel's origin to the antenna (forward, starboard, down), m; `velocity_std` 1σ of the north and the east
-    velocity behind SOG and COG, m/s, None for a receiver without them.
+    the vessel's origin to the antenna (forward, starboard, down), m; `velocity_std` 1σ (m/s) per axis of the velocity
+    that gives SOG and COG, None for a receiver without them.
 
     Raises InputError for a rate that is not positive, and negative deviations, time constants or latency.
     """
@@ -82,9 +82,9 @@ class Gnss:
 
     @property
     def noise(self) -> dict[str, float]:
-        """Its errors as the keys of a profile: `profile.model_copy(update=low_cost().noise)`.
+        """The errors as keys of a profile: `profile.model_copy(update=low_cost().noise)`.
 
-        White noise of at least `_LEAST_WHITE`, and the two largest of its slow errors.
+        White noise of at least `_LEAST_WHITE`, and the two largest slow errors.
         """
         (first, first_time), (second, second_time) = sorted((*self.markov, _NO_ERROR, _NO_ERROR), reverse=True)[:2]
         return {
@@ -96,7 +96,7 @@ class Gnss:
         }
 
     def start(self, seed: Seed) -> "GnssStream":
-        """The receiver as a stream, step by step."""
+        """Start a stream of fixes, step by step."""
         return GnssStream(self, seed)
 
     def fixes(
@@ -114,10 +114,10 @@ class Gnss:
         origin: tuple[float, float] = (0.0, 0.0),
         source: str = "simulated GNSS",
     ) -> Fixes:
-        """The fixes of a whole record of true motion: arrays (n,) or scalars in, SI and radians.
+        """The fixes for a record of true motion, given as arrays (n,) or scalars in SI and radians.
 
-        `time` rises and is sampled no slower than the receiver's rate; an epoch is the first sample at or after its
-        due time. `origin` is the (latitude, longitude) of the scene's north = east = 0.
+        `time` rises and is sampled no slower than the receiver's rate; an epoch is the first sample at or after its due
+        time. `origin` is the (latitude, longitude) of the scene's north = east = 0.
         """
         time = np.asarray(time, dtype=np.float64)
         columns = (time, north, east, roll, pitch, heading, north_velocity, east_velocity)
@@ -131,25 +131,25 @@ class Gnss:
 
 
 def white(std: float, rate: float = 5.0) -> Gnss:
-    """Independent errors only: what the papers assume, and no receiver has."""
+    """A receiver with independent errors only, which the papers assume and no real receiver has."""
     return Gnss(rate=rate, white=std)
 
 
 def low_cost(rate: float = 5.0) -> Gnss:
-    """A small u-blox-like receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white.
+    """A low-cost receiver (u-blox type): errors of 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white.
 
-    Two such receivers on one head were seen to drift apart by 0.05 m over 1 s, 0.25 m over 10 s and 0.5–1 m over 60 s.
+    Two such receivers, mounted together, drifted apart by 0.05 m in 1 s, 0.25 m in 10 s and 0.5–1 m in 60 s.
     """
     return Gnss(rate=rate, white=0.05, markov=((1.5, 300.0), (0.25, 5.0)))
 
 
 def navstar(rate: float = 10.0) -> Gnss:
-    """The receiver of P1 (40)–(43): one Gauss–Markov error of 4.7 m over 1100 s, from zero."""
+    """The receiver of P1 (40)–(43): one Gauss–Markov error of 4.7 m over 1100 s, starting at zero."""
     return Gnss(rate=rate, markov=((4.7, 1100.0),), settled=False)
 
 
 class GnssStream:
-    """A receiver that is switched on: give it the truth at every step, get a fix when one is due, else None."""
+    """A running receiver: pass the true motion at every step; the result is a fix when one is due, else None."""
 
     def __init__(self, gnss: Gnss, seed: Seed) -> None:
         self.gnss = gnss
@@ -174,7 +174,7 @@ class GnssStream:
         north_velocity: float = math.nan,
         east_velocity: float = math.nan,
     ) -> Fix | None:
-        """The fix that arrives at this step, if one does: the oldest not yet delivered. Scalars, SI and radians."""
+        """The oldest fix that is not delivered yet, if its latency has passed, else None. Scalars, SI and radians."""
         if self._clock.due(time):
             row = (time, north, east, roll, pitch, heading, north_velocity, east_velocity)
             observed = self.observe(np.array([row], dtype=np.float64))[0].tolist()
@@ -188,7 +188,7 @@ class GnssStream:
         return None
 
     def observe(self, motion: Floats) -> Floats:
-        """(n, 5) fixes of the next n epochs, NaN where one is lost, by the motion (n, 8), a row as `step` takes it."""
+        """Fixes (n, 5) of the next n epochs, NaN where lost, for the motion (n, 8), a row per call of `step`."""
         n = len(motion)
         if (missing := n - len(self._outcome)) > 0:
             errors, outcome = self._source.draw(max(missing, _BLOCK))
@@ -233,7 +233,7 @@ def _observed(
 def level(
     forward: float, starboard: float, down: float, roll: float, pitch: float, heading: float
 ) -> tuple[float, float]:
-    """North and east (m) of a point of the hull, from the vessel's origin; angles in rad.
+    """(north, east) of a point of the hull relative to the vessel's origin, m; angles in rad.
 
     The first two rows of the rotation from body to NED by roll, pitch and heading, Fossen, Handbook of Marine Craft
     Hydrodynamics and Motion Control, 2nd ed. (2021), section 2.2.
@@ -247,8 +247,8 @@ def level(
 class GnssTable(Table):
     """The keys of the receiver in a scenario: `white` and `markov` ([1σ in m, time constant in s] each) as in `Gnss`.
 
-    By default the errors of a small receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white. `solution` is the
-    kind of fix that it reports, which sets what an estimator assumes of its slow error.
+    The defaults are errors of a low-cost receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white. `solution` is
+    the type of its fixes, from which an estimator takes the size of the slow error.
     """
 
     rate: Annotated[Rate, "Hz"] = 5.0
@@ -263,12 +263,12 @@ class GnssTable(Table):
 
     @property
     def quality(self) -> int:
-        """The quality of its fixes, as of GGA."""
+        """The fix quality indicator of GGA."""
         return {"single": ALONE, "differential": DIFFERENTIAL, "rtk-float": FLOAT, "rtk-fixed": FIXED}[self.solution]
 
     @property
     def slow_std(self) -> float:
-        """1σ (m) of its slow error, as fixes of this kind have it."""
+        """1σ (m) of the slow error that is typical of this type of fix."""
         return float(SLOW_STD[self.quality])
 
     def build(self) -> Gnss:

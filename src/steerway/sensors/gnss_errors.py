@@ -1,7 +1,7 @@
-"""The errors of a GNSS receiver: white noise, Gauss–Markov errors and faults, a row an epoch.
+"""The errors of a GNSS receiver: white noise, Gauss–Markov errors and faults, one row per epoch.
 
-Faults are dropouts, jumps, bursts, steps and frozen positions, at a set time or at random. As many random numbers are
-drawn for an epoch whatever happens in it, so that a run in blocks of any length is the same run.
+Faults are dropouts, jumps, bursts, steps and frozen positions, at a set time or at random. Every epoch draws the same
+number of random numbers, so that the errors do not depend on the length of the blocks.
 """
 
 import math
@@ -24,7 +24,7 @@ Kind = Literal["dropout", "jump", "burst", "step", "frozen"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 GOOD, LOST, HELD = range(3)
-"""What becomes of an epoch: a fix, no fix, or the fix before it once more."""
+"""Outcome of an epoch: a fix, no fix, or the previous fix again."""
 
 _FOREVER = 1 << 60
 
@@ -33,13 +33,13 @@ _FOREVER = 1 << 60
 class Fault:
     """One kind of fault: its start or rate, duration and size.
 
-    `kind`: "dropout" no fix; "jump" a transient displacement (one fix unless `duration` is given); "burst"
-    white noise of 1σ `size` in addition; "step" a displacement that stays (for `duration`, else to the end);
-    "frozen" the last position repeated with new times.
-    `start` is in s after the first epoch; or the fault comes `per_hour` times at random, never overlapping itself. A
-    displacement of `size` m points in `direction` (rad from true north), in a random one if None.
+    `kind`: "dropout" no fix; "jump" a transient displacement (one fix unless `duration` is given); "burst" white noise
+    of 1σ `size` in addition; "step" a displacement that stays (for `duration`, else to the end); "frozen" the last
+    position repeated with new times. `start` is in s after the first epoch; or the fault occurs `per_hour` times on
+    average, and never overlaps itself. A displacement of `size` m points in `direction` (rad from true north), in a
+    random one if None.
 
-    Raises InputError for an unknown kind, when not exactly one of `start` and `per_hour` is given, and for a negative
+    Raises InputError for an unknown kind, unless exactly one of `start` and `per_hour` is given, and for a negative
     number.
     """
 
@@ -53,14 +53,14 @@ class Fault:
     def __post_init__(self) -> None:
         one_of("fault.kind", self.kind, KINDS)
         if (self.start is None) == (self.per_hour is None):
-            raise InputError(f"fault {self.kind!r} needs either start or per_hour")
+            raise InputError(f"fault {self.kind!r} has both or neither of start and per_hour, expected one of them")
         for name in ("start", "per_hour", "duration", "size"):
             value = getattr(self, name)
             if value is not None and value != math.inf:
                 not_negative(f"fault.{name}", value)
 
     def row(self, rate: float) -> tuple[float, ...]:
-        """The fault as `happen` reads it, in epochs of a receiver with `rate` Hz."""
+        """The fault as a row of `table`, with times in epochs of a receiver with `rate` Hz."""
         start = -1.0 if self.start is None else math.ceil(self.start * rate - 1e-9)
         probability = 0.0 if self.per_hour is None else self.per_hour / (3600.0 * rate)
         forever = math.inf if self.kind == "step" else 0.0
@@ -71,13 +71,13 @@ class Fault:
 
 
 def table(faults: Sequence[Fault], rate: float) -> np.ndarray:
-    """The (n, 6) array that `happen` reads."""
+    """The faults as an array (n, 6) for `happen`."""
     return np.array([fault.row(rate) for fault in faults], dtype=np.float64).reshape(len(faults), 6)
 
 
 @kernel
 def happen(faults: Floats, state: Floats, epoch: int, uniforms: Floats, normals: Floats, error: Floats) -> int:
-    """Let one epoch's faults happen; adds displacements to `error` (2,) and returns GOOD, LOST or HELD.
+    """Apply the faults of one epoch: add displacements to `error` (2,) and return GOOD, LOST or HELD.
 
     `faults` (n, 6) from `table`; `state` (n, 3) is changed: epochs left, displacement north and east. `uniforms` (2n,)
     and `normals` (2n,) are this epoch's draws.
@@ -110,7 +110,7 @@ def happen(faults: Floats, state: Floats, epoch: int, uniforms: Floats, normals:
 
 
 class FaultTable(Table):
-    """The keys of a fault in a scenario, at `start` s or `per_hour` times."""
+    """The keys of a fault in a scenario, at `start` s or `per_hour` times on average."""
 
     kind: Kind
     start: Annotated[NotNegative | None, "s"] = None

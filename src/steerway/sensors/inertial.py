@@ -1,4 +1,4 @@
-"""Gyro and accelerometer by the terms of data sheets: noise density, turn-on bias, in-run bias."""
+"""Gyro and accelerometer models in the terms of data sheets: noise density, turn-on bias, in-run bias."""
 
 import math
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ def gyro(
     in_run_deg_hour: float = 10.0,
     in_run_time: float = 300.0,
 ) -> Instrument:
-    """A yaw-rate gyro in rad/s: °/s/√Hz, °/s, °/h and the time constant (s) of its Gauss–Markov bias."""
+    """A yaw-rate gyro, rad/s. Noise in °/s/√Hz, turn-on bias in °/s, Gauss–Markov in-run bias in °/h and s."""
     return Instrument(
         rate=rate,
         white=math.radians(noise_density_deg) * math.sqrt(rate),
@@ -36,9 +36,9 @@ def accelerometer(
     in_run_micro_g: float = 5.0,
     in_run_time: float = 300.0,
 ) -> Instrument:
-    """An accelerometer in m/s²: µg/√Hz, mg, µg and the time constant (s) of its Gauss–Markov bias.
+    """An accelerometer, m/s². Noise in µg/√Hz, turn-on bias in mg, Gauss–Markov in-run bias in µg and s.
 
-    Its input is the specific force, which contains gravity where the hull pitches or rolls.
+    Its input is the specific force, which contains gravity if the hull pitches or rolls.
     """
     return Instrument(
         rate=rate,
@@ -67,18 +67,18 @@ class GyroTable(InstrumentTable):
 
 @dataclass(frozen=True)
 class Accelerometer:
-    """An accelerometer along the hull; `leak` its error by a hull that pitches, Gauss–Markov as an `Instrument`."""
+    """A surge accelerometer. `leak` is the Gauss–Markov error from gravity while the hull pitches."""
 
     instrument: Instrument
     leak: Instrument
 
     def start(self, seed: Seed) -> "AccelerometerStream":
-        """The accelerometer switched on."""
+        """Start a stream of readings."""
         return AccelerometerStream(self, seed)
 
 
 class AccelerometerStream:
-    """An accelerometer that is switched on: the mean acceleration since its last reading when one is due, else None."""
+    """A running accelerometer: the mean acceleration since its last reading when one is due, else None."""
 
     def __init__(self, accelerometer: Accelerometer, seed: Seed) -> None:
         own, leak = np.random.default_rng(seed).spawn(2)
@@ -97,7 +97,7 @@ class AccelerometerStream:
 
 
 class AccelerometerTable(InstrumentTable):
-    """The keys of an accelerometer along the hull in a scenario; `leak_std` m/s² of gravity over `leak_time` s."""
+    """The keys of a surge accelerometer in a scenario. `leak_std` (m/s²), `leak_time` (s): gravity due to pitch."""
 
     measures: ClassVar[str] = "acceleration"
     rate: Annotated[Rate, "Hz"] = 50.0

@@ -1,7 +1,7 @@
-"""An instrument that reads one number: rate, scale, Gauss–Markov bias, white noise. Other instruments are built on it.
+"""A scalar instrument: rate, scale, Gauss–Markov bias, white noise. Other instruments are built on it.
 
-As with the GNSS receiver, a whole record (`measured`) and a loop with single steps (`start`) draw the same numbers
-in the same order.
+As with the GNSS receiver, a whole record (`measured`) and single steps in a loop (`start`) draw the same numbers in the
+same order.
 """
 
 import math
@@ -26,10 +26,10 @@ _BLOCK = 128  # readings drawn at once in a loop; the numbers do not depend on i
 
 @dataclass(frozen=True)
 class Instrument:
-    """The error model of an instrument: the true value times `scale`, a constant and a Gauss–Markov bias, and noise.
+    """Error model of an instrument: the true value times `scale`, plus constant and Gauss–Markov bias and white noise.
 
-    `rate` Hz; `turn_on_std` 1σ of a bias drawn once; `wander` (1σ, time constant s) of a Gauss–Markov bias;
-    `white` 1σ of one reading. Units are the value's. Raises InputError for a rate that is not positive and for negative
+    `rate` Hz; `turn_on_std` 1σ of a bias drawn once; `wander` (1σ, time constant s) of a Gauss–Markov bias; `white` 1σ
+    of one reading. Units are the value's. Raises InputError for a rate that is not positive and for negative
     deviations.
     """
 
@@ -47,11 +47,11 @@ class Instrument:
         positive_or_unlimited("time constant in instrument.wander", self.wander[1])
 
     def start(self, seed: Seed) -> "InstrumentStream":
-        """The instrument switched on."""
+        """Start a stream of readings."""
         return InstrumentStream(self, seed)
 
     def measured(self, time: ArrayLike, value: ArrayLike, seed: Seed) -> tuple[np.ndarray, np.ndarray]:
-        """Times and readings of a whole record of true values (n,), each at the first sample at or after it is due."""
+        """(times, readings) of a record of true values (n,), each at the first sample at or after its due time."""
         time = np.asarray(time, dtype=np.float64)
         value = np.broadcast_to(np.asarray(value, dtype=np.float64), time.shape)
         chosen = epochs(time, self.rate)
@@ -59,7 +59,7 @@ class Instrument:
 
 
 class InstrumentStream:
-    """An instrument that is switched on: give it the truth at every step, get a reading when one is due, else None."""
+    """A running instrument: pass the true value at every step; the result is a reading when one is due, else None."""
 
     def __init__(self, instrument: Instrument, seed: Seed) -> None:
         self._scale = instrument.scale
@@ -100,9 +100,9 @@ def _draw(normals: Floats, bias: float, wander: float, white: float, std: float,
 
 
 class InstrumentTable(Table):
-    """A scenario's table of an instrument, under its name in `kinds.INSTRUMENTS`.
+    """Table of an instrument in a scenario, under its name in `kinds.INSTRUMENTS`.
 
-    `measures` is the field of `core.estimate.Measurements` that it gives, which is also the name of the aid.
+    `measures` is the field of `core.estimate.Measurements` that the instrument fills, and the name of the aid.
     """
 
     measures: ClassVar[str]
@@ -115,10 +115,10 @@ class InstrumentTable(Table):
     @staticmethod
     @abstractmethod
     def read(stream: Any, time: float, motion: GroundMotion) -> float | None:
-        """The stream's measurement of a vessel that moves so; None when none is due."""
+        """The stream's measurement for a vessel's motion; None when none is due."""
 
 
-SLACK = 1e-3  # of a period: clocks that count in tenths do not land on their tenths
+SLACK = 1e-3  # of a period: sums of time steps have rounding errors
 
 
 class Clock:
@@ -150,6 +150,6 @@ def epochs(time: np.ndarray, rate: float) -> np.ndarray:
     if len(steps) and not steps.min() > 0.0:
         raise InputError("the time of the true motion does not rise, expected rising seconds")
     if len(steps) and steps.max() * rate > 1.0 + SLACK:
-        raise InputError(f"the true motion comes every {steps.max():g} s, expected at least every {1.0 / rate:g} s")
+        raise InputError(f"the true motion has steps of {steps.max():g} s, expected at least every {1.0 / rate:g} s")
     count = np.floor((time - time[0]) * rate + SLACK)
     return np.flatnonzero(np.diff(count, prepend=-1.0) > 0.0)

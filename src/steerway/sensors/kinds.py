@@ -1,6 +1,6 @@
-"""The instruments that a scenario can fit beside the receiver, by the name of their table.
+"""The instruments of a scenario in addition to the receiver, by the name of their table.
 
-A new one is one entry at the end: each draws from a random stream of its place here.
+Append a new one at the end: the position in this table selects an instrument's random stream.
 """
 
 from steerway.sensors.compass import CompassTable

@@ -1,4 +1,4 @@
-"""The instruments aboard as one: true motion in, measurements out."""
+"""All instruments aboard: from true motion to measurements."""
 
 import math
 from typing import Any
@@ -14,10 +14,10 @@ from steerway.sensors.kinds import INSTRUMENTS
 
 
 class Suite:
-    """A receiver, and further instruments by their names, or in the order, of `kinds.INSTRUMENTS`; None is not aboard.
+    """A receiver and further instruments, by name or in the order of `kinds.INSTRUMENTS`; None for one not aboard.
 
-    Attributes: `gnss`; `aboard`, the further instruments by name; each of them by its name, None where not aboard.
-    Raises InputError for an unknown name.
+    Attributes: `gnss`; `aboard`, the further instruments by name; each of them by its name, None if not aboard. Raises
+    InputError for an unknown name.
     """
 
     def __init__(self, gnss: Gnss, *in_order: Any, **named: Any):
@@ -33,12 +33,12 @@ class Suite:
         return self.aboard.get(name)
 
     def start(self, seed: Seed) -> "SuiteStream":
-        """Everything switched on. Each instrument draws numbers of its own."""
+        """Start all instruments; each has a random stream of its own."""
         return SuiteStream(self, seed)
 
 
 class SuiteStream:
-    """Instruments that are switched on; `step` gives what is new."""
+    """Running instruments; `step` returns the new measurements."""
 
     def __init__(self, suite: Suite, seed: Seed) -> None:
         first, *seeds = np.random.default_rng(seed).spawn(1 + len(INSTRUMENTS))
@@ -50,7 +50,7 @@ class SuiteStream:
         ]
 
     def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
-        """The measurements of a vessel that moves so; waves move the antenna."""
+        """The measurements for a vessel's motion; waves move the antenna in addition."""
         fix = self._gnss.step(
             time,
             motion.north + waves.north,
@@ -73,14 +73,14 @@ class SuiteStream:
 
 
 class Truth:
-    """Instruments that show the true motion at every step: for control on true states."""
+    """Instruments without errors, read at every step: for control on true states."""
 
     def start(self, seed: Seed) -> "Truth":
-        """Nothing is drawn."""
+        """The object itself; it uses no random numbers."""
         return self
 
     def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
-        """The truth, over ground and through the water."""
+        """The true motion over ground and through the water, as measurements."""
         return Measurements(
             motion.north,
             motion.east,

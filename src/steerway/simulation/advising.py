@@ -1,9 +1,8 @@
-"""Whether an autopilot's loop is well damped before the boat sails, with the estimator and in the current that it has.
+"""Check before a run whether the autopilot's loop is well damped, with the scenario's estimator and current.
 
-The course loop on the five-state filter is that of `control.bandwidth`. The loop of the steering filter is judged as it
-runs on a leg: line of sight, reference model, heading controller and the steady Kalman filter of what it estimates
-across the leg, together linear, for boats that respond as declared and for those that differ by one deviation of what
-the filter takes the response to be uncertain by.
+With the five-state filter it is the course loop of `control.bandwidth`. With the steering filter it is the loop on a
+leg, which is linear: line of sight, reference model, heading controller, and the steady Kalman filter of the states
+across the leg. The boat's gain and damping are as declared, and off by the uncertainty that the filter assumes.
 """
 
 import math
@@ -34,25 +33,25 @@ from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario
 
 _ITERATIONS = 20
-"""Rounds that find a bandwidth to 1e-6; it depends on itself by less than its square root."""
+"""Fixed-point iterations, which find a bandwidth to 1e-6: it depends on itself by less than its square root."""
 _VELOCITY_STD = 0.1
-"""m/s, of a receiver's velocity as the steering filter takes it."""
+"""σ of a receiver's velocity in the steering filter, m/s."""
 _SHORTLY = 20.0
-"""s, time constant up to which a receiver's error counts as fast enough to enter the loop."""
+"""Largest time constant (s) of a receiver's error that is fast enough to enter the loop."""
 _FORGOTTEN = 600.0
-"""s in which the current is forgotten: on a leg alone it and the heading are one unknown."""
+"""Time constant of the current, s. Without one the filter is not steady: a leg does not separate current and
+heading."""
 _IDENTIFIED = 1.0 / 3.0
-"""Share of the damping's first uncertainty that turns leave of it (measured on the demo's mission: up to a half)."""
-_OFF_LEG, _HEADING, _RATE = range(3)  # true states: distance from the leg, heading beside the steady one, its rate
+"""Uncertainty of the damping after turns over the initial one (measured on the demo's mission: up to a half)."""
+_OFF_LEG, _HEADING, _RATE = range(3)  # true states: cross-track error, heading minus the steady one, yaw rate
 _OWN_OFF_LEG, _CURRENT, _OWN_HEADING, _OWN_RATE, _BIAS, _ERROR = range(3, 9)  # of the estimate; current across the leg
 _REFERENCE, _REFERENCE_RATE, _REFERENCE_ACCELERATION = range(9, 12)
 _STATES = 12
 
 
 class SteeringLoop(NamedTuple):
-    """The loop on one leg: bandwidth of the heading controller (rad/s) and least relative damping; speed (m/s) along
-    the leg, 0 where the current is too strong.
-    """
+    """The loop on one leg: bandwidth of the heading controller (rad/s), smallest damping ratio, and speed (m/s) along
+    the leg, 0 if the current is too strong."""
 
     bandwidth: float
     damping: float
@@ -60,7 +59,7 @@ class SteeringLoop(NamedTuple):
 
 
 def advise(scenario: Scenario) -> tuple[bool, str]:
-    """Whether the estimate supports the scenario's autopilot in its current, and a sentence.
+    """(whether the estimate supports the scenario's autopilot in its current, one sentence).
 
     The speed is the lowest of the route. With true states, and with a commanded heading, there is no limit.
     """
@@ -82,7 +81,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
 
 
 def _as_white_noise(profile: Profile | InferredProfile, speed: float, interval: float) -> float:
-    """1σ (m) of white noise as dense as the errors of fixes, slow ones too, at the bandwidth that they leave ω_e."""
+    """1σ (m) of white noise with the spectral density of all errors of fixes, slow ones too, at the bandwidth ω_e."""
     std = profile.position_std
     slow = [[getattr(profile, f"{name}_{which}", 0.0) for which in ("std", "time")] for name in ("error", "drift")]
     for _ in range(_ITERATIONS):
@@ -121,9 +120,9 @@ def tolerated_current(boat: Boat) -> float:
 
 
 def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, towards: float) -> SteeringLoop:
-    """The steering loop of a boat with the steering filter, on a leg north; the current (m/s) sets `towards` (rad).
+    """The loop of a boat with the steering filter, on a northward leg; the current (m/s) sets `towards` (rad).
 
-    speed: over ground as the route asks for it, m/s.
+    speed: desired speed over ground, m/s.
     """
     steering = boat.in_current()
     north, east = current * math.cos(towards), current * math.sin(towards)
@@ -131,7 +130,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     if steering.progress(0.0, seen) <= LEAST_WAY * steering.top_speed:
         return SteeringLoop(math.nan, -1.0, 0.0)
     response = response_of(boat)
-    turning = seen.water_speed * math.cos(seen.heading)  # m/s across the leg for a rad of heading
+    turning = seen.water_speed * math.cos(seen.heading)  # m/s across the leg per rad of heading
     dynamics, noise, measured, variances = _estimated(response, seen.water_speed, turning, gnss)
     prior, gain = _steady_kalman(dynamics, noise, measured, variances, 1.0 / gnss.rate)
     posterior = prior - gain @ measured @ prior
@@ -155,7 +154,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
 
 
 def _steady(steering: InCurrent, speed: float, north: float, east: float) -> Estimate:
-    """The estimate of a boat that sails north, as fast as it is asked to and can."""
+    """The estimate of a boat that moves north at a speed over ground (m/s), or as fast as it can."""
     known = {"heading_std": 0.0, "yaw_bias": 0.0, "speed_gain": 1.0}
     water = NOTHING_KNOWN._replace(water_speed=speed, current_north=north, current_east=east, **known)
     water_speed = steering.water_speed(0.0, speed, water)
@@ -166,8 +165,8 @@ def _steady(steering: InCurrent, speed: float, north: float, east: float) -> Est
 def _estimated(
     response: Response, speed: float, turning: float, gnss: GnssTable
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """(6, 6) dynamics and noise densities of off-leg, current, heading, rate, bias and slow error; (k, 6) what is
-    measured of them and (k,) variances: the part of `estimation.steering.motion` that lies across a straight leg."""
+    """(dynamics (6, 6), noise densities (6, 6), measurement matrix (k, 6), variances (k,)) across a straight leg, from
+    `estimation.steering.motion`: cross-track error, current, heading, yaw rate, bias and slow error."""
     dynamics = np.zeros((6, 6))
     dynamics[0, 1:3] = 1.0, turning
     dynamics[2, 3] = 1.0
@@ -228,8 +227,8 @@ def _closed(
     share: float,
     more: float,
 ) -> Floats:
-    """(12, 12) the motion between fixes of boat, estimate and reference model; `share` and `more` are what the boat's
-    gain and damping differ by. pull: of the law of guidance, m/s towards the leg for a m off it."""
+    """Closed loop (12, 12) of boat, estimate and reference model between fixes. share: factor on the boat's gain; more:
+    addition to its damping; pull: speed towards the leg per metre of cross-track error, 1/s."""
     loop = np.zeros((_STATES, _STATES))
     loop[_OFF_LEG, _HEADING], loop[_HEADING, _RATE] = turning, 1.0
     loop[_RATE, _RATE] = own[3, 3] - more / response.time
@@ -241,7 +240,7 @@ def _closed(
     loop[_REFERENCE_ACCELERATION] = quick**3 * wanted
     loop[_REFERENCE_ACCELERATION, _REFERENCE:] -= quick**3, 3.0 * quick**2, 3.0 * quick
     damping = -own[3, 3] * response.time
-    order = np.zeros(_STATES)  # in rad/s that the boat settles at
+    order = np.zeros(_STATES)  # as the steady yaw rate, rad/s
     stiffness = response.gain * gains.proportional
     stiff = stiffness * gains.derivative_time
     order[[_REFERENCE, _OWN_HEADING]] = stiffness, -stiffness
@@ -253,14 +252,14 @@ def _closed(
 
 
 def _damping(step: Floats) -> float:
-    """Least −Re s/|s| of s = log λ of a step's eigenvalues."""
+    """Smallest damping ratio −Re s/|s|, s = log λ, of the eigenvalues λ of a step."""
     roots = np.linalg.eigvals(step)
     poles = np.log(roots[np.abs(roots) > 1e-9].astype(complex))
     return float(np.min(-poles.real / np.maximum(np.abs(poles), 1e-12)))
 
 
 def _exponential(matrix: Floats) -> Floats:
-    """exp of a matrix by scaling, Taylor's series and squaring."""
+    """Matrix exponential by scaling, Taylor series and squaring."""
     halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(matrix, 1)), 1e-9))) + 4)
     small = matrix / 2.0**halvings
     total = term = np.eye(len(matrix))
@@ -271,7 +270,7 @@ def _exponential(matrix: Floats) -> Floats:
 
 
 def _directions(scenario: Scenario) -> list[float]:
-    """The current's direction beside each leg's or ordered course, rad, without repetitions."""
+    """Direction of the current relative to each leg or ordered course, rad, without repetitions."""
     places = assembly.places(scenario)
     towards = math.radians(scenario.environment.current.direction_deg)
     courses = [math.atan2(e - before_e, n - before_n) for (before_n, before_e), (n, e) in pairwise(places)]
@@ -280,7 +279,7 @@ def _directions(scenario: Scenario) -> list[float]:
 
 
 def _course_gain(towards: float, current: float, speed: float) -> float:
-    """dχ/dψ of a boat whose course loop is designed as if there was no current, on a leg north."""
+    """dχ/dψ on a northward leg, of a boat whose course loop is designed without a current."""
     north, east = current * math.cos(towards), current * math.sin(towards)
     heading, water_speed = math.atan2(-east, speed - north), math.hypot(speed - north, east)
     return course_per_heading(water_speed, speed, -heading)

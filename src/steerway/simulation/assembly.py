@@ -1,4 +1,4 @@
-"""From a scenario to the blocks: vessel, environment, instruments, pilot. What cannot be built is refused here."""
+"""Vessel, environment, instruments and pilot of a scenario. Raises InputError for what cannot be built."""
 
 import math
 from dataclasses import replace
@@ -49,7 +49,7 @@ class Assembly(NamedTuple):
 
     @property
     def mission(self) -> Ordered | Voyage:
-        """What the pilot sails."""
+        """The orders or the voyage of the pilot."""
         mission = self.pilot.mission
         if not isinstance(mission, Ordered | Voyage):
             raise TypeError(f"a scenario sails a {type(mission).__name__}, expected orders or a voyage")
@@ -63,7 +63,7 @@ def assemble(scenario: Scenario) -> Assembly:
 
 
 def boat(scenario: Scenario) -> Boat:
-    """What the controllers use of the vessel, with what the scenario changes of it."""
+    """Parameters of the vessel for its controllers, with the scenario's changes."""
     steered = scenario.estimator.kind == "steering"
     known = scenario.vessel.boat_in_current() if steered else scenario.vessel.boat()
     numbers = scenario.autopilot.model_dump(exclude={"kind"})
@@ -89,21 +89,21 @@ def start(scenario: Scenario) -> Start:
 
 
 def instruments(scenario: Scenario) -> Suite | Truth:
-    """The receiver with the further instruments, or the truth."""
+    """The receiver with the further instruments, or instruments without errors."""
     if scenario.estimator.kind == "truth" or scenario.manoeuvre is not None:
         return Truth()
     return Suite(scenario.gnss.build(), **{name: table.build() for name, table in scenario.instruments().items()})
 
 
 def profile(scenario: Scenario) -> Profile | InferredProfile:
-    """The filter's tuning; without a profile the boat's motion with the errors of the receiver that is simulated."""
+    """The filter's profile; by default the boat's profile with the errors of the simulated receiver."""
     if scenario.estimator.profile:
         return profile_of(scenario.estimator.profile)
     return Profile.named(boat(scenario).profile).model_copy(update=scenario.gnss.build().noise)
 
 
 def holds_places(scenario: Scenario) -> bool:
-    """Whether places are ordered: dynamic positioning."""
+    """Whether orders contain positions: dynamic positioning."""
     return any(each.north is not None or each.east is not None for each in scenario.orders)
 
 
@@ -113,7 +113,7 @@ def positioning_pilot(scenario: Scenario) -> PositioningPilot:
     if vessel is None:
         able = ", ".join(kind_of(each) for each in TABLES if each().positioned())
         raise InputError(
-            f"orders hold a place, which a vessel of kind {scenario.vessel.kind} cannot, expected one of {able}"
+            f"orders hold a position, which a vessel of kind {scenario.vessel.kind} cannot, expected one of {able}"
         )
     estimator: Estimator = AtFaceValue()
     if kind != "truth":
@@ -125,7 +125,7 @@ def positioning_pilot(scenario: Scenario) -> PositioningPilot:
 
 
 def manoeuvring_pilot(scenario: Scenario, manoeuvre: Manoeuvre) -> ManoeuvringPilot:
-    """A pilot that makes a manoeuvre, in its initial state."""
+    """A pilot that performs a manoeuvre, in its initial state."""
     has_rudder = [each.name for each in scenario.vessel.build().actuators] == ["rudder"]
     return ManoeuvringPilot(manoeuvre, boat(scenario), has_rudder, start(scenario).heading)
 
@@ -167,7 +167,7 @@ def ground_estimator(scenario: Scenario) -> FilterEstimator:
 
 
 def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:
-    """The estimator with heading and speed by filters of their own, where the scenario asks for them."""
+    """`ground`, combined with separate filters for heading and speed if the scenario selects them."""
     table, speeds = scenario.estimator.heading, scenario.estimator.speed
     heading = speed = None
     if table.kind != "tracker":
@@ -200,11 +200,11 @@ def steering_pilot(
     kinds: tuple[str, str] = DEFAULT_KINDS,
     steer_by: str = "course",
 ) -> Pilot:
-    """A pilot that steers by the estimated current, its estimator knowing what is ordered.
+    """A pilot that steers by the estimated current; its estimator receives the orders.
 
-    position_stds: 1σ (m) of a fix's white noise, where learning it begins, and of the receiver's slow error; radius (m)
-    in which a position is held; `learn` False: that noise is not learned, to see what it is worth; kinds of the
-    autopilot and of the speed controller; steer_by: as of `Pilot`.
+    position_stds: 1σ (m) of a fix's white noise and of the receiver's slow error; learn: whether to learn the white
+    noise, starting from the given one; radius: of position holding, m; kinds: of the autopilot and of the speed
+    controller; steer_by: see `Pilot`.
     """
     position_std, slow_std = position_stds
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
@@ -213,20 +213,20 @@ def steering_pilot(
 
 
 def voyage(scenario: Scenario, known: Boat) -> Voyage:
-    """The route with its stays."""
+    """The route with its stays, as a mission."""
     table = scenario.route
     route = route_of(table, places(scenario), table.points, known)
     return Voyage(route, [each.stay for each in table.points], Passing(rule=table.passing), at_end=table.at_end)
 
 
 def orders(scenario: Scenario) -> tuple[Order, ...]:
-    """What is ordered in place of a route, nothing with one; before the first order the boat goes on as it starts."""
+    """The orders, () with a route. Before the first order the boat keeps its initial heading and position."""
     began = start(scenario)
     return orders_of(scenario.orders, Order(0.0, began.heading, math.nan, began.north, began.east))
 
 
 def places(scenario: Scenario) -> list[tuple[float, float]]:
-    """North and east (m) of the waypoints, however they are given."""
+    """North and east (m) of the waypoints, from metres or from latitude and longitude."""
     origin = scenario.origin.place
     return [each.plane(origin, f"route.waypoints[{index}]") for index, each in enumerate(scenario.route.points)]
 

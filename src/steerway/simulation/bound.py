@@ -1,8 +1,8 @@
-"""How well any estimator could have known the course of a run from its fixes and orders.
+"""Lower bound of the course error of any estimator, from the fixes and orders of a run.
 
 The Cramér–Rao bound of P. Tichavský, C. H. Muravchik and A. Nehorai, IEEE Trans. Signal Processing 46(5), 1998, by the
-Riccati recursion of `estimation.steering.motion` at the true states: of an estimator that knows response, wind and
-bias, the receiver's errors by their own parameters, and the orders.
+Riccati recursion of `estimation.steering.motion` at the true states. Response, wind, bias and the parameters of the
+receiver's errors count as known.
 """
 
 import math
@@ -35,15 +35,15 @@ from steerway.simulation.scenario import Scenario
 
 _KNOWN = 1e-6
 _UNSTEADY = 0.02
-"""1σ of the speed through the water, as a share of the usual one. Chosen."""
+"""1σ of the speed through the water, relative to the usual speed."""
 _SLOWEST = 20.0
-"""s, time constant above which a receiver's error is taken for a random walk."""
+"""Time constant (s) above which a receiver's error is modelled as a random walk."""
 
 
 def course_bound(scenario: Scenario, run: Run) -> float:
-    """RMS of the least standard deviation of course over ground on the evaluated rows of a run, rad.
+    """RMS of the smallest possible σ of course over ground on the evaluated rows of a run, rad.
 
-    Of a receiver without velocity; its errors of a few seconds count with the time constant that the filter has.
+    The receiver measures no velocity. Errors with a time constant of seconds are modelled with that of the filter.
     """
     known = assembly.boat(scenario)
     response = response_of(known)._replace(
@@ -92,7 +92,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
 
 
 def _states(run: Run, pivot: float) -> Floats:
-    """(n, 21) true states: the heading is that of the motion of the point that moves along the bow."""
+    """True states (n, 21); the heading is the direction of the pivot point's motion through the water."""
     states = np.zeros((len(run), STATES))
     current = run["current_north"], run["current_east"]
     north, east = run["true_north_velocity"] - current[0], run["true_east_velocity"] - current[1]

@@ -1,6 +1,6 @@
-"""The loop: one fixed step for any vessel, environment, instruments and pilot.
+"""The simulation loop: one fixed step for any vessel, environment, instruments and pilot.
 
-The vessel object brings its own integration (RK4 or Euler), the pilot its own blocks; the loop keeps the time, the
+The vessel integrates its equations of motion (RK4 or Euler) and the pilot runs its blocks; the loop keeps the time, the
 state and the record.
 """
 
@@ -49,7 +49,7 @@ class Switched(Protocol):
 
 
 class Driven(Protocol):
-    """What the loop drives: a `pilot.Pilot`, a `PositioningPilot`, a `ManoeuvringPilot`."""
+    """The interface of a pilot: `pilot.Pilot`, `PositioningPilot`, `ManoeuvringPilot`."""
 
     @property
     def finished(self) -> bool: ...
@@ -73,8 +73,8 @@ class Start(NamedTuple):
 class Run:
     """A simulated run. `run["true_north"]` is a column of COLUMNS, (n,); time (n,) s; command (n, actuators).
 
-    Row k has true motion, measurements and estimate at time k·step, and the command from then on;
-    state (n, states) is the vessel's.
+    Row k contains true motion, measurements and estimate at time k·step, and the command of the following step; state
+    (n, states) is the vessel's.
     """
 
     time: np.ndarray
@@ -100,13 +100,13 @@ class Run:
 
     @property
     def true_cross_track(self) -> np.ndarray:
-        """(n,) the true position's distance from the leg under way, m: the estimated one, less the error across."""
+        """(n,) true cross-track error, m: the estimated one minus the position error across the leg."""
         north, east = (self[f"estimated_{axis}"] - self[f"true_{axis}"] for axis in ("north", "east"))
         direction = self["leg_direction"]
         return self["leg_cross_track"] - (east * np.cos(direction) - north * np.sin(direction))
 
     def rows(self, chosen: Rows) -> "Run":
-        """The same run with the rows of a slice, mask or index array."""
+        """The run restricted to the rows of a slice, mask or index array."""
         return Run(*(rows_of(each, chosen) for each in (self.time, self.values, self.command, self.state)))
 
 
@@ -125,9 +125,9 @@ def sail(
 ) -> Run:
     """Simulate `duration` s in steps of `step` s, or until `until(pilot)` is true; the same seed gives the same run.
 
-    Environment and instruments have independent random streams. `progress` is
-    called with the fraction done, 0 to 1. Raises InputError for a duration or step that is not positive, and when the
-    vessel's state is no longer finite: the step is too long or the loop is unstable.
+    Environment and instruments have independent random streams. `progress` is called with the fraction done, 0 to 1.
+    Raises InputError for a duration or step that is not positive, and when the vessel's state is no longer finite: the
+    step is too long or the loop is unstable.
     """
     positive("duration", duration)
     positive("step", step)

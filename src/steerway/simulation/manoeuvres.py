@@ -1,8 +1,8 @@
 """Standard manoeuvres: zigzag, turning circle and pull-out, with the numbers of IMO's resolution MSC.137(76).
 
-They are made with the actuators alone, on true states and at the thrust that holds the cruise speed: "zigzag:10/10"
-(helm and change of heading at which it is put over, degrees), "turning-circle:35" and "pull-out:20" (helm). The helm is
-a rudder angle; of a boat without a rudder it is a percentage of the largest output of its autopilot.
+The pilot sets the helm directly, with true states and the thrust that holds the cruise speed: "zigzag:10/10" (helm, and
+change of heading at which it is reversed, degrees), "turning-circle:35" and "pull-out:20" (helm). The helm is a rudder
+angle; for a boat without a rudder it is a percentage of the autopilot's largest output.
 """
 
 import math
@@ -23,17 +23,17 @@ from steerway.pilot import Mode, Orders
 from steerway.simulation.loop import Run
 
 APPROACH = 60.0
-"""s on a straight course in which a boat with a speed loop comes to its cruise speed."""
+"""Time (s) on a straight course in which a boat with a speed loop reaches its cruise speed."""
 EXECUTES = 4
-"""Executes of a zigzag: after the fourth the second overshoot to either side is known."""
+"""Executes of a zigzag: four give two overshoots to either side."""
 CIRCLES = 1.5
-"""Turns of a turning circle: the last half is steady."""
+"""Turns of a turning circle; the last half turn is steady."""
 _FORM = re.compile(r"(?:(zigzag):([\d.]+)/([\d.]+)|(turning-circle|pull-out):(-?[\d.]+))")
 EXPECTED = 'expected "zigzag:10/10", "turning-circle:35" or "pull-out:20"'
 
 
 class Manoeuvre(NamedTuple):
-    """A manoeuvre: `kind`, `helm` in degrees or percent, and of a zigzag the change of heading, degrees."""
+    """A manoeuvre: `kind`, `helm` in degrees or percent, and for a zigzag the `change` of heading, degrees."""
 
     kind: str
     helm: float
@@ -41,7 +41,7 @@ class Manoeuvre(NamedTuple):
 
 
 def manoeuvre_of(text: str) -> Manoeuvre:
-    """Reads a manoeuvre; raises InputError for what none is."""
+    """Parse a manoeuvre. Raises InputError for an invalid one."""
     found = _FORM.fullmatch(text)
     try:
         parts: tuple[Any, ...] = found.groups() if found else (None,) * 5
@@ -55,7 +55,7 @@ def manoeuvre_of(text: str) -> Manoeuvre:
 
 
 class ManoeuvringPilot:
-    """Makes a manoeuvre. The loop drives it as a `pilot.Pilot`."""
+    """A pilot that performs a manoeuvre; the loop uses it as a `pilot.Pilot`."""
 
     def __init__(self, manoeuvre: Manoeuvre, boat: Boat, has_rudder: bool, heading: float):
         self.manoeuvre = manoeuvre
@@ -67,7 +67,7 @@ class ManoeuvringPilot:
         self._estimator = AtFaceValue()
         self._approach = APPROACH if self._speed else 0.0
         self._force, self._time = 0.0, 0.0
-        self._heading, self.turned = heading, 0.0  # rad, with the turns made
+        self._heading, self.turned = heading, 0.0  # rad, unwrapped
         kinds: dict[str, Callable[[float], float]] = {
             "zigzag": self._zigzag,
             "turning-circle": self._circle,
@@ -75,10 +75,10 @@ class ManoeuvringPilot:
         }
         self._steer = kinds[manoeuvre.kind]
         self._side, self._executes, self._from = 1.0, 0, 0.0
-        self._lasted = self._left = 0.0  # s in a turn of a pull-out, and s that it goes on midships
+        self._lasted = self._left = 0.0  # s of the turn of a pull-out, and s left midships
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
-        """The commands now, dt s after the step before."""
+        """The commands, dt s after the previous step."""
         estimate = self._estimator.step(measurements, dt)
         leg = self.mission.step(estimate.north, estimate.east, dt)
         self.turned += wrap(estimate.heading - self._heading)
@@ -109,7 +109,7 @@ class ManoeuvringPilot:
         return self._helm
 
     def _pull_out(self, dt: float) -> float:
-        """A full turn to one side, midships for as long, then the same to the other."""
+        """A full turn to one side, midships for the same time, then the same to the other side."""
         turns = self._executes % 2 == 0
         self._lasted += dt
         if turns and abs(self.turned - self._from) < 2.0 * math.pi:
@@ -124,7 +124,7 @@ class ManoeuvringPilot:
 
 
 def measured(run: Run, pilot: ManoeuvringPilot, length: float) -> dict[str, float]:
-    """The manoeuvre's numbers; lengths also in ship lengths where the length (m) is known, else NaN."""
+    """Results of a manoeuvre; distances also in ship lengths, if the length (m) is not NaN."""
     start = int(np.argmax(run["yaw"] != 0.0))
     numbers = {"zigzag": _of_zigzag, "turning-circle": _of_circle, "pull-out": _of_pull_out}[pilot.manoeuvre.kind](
         run.rows(slice(start, None)), pilot.manoeuvre
@@ -135,7 +135,7 @@ def measured(run: Run, pilot: ManoeuvringPilot, length: float) -> dict[str, floa
 
 
 def _of_zigzag(run: Run, manoeuvre: Manoeuvre) -> dict[str, float]:
-    """Overshoots (°), and the way and time to the first execute."""
+    """Overshoots (°), and distance and time of the initial turn."""
     turned = np.degrees(np.unwrap(run["true_heading"]))
     turned -= turned[0]
     flips = np.flatnonzero(np.diff(np.sign(run["yaw"])) != 0.0) + 1
@@ -154,7 +154,7 @@ def _of_zigzag(run: Run, manoeuvre: Manoeuvre) -> dict[str, float]:
 
 
 def _of_circle(run: Run, manoeuvre: Manoeuvre) -> dict[str, float]:
-    """Advance, transfer, tactical and steady diameter, the loss of speed."""
+    """Advance, transfer, tactical and steady diameter, and the loss of speed."""
     turned = np.degrees(np.unwrap(run["true_heading"]))
     turned = np.abs(turned - turned[0])
     course = float(run["true_heading"][0])
@@ -190,7 +190,7 @@ def _of_pull_out(run: Run, manoeuvre: Manoeuvre) -> dict[str, float]:
 
 
 def limits(manoeuvre: Manoeuvre, length: float, speed: float) -> dict[str, float]:
-    """What IMO MSC.137(76) allows a ship of a length (m) at a speed (m/s); for ships of 100 m and more."""
+    """Limits of IMO MSC.137(76) for a ship of a length (m) at a speed (m/s); for ships of 100 m and more."""
     if manoeuvre.kind == "turning-circle":
         return {"advance_lengths": 4.5, "tactical_diameter_lengths": 5.0}
     if manoeuvre == ("zigzag", 10.0, 10.0):

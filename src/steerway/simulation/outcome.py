@@ -1,4 +1,4 @@
-"""The numbers of a run, and the errors of its estimate."""
+"""The results of a run, and the errors of its estimate."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from steerway.simulation.loop import Run
 from steerway.vessels.vessel import Actuator
 
 SETTLING = 30.0
-"""s at the beginning that are excluded: the filter converges, the boat accelerates."""
+"""Initial time (s) that is not evaluated: the filter converges, the boat accelerates."""
 
 
 def errors(run: Run) -> dict[str, np.ndarray]:
@@ -44,7 +44,7 @@ def evaluated(run: Run) -> np.ndarray:
 
 
 def numbers(run: Run, passages: Sequence[Passage] = ()) -> dict[str, float]:
-    """The run in flat, named numbers; NaN where no row can be evaluated. The heading's where one is estimated."""
+    """Results of a run by name; NaN if no row can be evaluated. Those of the heading only if a heading is estimated."""
     rows = evaluated(run)
     error = errors(run)
     cross = run["leg_cross_track"]
@@ -70,7 +70,7 @@ def numbers(run: Run, passages: Sequence[Passage] = ()) -> dict[str, float]:
 
 
 def _coverage(run: Run) -> dict[str, float]:
-    """% of the rows with the true value within ± 2σ of the estimate; of the position, of its coordinates."""
+    """Percentage of rows with the true value within ± 2σ of the estimate; for the position, of its coordinates."""
     error = errors(run)
     both = np.stack([error["north"], error["east"]])
     found = {"position": share_within(both, run["estimated_position_std"])}
@@ -79,9 +79,9 @@ def _coverage(run: Run) -> dict[str, float]:
 
 
 def rudder_numbers(run: Run, actuators: Sequence[Actuator]) -> dict[str, float]:
-    """The largest command of a rudder and the fastest that its steering engine is asked for; none without a rudder.
+    """Largest rudder command and largest demanded rudder rate; nothing without a rudder.
 
-    The rate is (command − rudder)/lag of an engine without limits: above its own limit it would saturate.
+    The rate is (command − rudder)/lag of a steering gear without limits: one with a lower limit would saturate.
     """
     numbers = {}
     for each, command in zip(actuators, run.command.T, strict=True):
@@ -93,7 +93,7 @@ def rudder_numbers(run: Run, actuators: Sequence[Actuator]) -> dict[str, float]:
 
 
 def place_numbers(run: Run) -> dict[str, float]:
-    """Mean absolute error of the estimated position over north and east, from the start on, and where the run ends."""
+    """Mean absolute error of the estimated position (north and east, all rows), and the final true position."""
     errors = [run[f"estimated_{axis}"] - run[f"true_{axis}"] for axis in ("north", "east")]
     return {
         "position_mae_m": float(np.mean(np.abs(errors))),
@@ -103,7 +103,7 @@ def place_numbers(run: Run) -> dict[str, float]:
 
 
 def _asked_rate(command: Floats, lag: float, step: float) -> float:
-    """The largest rate, rad/s."""
+    """Largest demanded rudder rate, rad/s."""
     if lag == 0.0:
         return float(np.abs(np.diff(command)).max(initial=0.0)) / step
     rudder = largest = 0.0
@@ -118,15 +118,15 @@ def _known_rms(values: Floats) -> float:
 
 
 LEG_SETTLING = 20.0
-"""s after a turn begins, before the distance from a leg counts."""
+"""Time (s) after a turn begins in which the cross-track error does not count."""
 SLOW = 10.0
-"""s over which the error of fixes is averaged: what is left is the receiver's slow error."""
+"""Averaging time (s) for the errors of fixes; the average is the receiver's slow error."""
 
 
 def leg_rms(run: Run) -> tuple[float, float]:
-    """RMS distance (m) of the true position from the legs, and of the same beside the receiver's slow error.
+    """RMS true cross-track error (m), and the RMS with the receiver's slow error added.
 
-    An autopilot that knows only positions keeps to the legs as the receiver sees them.
+    The second is the error as the receiver sees it: an autopilot with positions alone cannot reduce the slow error.
     """
     target, direction = run["leg_target"], run["leg_direction"]
     began = run.time[np.searchsorted(target, target, side="left")]

@@ -1,7 +1,7 @@
-"""Results as text and back: JSON of data alone, from which nothing is called or run.
+"""Results as text and back: JSON that contains data only, so that reading it executes none of its content.
 
-What JSON has no word for is an object with one key that names its kind. Arrays are bytes of NumPy's own format. A class
-is named, and made without its constructor: a named tuple, a dataclass, or one that holds its values in `__dict__`.
+A type that JSON lacks is an object with one key, the name of the type. Arrays are bytes in NumPy's format. A class (a
+named tuple, a dataclass, or one with its values in `__dict__`) is stored by name and made without its constructor.
 """
 
 import base64
@@ -19,12 +19,12 @@ _SEQUENCES = {"tuple": tuple, "set": set, "frozenset": frozenset}
 
 
 def packed(value: object) -> str:
-    """A value as one line. Raises TypeError for what is more than data."""
+    """A value as one line. Raises TypeError for a value that is not plain data."""
     return json.dumps(_node(value))
 
 
 def unpacked(text: str, packages: set[str]) -> Any:
-    """The value of a line; its classes are of some `packages`. Raises ValueError for what no value was packed as."""
+    """The value of a line; only classes of `packages` are allowed. Raises ValueError for a line without a value."""
     try:
         return _value(json.loads(text), packages)
     except (ArithmeticError, AttributeError, ImportError, LookupError, RecursionError, TypeError, OSError) as error:
@@ -52,7 +52,7 @@ def _node(value: Any) -> Any:
 
 def _array_text(array: np.ndarray) -> str:
     if array.dtype.hasobject:
-        raise TypeError("an array of objects is more than data")
+        raise TypeError("an array of objects is not plain data")
     file = io.BytesIO()
     np.lib.format.write_array(file, array)
     return base64.b64encode(file.getvalue()).decode()
@@ -67,7 +67,7 @@ def _content(value: Any) -> Any:
     is_plain = kind.__reduce_ex__ is object.__reduce_ex__ and kind.__reduce__ is object.__reduce__
     if is_plain and kind.__module__ != "builtins" and hasattr(value, "__dict__"):
         return dict(vars(value))
-    raise TypeError(f"{type(value).__qualname__} is more than data")
+    raise TypeError(f"{type(value).__qualname__} is not plain data")
 
 
 def _value(node: Any, packages: Collection[str]) -> Any:
@@ -97,12 +97,12 @@ def _class_of(module: str, name: str, packages: Collection[str]) -> type[Any]:
     """The class of this name, from its own module. A `__main__` module is refused: importing it runs it."""
     parts = module.split(".")
     if parts[0] not in packages or parts[-1] == "__main__" or not all(each.isidentifier() for each in parts):
-        raise ValueError(f"{module}.{name} is of no package whose results these are")
+        raise ValueError(f"{module}.{name} is in none of the allowed packages")
     found = importlib.import_module(module)
     for each in name.split("."):
         found = vars(found)[each]
     if not isinstance(found, type) or found.__module__ != module:
-        raise ValueError(f"{module}.{name} is no class of its own")
+        raise ValueError(f"{module}.{name} is not a class of this module")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Dynamic positioning in a scenario: the pilot that holds ordered places and headings, its estimators and its keys."""
+"""Dynamic positioning in a scenario: the pilot that holds ordered positions and headings, its estimators and keys."""
 
 import math
 from collections.abc import Sequence
@@ -22,15 +22,15 @@ from steerway.pilot import Mode, Orders
 from steerway.vessels.vessel import Positioned
 
 KINDS = ("vessel-filter", "tekf", "passive-observer")
-"""Estimators of a vessel by its M, D and forces: Kalman filter, P2's time-varying filter (TEKF), its rival."""
+"""Estimators by a vessel's M, D and forces: Kalman filter, P2's time-varying filter (TEKF), passive observer."""
 
 
 class PositioningEstimatorTable(Table):
-    """What an estimator of [estimator] kind "vessel-filter", "tekf" or "passive-observer" takes for its noise.
+    """Noise that an [estimator] of kind "vessel-filter", "tekf" or "passive-observer" assumes.
 
-    position_std m of a fix and heading_std_deg of a compass reading; force_std of the environment's force in north,
-    east (N) and yaw (N·m) and its time constant (s), estimated where not 0; wave_std m and wave_frequency rad/s of what
-    waves add to a fix: these for "vessel-filter". process_noise: factor on the Q of P2 (19), for "tekf".
+    position_std m of a fix and heading_std_deg of a compass reading. For "vessel-filter": force_std of the force in
+    north, east (N) and yaw (N·m), estimated if not 0, with the time constant force_time (s); wave_std m and
+    wave_frequency rad/s of wave motion in a fix. For "tekf": process_noise, a factor on the Q of P2 (19).
     """
 
     position_std: Annotated[Positive, "m"] = 0.1
@@ -42,7 +42,7 @@ class PositioningEstimatorTable(Table):
     process_noise: Annotated[float, Field(strict=True, gt=0.0, le=1e6), "1"] = 1.0
 
     def observer(self, kind: str, vessel: Positioned, fix_interval: float) -> Observer:
-        """The observer of a kind for fixes so many s apart."""
+        """The observer of kind `kind` for fixes `fix_interval` s apart."""
         inertia, damping, _ = vessel
         if kind == "passive-observer":
             return PassiveObserver(inertia, damping, ObserverGains.of_inertia(inertia), fix_interval=fix_interval)
@@ -73,7 +73,7 @@ class PositioningTable(Table):
     anti_windup: Flag = True
 
     def controller(self, vessel: Positioned) -> PositionPID:
-        """The controller for a vessel, its limits those of the thrusters in each direction alone."""
+        """The controller for a vessel; its limits are those of the thrusters in each direction alone."""
         inertia, damping, thrusters = vessel
         limits = [float(thrusters.allocate(1e12 * direction)[1][k]) for k, direction in enumerate(np.eye(3))]
         bandwidth = self.bandwidth or 2.0 * damping[0][0] / inertia[0][0]
@@ -82,7 +82,7 @@ class PositioningTable(Table):
 
 
 class PositioningEstimator:
-    """An observer of a vessel's motion as an `Estimator`; it begins at a place and heading that are known."""
+    """An observer of a vessel's motion as an `Estimator`; it starts at a known position and heading."""
 
     def __init__(self, observer: Observer, north: float, east: float, heading: float):
         self.observer = observer
@@ -90,11 +90,11 @@ class PositioningEstimator:
         self._force: Sequence[float] | None = None
 
     def order(self, force: Sequence[float]) -> None:
-        """The force (surge N, sway N, yaw N·m) that the thrusters give until the next step."""
+        """Set the generalized force (surge N, sway N, yaw N·m) of the thrusters until the next step."""
         self._force = force
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
-        """The motion now. What is measured at the first step, before any force, is not used."""
+        """The estimated motion. Measurements of the first step, before any force, are not used."""
         if self._force is not None:
             self.observer.predict(np.asarray(self._force), dt)
             self.observer.update_heading(measurements.heading)
@@ -106,7 +106,7 @@ class PositioningEstimator:
 
 
 class PositioningPilot:
-    """Holds the place and heading of the order in force. The loop drives it as a `pilot.Pilot`."""
+    """Holds the position and heading of the order in force; the loop uses it as a `pilot.Pilot`."""
 
     finished = False
 
@@ -116,7 +116,7 @@ class PositioningPilot:
         self._tell = getattr(estimator, "order", lambda force: None)
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
-        """The thrusts now, dt s after the step before."""
+        """The thrusts, dt s after the previous step."""
         estimate = self.estimator.step(measurements, dt)
         leg = self.mission.step(estimate.north, estimate.east, dt)
         order = self.mission.now

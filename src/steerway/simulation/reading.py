@@ -1,8 +1,8 @@
-"""A scenario from a TOML file, checked before the run.
+"""Scenarios from TOML files, checked before the run.
 
-Unknown keys are refused, and so are combinations that cannot be simulated, keys that have no effect on the vessel
-chosen, and legs that are shorter in the current than the turns at their ends: in one sentence with the key's path, the
-value and what was expected.
+Refused are unknown keys, combinations that cannot be simulated, keys without effect on the chosen vessel, and legs that
+are shorter than the turns at their ends in the current. The error is one sentence with the key's path, the value and
+what was expected.
 """
 
 import math
@@ -35,14 +35,14 @@ MOST_STEPS = 20_000_000
 def load_scenario(path: str | Path, changes: Mapping[str, object] | None = None) -> Scenario:
     """A scenario from a TOML file, checked down to the last block. Raises InputError, one sentence.
 
-    changes: keys in place of the file's, but for None.
+    changes: values that replace those of the file; None keeps the file's.
     """
     changed = {name: value for name, value in (changes or {}).items() if value is not None}
     return _checked(read_toml(path, "scenario") | changed, f"scenario {path}", Path(path).parent)
 
 
 def parse_scenario(text: str, place: str = "scenario", folder: Path | None = None) -> Scenario:
-    """A scenario from TOML text; `place` names it in errors, `folder` is where a profile's file is looked for."""
+    """A scenario from TOML text; `place` names it in errors, `folder` contains the file of a profile."""
     return _checked(parse_toml(text, place), place, folder)
 
 
@@ -63,8 +63,8 @@ def _checked(tables: dict[str, Any], place: str, folder: Path | None) -> Scenari
 
 
 def check(scenario: Scenario) -> None:
-    """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
-    which checks the rest."""
+    """Raise InputError for the first fault, one sentence with the key's path. Build every block once, which checks the
+    rest."""
     assembly.begins(scenario)
     if scenario.manoeuvre is not None:
         _manoeuvre(scenario)
@@ -76,7 +76,7 @@ def check(scenario: Scenario) -> None:
 
 
 def _manoeuvre(scenario: Scenario) -> None:
-    """Neither route nor estimator matters to a manoeuvre."""
+    """Checks for a manoeuvre, which uses neither route nor estimator."""
     _steps(scenario)
     _rates(scenario)
     if not assembly.boat(scenario).steers:
@@ -102,7 +102,9 @@ def _rates(scenario: Scenario) -> None:
             raise InputError(f"{name}.rate is {table.rate:g} Hz, expected at most the step rate, {fastest:g} Hz")
     for index, fault in enumerate(scenario.gnss.faults):
         if (fault.start is None) == (fault.per_hour is None):
-            raise InputError(f"gnss.faults[{index}] of kind {fault.kind} needs one of start and per_hour, expected one")
+            raise InputError(
+                f"gnss.faults[{index}] of kind {fault.kind} has both or neither of start and per_hour, expected one"
+            )
 
 
 def _places(scenario: Scenario) -> None:
@@ -124,12 +126,12 @@ def _places(scenario: Scenario) -> None:
         if math.hypot(north, east) > LONGEST_LEG:
             raise InputError(
                 f"route.waypoints[{index}] is {math.hypot(north, east) / 1e3:.0f} km from the origin at "
-                f"{origin[0]:g}°, {origin[1]:g}°, expected at most {LONGEST_LEG / 1e3:.0f} km (metres, degrees?)"
+                f"{origin[0]:g}°, {origin[1]:g}°, expected at most {LONGEST_LEG / 1e3:.0f} km (metres or degrees?)"
             )
 
 
 def _legs(scenario: Scenario) -> None:
-    """Legs shorter than the turns of a boat that steers by an estimated current and turns early."""
+    """Refuse legs shorter than their turns, for a boat that steers by an estimated current and turns early."""
     known = assembly.boat(scenario)
     if scenario.estimator.kind != "steering" or not known.steers:
         return
@@ -145,7 +147,7 @@ def _legs(scenario: Scenario) -> None:
 def _speeds(scenario: Scenario) -> None:
     if assembly.holds_places(scenario):
         for key in sorted(scenario.speed.model_fields_set):
-            raise InputError(f"speed.{key} has no effect where orders hold a place")
+            raise InputError(f"speed.{key} has no effect where orders hold a position")
         return
     known, waypoints = assembly.boat(scenario), scenario.route.points
     commanded = {}
@@ -176,7 +178,7 @@ def _speeds(scenario: Scenario) -> None:
 
 
 def _steering(scenario: Scenario) -> None:
-    """What a boat that cannot turn, or is unstable in yaw, needs."""
+    """Requirements of a boat that cannot turn, or is unstable in yaw."""
     kind, known = scenario.vessel.kind, assembly.boat(scenario)
     if not known.steers:
         if scenario.autopilot.model_fields_set:
@@ -206,20 +208,20 @@ def _steering(scenario: Scenario) -> None:
 
 
 def _positioning(scenario: Scenario) -> None:
-    """Places are held by an estimator that knows the forces, which knows no other orders."""
+    """Orders with positions need an estimator that uses the forces; it takes no other orders."""
     kind, holds = scenario.estimator.kind, assembly.holds_places(scenario)
     if holds and kind not in (*POSITIONING_KINDS, "truth"):
         able = ", ".join((*POSITIONING_KINDS, "truth"))
-        raise InputError(f'estimator.kind is "{kind}", expected one of {able} where orders hold a place')
+        raise InputError(f'estimator.kind is "{kind}", expected one of {able} where orders hold a position')
     if not holds and kind in POSITIONING_KINDS:
-        raise InputError(f'estimator.kind "{kind}" needs places to hold, expected [[orders]] with north and east')
+        raise InputError(f'estimator.kind "{kind}" needs positions to hold, expected [[orders]] with north and east')
     if not holds and scenario.positioning.model_fields_set:
         raise InputError("positioning has no effect, expected [[orders]] with north and east")
     if kind in POSITIONING_KINDS and scenario.compass is None:
         raise InputError(f'estimator.kind "{kind}" needs a compass, expected a table [compass]')
     for index, each in enumerate(scenario.orders):
         if holds and each.speed is not None:
-            raise InputError(f"orders[{index}].speed has no effect where orders hold a place")
+            raise InputError(f"orders[{index}].speed has no effect where orders hold a position")
 
 
 def _estimators(scenario: Scenario) -> None:
@@ -255,7 +257,7 @@ def _estimators(scenario: Scenario) -> None:
     if scenario.speed.controller != "pi" and assembly.boat(scenario).speed is None:
         raise InputError(f"speed.controller has no effect on a vessel of kind {kind}, which has no speed control")
     if scenario.tachometer is not None and math.isnan(assembly.boat(scenario).full_shaft):
-        raise InputError(f"tachometer measures one shaft, which a vessel of kind {kind} has not")
+        raise InputError(f"tachometer has no effect on a vessel of kind {kind}, whose model has no single shaft")
 
 
 def _instruments(scenario: Scenario) -> None:
@@ -287,16 +289,16 @@ def _propulsion(scenario: Scenario) -> None:
     if holds and not by_current and scenario.vessel.boat().station is None:
         able = ", ".join(kind_of(each) for each in TABLES if each().boat().station is not None)
         raise InputError(
-            f"route needs station keeping, of which a vessel of kind {scenario.vessel.kind} is not capable, "
+            f"route needs station keeping, which a vessel of kind {scenario.vessel.kind} cannot do, "
             f"expected one of {able}"
         )
 
 
 def short_leg(boat: Boat, route: Route, current: tuple[float, float], stays: Sequence[float] = ()) -> str:
-    """A sentence that names the first leg which is shorter than its turns, and the least length; "" for none.
+    """One sentence with the first leg that is shorter than its turns, and the least length; "" for none.
 
-    current: north and east, m/s. stays: s at each waypoint, where the boat stops in place of a
-    turn. Corners that are curves are checked with the route.
+    current: north and east, m/s. stays: duration (s) at each waypoint; a boat that stays stops and does not turn.
+    Corners that are curves are checked with the route.
     """
     steering, model = boat.in_current(), boat.autopilot_in_current().model
     steering_rate = steering.turn_rate
@@ -319,7 +321,7 @@ def short_leg(boat: Boat, route: Route, current: tuple[float, float], stays: Seq
         if length < end + lead:
             return (
                 f"the leg to route.waypoints[{index}] is {length:.0f} m long, expected at least {end + lead:.0f} m, "
-                f"which its turns take in a current of {math.hypot(*current):.3g} m/s"
+                f"the length of its turns in a current of {math.hypot(*current):.3g} m/s"
             )
     return ""
 

@@ -1,4 +1,4 @@
-"""How a boat answers orders: settling time and overshoot of every step of course, speed and place."""
+"""Step responses of a boat to orders: settling time and overshoot of course and speed."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -13,13 +13,13 @@ from steerway.guidance.ordered import Order
 from steerway.simulation.loop import Run
 
 COURSE_BAND = 0.05
-"""Share of a step of the course within which it counts as settled."""
+"""Settling band, as a fraction of the step of the course."""
 SPEED_BAND = 0.02
-"""Share of an ordered speed within which it counts as settled; P3."""
+"""Settling band, as a fraction of the ordered speed; P3."""
 
 
 def settling(time: ArrayLike, error: ArrayLike, band: float) -> float:
-    """s from the first row to the last exit from ±`band`; infinite where the error is outside at the end.
+    """Time (s) from the first row to the last exit from ±`band`; infinite if the error is outside at the end.
 
     time and error: (n,). Raises InputError for other shapes.
     """
@@ -35,8 +35,8 @@ def settling(time: ArrayLike, error: ArrayLike, band: float) -> float:
 def responses(run: Run, orders: Sequence[Order]) -> dict[str, float]:
     """`settling_s` and `overshoot_pct`, the worst of all steps, and the settling time at each ordered speed.
 
-    The course, or the heading where it is steered by, settles to 5 % of its step and overshoots in percent of it; the
-    speed to 2 % of what is ordered.
+    The course (or heading, if the boat steers by heading) settles to 5 % of its step, and the overshoot is in percent
+    of the step. The speed settles to 2 % of the ordered speed.
     """
     numbers: dict[str, float] = {}
     settled, overshoots = [], []
@@ -61,7 +61,7 @@ def responses(run: Run, orders: Sequence[Order]) -> dict[str, float]:
 
 
 def _steps(run: Run, orders: Sequence[Order]) -> Iterator[tuple[slice, Order, Order]]:
-    """(rows, order before, order) of every order that was reached."""
+    """(rows, order before, order) of every order whose time was reached."""
     whole = [Order(0.0, float(run["true_heading"][0])), *orders, Order(math.inf)]
     ends = np.searchsorted(run.time, [each.time - 1e-9 for each in whole])
     for k, (before, order) in enumerate(pairwise(whole[:-1]), 1):

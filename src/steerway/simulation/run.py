@@ -1,4 +1,4 @@
-"""A simulated scenario, the run and its numbers; and one function over many seeds, on all cores or a Dask cluster."""
+"""A simulated scenario with its results; and one function for many seeds, on all cores or a Dask cluster."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -18,7 +18,7 @@ from steerway.simulation.scenario import Scenario
 
 @dataclass(frozen=True)
 class Sailed:
-    """A run with its blocks and its flat, named numbers."""
+    """A simulated scenario: its blocks, its run, and its results by name."""
 
     scenario: Scenario
     assembly: Assembly
@@ -39,7 +39,7 @@ def origin(scenario: Scenario) -> tuple[float, float]:
 def sail_scenario(
     scenario: Scenario, seed: int | None = None, progress: Callable[[float], None] | None = None
 ) -> Sailed:
-    """Simulate a scenario once; `seed` in place of its own."""
+    """Simulate a scenario once; `seed` replaces its own."""
     blocks = assemble(scenario)
     run = sail(
         blocks.vessel,
@@ -64,7 +64,7 @@ def sail_scenario(
 
 
 def numbers_of_seed(scenario: Scenario, seed: int) -> dict[str, float]:
-    """The numbers of one seed, for campaigns."""
+    """The results of one seed, for campaigns."""
     return sail_scenario(scenario, seed).numbers
 
 
@@ -78,10 +78,10 @@ def over_seeds(
 ) -> list[Any]:
     """`run(seed)` for every seed, in the order of the seeds.
 
-    `run` is a module-level function or a functools.partial of one. Every seed is one's own generator: the results do
-    not depend on the number of workers. `dask` is the address of a cluster's scheduler, whose workers have this
-    package; a seed whose worker dies is repeated by another. `finished(seed, result)` is called for every seed as soon
-    as it is done. Raises InputError for a cluster that cannot be reached.
+    `run` is a module-level function or a functools.partial of one. Every seed has a generator of its own: the results
+    do not depend on the number of workers. `dask` is the address of a cluster's scheduler, whose workers have this
+    package; if a worker dies, another repeats its seed. `finished(seed, result)` is called for every seed as soon as it
+    is done. Raises InputError for a cluster that cannot be reached.
     """
     seeds = list(seeds)
     done: dict[int, object] = {}

@@ -1,7 +1,7 @@
 """The keys of a scenario: everything a simulation needs.
 
-Keys are SI; angles are in degrees and their keys end in `_deg`. Whatever is left out has a default that works. Vessels,
-instruments, guidance laws and reference filters declare their own keys, in their own files.
+Keys are SI; angles are in degrees and their keys end in `_deg`. Every key has a default. Vessels, instruments, guidance
+laws and reference filters declare their own keys, in their own files.
 """
 
 from functools import cached_property
@@ -26,7 +26,7 @@ from steerway.vessels.kinds import TABLES, AnyVesselTable
 
 
 class StartTable(Table):
-    """The initial state: m from the origin, and speed through the water (by default the vessel's own, or none)."""
+    """The initial state: m from the origin, and speed through the water (default: the vessel's constant speed or 0)."""
 
     north: Annotated[Number, "m"] = 0.0
     east: Annotated[Number, "m"] = 0.0
@@ -35,7 +35,7 @@ class StartTable(Table):
 
 
 class CurrentTable(Table):
-    """Towards `direction_deg`; `std` of its Gauss–Markov variation with `time_constant`."""
+    """Current towards `direction_deg`; `std` of its Gauss–Markov variation with `time_constant`."""
 
     speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0), "m/s"] = 0.0
     direction_deg: Number = 0.0
@@ -44,7 +44,7 @@ class CurrentTable(Table):
 
 
 class WindTable(Table):
-    """From `direction_deg`; pushes on `drag_area` m²."""
+    """Wind from `direction_deg`; it acts on `drag_area` m²."""
 
     speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0), "m/s"] = 0.0
     direction_deg: Number = 0.0
@@ -55,7 +55,7 @@ class WindTable(Table):
 
 
 class WavesTable(Table):
-    """Motion to and fro along `direction_deg`, and a slow drift force."""
+    """Wave motion along `direction_deg`, and a slow drift force."""
 
     direction_deg: Number = 0.0
     frequency: Annotated[Positive, "rad/s"] = 1.2
@@ -70,8 +70,7 @@ class WavesTable(Table):
 
 class EnvironmentTable(Table):
     """Current, wind, waves, and a force (north, east) in N with a moment in N·m: constants and their Gauss–Markov
-    variation of 1σ `force_std` and `moment_std` over `force_time` s.
-    """
+    variation of 1σ `force_std` and `moment_std` over `force_time` s."""
 
     current: CurrentTable = CurrentTable()
     wind: WindTable = WindTable()
@@ -91,11 +90,11 @@ class EnvironmentTable(Table):
 
 
 class EstimatorTable(Table):
-    """The filter in the loop; "truth" gives the pilot the true motion.
+    """The estimator in the loop; "truth" gives the pilot the true motion.
 
-    `profile`: built in, or a .toml file; by default the vessel's with the errors of the simulated receiver.
-    "steering" knows the orders: it estimates heading, current and the boat's response too. "vessel-filter", "tekf" and
-    "passive-observer" know a vessel's forces: for dynamic positioning.
+    `profile`: built in, or a .toml file; by default the vessel's profile with the errors of the simulated receiver.
+    "steering" uses the orders, and also estimates heading, current and the boat's response. "vessel-filter", "tekf" and
+    "passive-observer" use the forces of the vessel's thrusters: for dynamic positioning.
     """
 
     kind: Literal["five-state", "steering", "truth", *POSITIONING_KINDS] = "five-state"  # type: ignore[valid-type]
@@ -107,7 +106,7 @@ class EstimatorTable(Table):
 
 
 class AutopilotTable(Table):
-    """Pole placement on a Nomoto vessel, model predictive control or LQG; by default the boat's own numbers."""
+    """Pole placement on a Nomoto vessel, model predictive control or LQG; the defaults are the boat's own numbers."""
 
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
     bandwidth: Annotated[Positive | None, "rad/s"] = None
@@ -117,10 +116,10 @@ class AutopilotTable(Table):
 
 
 class SpeedTable(Table):
-    """Speed over ground where a waypoint gives none, and its control loop: PI, adaptive, or a disturbance observer.
+    """Speed over ground on legs without one, and its control loop: PI, adaptive, or a disturbance observer.
 
-    `bandwidth`: of the PI loop, or the rate of the reference that the others follow. `force`: a steady thrust (N) in
-    place of a loop.
+    `bandwidth`: of the PI loop, or the rate of the reference that the other loops follow. `force`: a steady thrust (N)
+    in place of a loop.
     """
 
     controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
@@ -130,7 +129,7 @@ class SpeedTable(Table):
 
 
 class StationTable(Table):
-    """Station keeping."""
+    """Station keeping: bandwidth of the position loop, radius about the point."""
 
     bandwidth: Annotated[Positive, "rad/s"] = 0.2
     radius: Annotated[Positive, "m"] = 5.0
@@ -139,8 +138,8 @@ class StationTable(Table):
 class RouteTable(RouteKeys):
     """The waypoints, then the lines of a survey; the rule for passing them, the corners, the behaviour at the end.
 
-    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default one and a half of
-    the tightest turn.
+    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default 1.5 times the radius
+    of the tightest turn.
     """
 
     waypoints: tuple[StayWaypointTable, ...] = ()
@@ -161,7 +160,7 @@ _Instruments: Any = create_model("_Instruments", __base__=Table, __module__=__na
 class Scenario(_Instruments):  # type: ignore[misc]
     """A scenario; `reading` reads one, `assembly` builds vessel, environment, instruments and pilot from it.
 
-    Beside the fields below it has a table for every instrument of `sensors.kinds`, None where it is not fitted.
+    It also has a table for every instrument of `sensors.kinds`, None if the instrument is not fitted.
     """
 
     name: str = "simulation"
@@ -187,5 +186,5 @@ class Scenario(_Instruments):  # type: ignore[misc]
     manoeuvre: str | None = None
 
     def instruments(self) -> dict[str, InstrumentTable]:
-        """The tables of the instruments that are fitted beside the receiver, by name."""
+        """Tables of the instruments fitted in addition to the receiver, by name."""
         return {name: getattr(self, name) for name in INSTRUMENTS if getattr(self, name) is not None}

@@ -1,4 +1,4 @@
-"""The finished parts of long work, kept on the disk until all are: interrupted work continues with them."""
+"""Intermediate results of long work, kept on disk until the work is done: interrupted work resumes from them."""
 
 import json
 import zlib
@@ -15,11 +15,10 @@ from steerway.simulation.packing import packed, unpacked
 class Unfinished:
     """Results by key, each appended to a file as soon as it is known.
 
-    `origin` says what the results are of. With `resume` those of interrupted work are read back; without, the file is
-    begun anew. `noted()` is called after every result that is kept. Results consist of numbers, text, arrays, and
-    classes of this project and of `packages`; others are not kept, and made again. The file is text that holds data
-    alone. Raises InputError for a directory that cannot be written, and for results of another origin or another
-    version.
+    `origin` identifies the work. With `resume`, results of interrupted work are read back; without, the file starts
+    empty. `noted()` is called after every stored result. Results consist of numbers, text, arrays, and classes of this
+    project and of `packages`; others are not stored, and are computed again. The file contains data only. Raises
+    InputError for a directory that cannot be written, and for results of another origin or another version.
     """
 
     def __init__(
@@ -39,7 +38,7 @@ class Unfinished:
             raise cannot_write(path, error) from None
 
     def add(self, key: Hashable, result: object) -> None:
-        """Keep one result. Raises InputError on a full disk."""
+        """Store one result. Raises InputError on a full disk."""
         self.results[key] = result
         try:
             entry = packed((key, result)).encode()
@@ -53,12 +52,12 @@ class Unfinished:
         self.noted()
 
     def remove(self) -> None:
-        """Everything is in the files that the work was for."""
+        """Delete the file, once the work is done."""
         self._file.close()
         self._path.unlink(missing_ok=True)
 
     def _read(self, expected: bytes) -> bool:
-        """Put the whole entries into `results`; the last may have been cut off, and is overwritten. False if empty."""
+        """Read complete entries into `results`; an incomplete last one is overwritten. False if the file is empty."""
         first = self._file.readline()
         if first not in (expected, b""):
             raise InputError(f"{self._path} is of other work or another version, expected that of the interrupted work")
@@ -70,7 +69,7 @@ class Unfinished:
             try:
                 key, result = unpacked(entry.decode(), self._packages)
                 self.results[key] = result
-            except (TypeError, ValueError):  # another's file, or a class that is no more
+            except (TypeError, ValueError):  # a foreign file, or a class that no longer exists
                 break
             end += len(line)
         self._file.seek(end)

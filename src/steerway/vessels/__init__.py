@@ -1,4 +1,4 @@
-"""Vessels, one per file, each with its rates and a class that the loop can step."""
+"""Vessel models, one per file, each with its equations of motion and a class that the loop can step."""
 
 from typing import TYPE_CHECKING
 

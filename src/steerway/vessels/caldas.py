@@ -1,8 +1,8 @@
-"""P3's hypothetical USV of 15 m in three degrees of freedom, Table I: two propellers on one speed and a yaw moment.
+"""P3's hypothetical USV of 15 m in three degrees of freedom, Table I: two propellers at one speed and a yaw moment.
 
-M ν̇ + C(ν)ν + D ν + B ν|ν| = τ, P3 (3)–(8), with ν through the water. As printed the model has no yaw stability: about a
-straight run at u it has the eigenvalue +u √(m11 (m22 − m11)/(m22 m33)) = +0.139 u, and a heading loop with more than
-m11 (m22 − m11)/m22 u² = 6.41 u² kN·m/rad stabilizes it.
+M ν̇ + C(ν)ν + D ν + B ν|ν| = τ, P3 (3)–(8), with ν through the water. The printed model is unstable in yaw: on a
+straight course at the speed u it has the eigenvalue +u √(m11 (m22 − m11)/(m22 m33)) = +0.139 u. A heading loop with a
+gain of more than m11 (m22 − m11)/m22 u² = 6.41 u² kN·m/rad stabilizes it.
 
 State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground along the hull's axes.
 """
@@ -66,7 +66,7 @@ def _rates(state: Floats, shaft_rate: float, moment: float, curve: Floats, condi
     ahead = thrust(a, state[6], curve) + force + _M2 * b * r - (_D1 + _B1 * abs(a)) * a
     abeam = side - _M1 * a * r - (_D2 + _B2 * abs(b)) * b
     turn = moment + conditions[MOMENT] + (_M1 - _M2) * a * b - (_D3 + _B3 * abs(r)) * r
-    # A current that is steady over ground turns in the axes of a hull that turns.
+    # A current that is constant in NED rotates in the body frame of a turning hull.
     out[3] = ahead / _M1 + r * set_across
     out[4] = abeam / _M2 - r * stream
     out[5] = turn / _M3
@@ -107,19 +107,19 @@ class Caldas(CompiledVessel):
         self._constants = machine, (propeller or Propeller()).curve()
 
     def rates(self, state: Floats, moment: float, conditions: Floats) -> np.ndarray:
-        """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
+        """Time derivative (7,) of the state for a yaw moment (N·m), at constant shaft speed."""
         state = np.asarray(state, dtype=np.float64)
         check_shapes(state, 7, conditions)
         return _rates(state, 0.0, moment, self._constants[1], conditions)
 
 
 _YAW_BANDWIDTH = 2.0
-"""rad/s: K_p = M3 ω² has to exceed 6.41 u² kN·m/rad. 1 rad/s is unstable above 7 m/s, 2 rad/s has 1.8 times what the
-top speed of 10.6 m/s takes."""
+"""Bandwidth of the heading loop, rad/s: K_p = M3 ω² must exceed 6.41 u² kN·m/rad. With 1 rad/s the loop is unstable
+above 7 m/s; with 2 rad/s K_p is 1.8 times the value needed at the top speed of 10.6 m/s."""
 
 
 class CaldasTable(ShaftKeys):
-    """The keys of P3's USV in a scenario; it needs a compass, for it is unstable in yaw."""
+    """The keys of P3's USV in a scenario; it is unstable in yaw and needs a compass."""
 
     kind: Literal["caldas"] = "caldas"
     length: ClassVar[float] = 15.0
@@ -129,7 +129,7 @@ class CaldasTable(ShaftKeys):
         return Caldas(Propeller(self.diameter), self.shaft(), self.moment_limit)
 
     def boat(self) -> Boat:
-        """K and T of the hull's inertia alone: its yaw damping is quadratic, and nil going straight."""
+        """K and T represent the yaw inertia alone: yaw damping is quadratic, and almost 0 on a straight course."""
         thrust_gain, gains = self.guessed(_M1, _D1, _B1)
         shaft = self.shaft()
         top_speed = top_speed_of(Surge(_M1, _D1, _B1, Propeller(self.diameter), shaft))

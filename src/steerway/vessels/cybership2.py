@@ -54,7 +54,7 @@ THRUST = (
 _LIMITS = np.array([each.high for each in THRUST])
 
 _CRUISE = 0.6
-"""m/s, Froude number 0.17."""
+"""Cruise speed, m/s; Froude number 0.17."""
 
 IDENTIFICATIONS = ("linear", "nonlinear")
 
@@ -62,9 +62,9 @@ IDENTIFICATIONS = ("linear", "nonlinear")
 def derivatives(
     state: ArrayLike, force: ArrayLike, identification: str = "linear", conditions: ArrayLike | None = None
 ) -> np.ndarray:
-    """The (6,) time derivative of the (6,) state under an unlimited force (surge N, sway N, yaw N·m).
+    """Time derivative (6,) of the state (6,) under an unlimited generalized force (surge N, sway N, yaw N·m).
 
-    P2 (1)–(2), with the environment's force given in NED and turned into the body. `conditions` (5,) as in `vessel`.
+    P2 (1)–(2), with the environment's force given in NED and rotated to the body frame. `conditions`: see `vessel`.
     """
     weather = np.zeros(5) if conditions is None else np.asarray(conditions, dtype=np.float64)
     return _rates(np.asarray(state, float), np.asarray(force, float), identification == "nonlinear", weather)
@@ -128,8 +128,8 @@ def _motion(state: Floats, nonlinear: bool, conditions: Floats) -> GroundMotion:
 class CyberShip2(CompiledVessel):
     """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
 
-    `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current
-    carries along. Raises InputError for another identification and an unknown method.
+    `identification` is "linear" or "nonlinear", see the module. Velocities are through the water; a current adds to
+    them over ground. Raises InputError for another identification and an unknown method.
     """
 
     actuators = THRUST
@@ -149,7 +149,7 @@ class CyberShip2Table(VesselTable):
     identification: Literal["linear", "nonlinear"] = "linear"
 
     def positioned(self) -> Positioned:
-        """M and D of P2; the thrusters are the three forces themselves."""
+        """M and D of P2; each of the three forces counts as a thruster."""
         return Positioned(INERTIA, DAMPING, Thrusters(np.eye(3), [each.low for each in THRUST], _LIMITS))
 
     def build(self) -> CyberShip2:

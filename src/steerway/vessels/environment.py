@@ -1,8 +1,8 @@
-"""Current, wind and waves, simple and repeatable.
+"""Current, wind and waves: simple, repeatable models.
 
-An `Environment` has the parameters; `start` makes a `Sea` of it, which has at every step the conditions (current and
-forces, see `vessel`) and the wave motion of the antenna. Directions in rad from true north: of current and waves
-towards which they go, of wind from which it blows.
+An `Environment` holds the parameters. Its `start` returns a `Sea`, which supplies the conditions (current and forces,
+see `vessel`) and the wave motion of the antenna at every step. Directions are in rad from true north: current and waves
+go towards theirs, the wind blows from its direction.
 """
 
 import math
@@ -26,7 +26,7 @@ _DRAWS = 11
 
 @dataclass(frozen=True)
 class Current:
-    """`speed` m/s towards `direction`; Gauss–Markov variation of each component: 1σ `std`, `time_constant` s."""
+    """Current of `speed` m/s towards `direction`; Gauss–Markov variation `std` per component over `time_constant` s."""
 
     speed: float = 0.0
     direction: float = 0.0
@@ -36,10 +36,10 @@ class Current:
 
 @dataclass(frozen=True)
 class Wind:
-    """`speed` m/s from `direction`; gusts of 1σ `gust_std` a component over `gust_time` s.
+    """Wind of `speed` m/s from `direction`, with gusts of 1σ `gust_std` per component over `gust_time` s.
 
-    The wind that the moving vessel meets pushes with ½ ρ A V|V|, A = `drag_area` m² (drag coefficient times area, the
-    same from every side), at `arm` m ahead of the origin.
+    The relative wind V exerts the force ½ ρ A V|V|, A = `drag_area` m² (drag coefficient times area, the same from
+    every side), at `arm` m ahead of the origin.
     """
 
     speed: float = 0.0
@@ -52,11 +52,11 @@ class Wind:
 
 @dataclass(frozen=True)
 class Waves:
-    """Oscillation along `direction` in a band about `frequency` rad/s, and a slow drift force.
+    """First-order wave motion along `direction` about `frequency` rad/s, and a slow drift force.
 
-    `displacement_std` m, `roll_std` and `pitch_std` rad are the 1σ of oscillators with relative damping `damping`,
-    independent of one another. `drift` N pushes along `direction`, with 1σ `drift_std` over `drift_time` s. The motion
-    is laid over the vessel's mean motion and does not react on it: Fossen (2021), section 10.2.
+    `displacement_std` m, `roll_std` and `pitch_std` rad are the 1σ of independent oscillators with the damping ratio
+    `damping`. The drift force along `direction` is `drift` N, with a variation of 1σ `drift_std` over `drift_time` s.
+    Wave motion is added to the vessel's motion and does not affect it: Fossen (2021), section 10.2.
     """
 
     direction: float = 0.0
@@ -78,7 +78,7 @@ _ANY_SIGN = ("direction", "arm", "drift")
 class Environment:
     """Current, wind, waves, and a constant `force` (north, east) N with a constant `moment` N·m.
 
-    Force and moment vary by a Gauss–Markov part: 1σ `force_std` (N, N, N·m), `force_time` s.
+    Force and moment have a Gauss–Markov variation: 1σ `force_std` (N, N, N·m), time constant `force_time` s.
 
     Raises InputError for a negative speed, deviation or drag area, for a time constant, frequency or damping that is
     not positive, and for damping of 1 or more.
@@ -108,7 +108,7 @@ class Environment:
             raise InputError(f"environment.waves.damping is {self.waves.damping}, expected less than 1")
 
     def start(self, seed: Seed, step: float) -> "Sea":
-        """The running sea, in steps of `step` s."""
+        """Start the environment, in steps of `step` s."""
         return Sea(self, seed, step)
 
 
@@ -145,7 +145,7 @@ class Sea:
         self._update(None)
 
     def advance(self, motion: GroundMotion | None = None) -> None:
-        """One step on. `motion` of the vessel gives the relative wind; None: at rest, heading north."""
+        """Advance one step. `motion` of the vessel gives the relative wind; None: at rest, heading north."""
         if self._varies:
             _advance(self._wander, self._decays, self._swings, self._oscillator, self._next_row())
         if self._push is not None:
@@ -170,7 +170,7 @@ class Sea:
 
 
 class _Push:
-    """The force that varies, (3,), drawn from a stream of its own."""
+    """The varying part (3,) of force and moment, from a random stream of its own."""
 
     def __init__(self, environment: Environment, draws: np.random.Generator, step: float) -> None:
         self._draws, self._std = draws, np.array(environment.force_std)

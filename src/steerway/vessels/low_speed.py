@@ -1,6 +1,6 @@
-"""A vessel at low speed by its matrices M and D, with any number of thrusters: M ν̇ + D ν = B f + Rᵀ(ψ) b; P2 (1)–(2).
+"""A low-speed vessel with the matrices M and D and any number of thrusters: M ν̇ + D ν = B f + Rᵀ(ψ) b; P2 (1)–(2).
 
-State N E ψ u v r, as of `cybership2`. The velocities are through the water, which a current carries along.
+State N E ψ u v r, as in `cybership2`. Velocities are through the water; a current adds to them over ground.
 """
 
 import math
@@ -74,7 +74,7 @@ def _motion(state: Floats, inverse: Floats, damping: Floats, conditions: Floats)
 class LowSpeedVessel(CompiledVessel):
     """The vessel for the loop. Command: a thrust (N) for each thruster.
 
-    Raises InputError for matrices that are not (3, 3) or that no body has: M and D + Dᵀ have to be positive definite.
+    Raises InputError for matrices that are not (3, 3), and unless M + Mᵀ and D + Dᵀ are positive definite.
     """
 
     size = 6
@@ -98,15 +98,15 @@ class LowSpeedVessel(CompiledVessel):
 
 
 _FASTEST = 0.35
-"""rad/s: the course estimate of a boat of 0.8 m/s carries 0.7 rad/s with fixes of 0.15 m at 5 Hz."""
+"""Largest heading bandwidth, rad/s. The course estimate at 0.8 m/s with fixes of 0.15 m at 5 Hz carries 0.7 rad/s."""
 _MOST = 1e12
 """N or N·m, more than any thrusters give."""
 
 
 def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:
-    """The boat as `pilot.Pilot` steers it along a route: surge and yaw by K = 1/D_33, T = M_33/D_33, bandwidth 1/T.
+    """Parameters for steering along a route, in surge and yaw: K = 1/D_33, T = M_33/D_33, bandwidth 1/T.
 
-    A hull that answers within seconds is steered no faster than an estimated course allows, and than it damps itself.
+    For a hull with a T of seconds the bandwidth is what the course estimate allows, and at least half of 1/T.
     """
     inertia, damping, thrusters = positioned
     *_, ahead, _ = thrusters.step(_MOST, 0.0)
@@ -134,7 +134,7 @@ def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:
 
 
 class ThrusterTable(Table):
-    """A fixed thruster, m ahead and to starboard of the origin; it pushes towards `angle_deg` with up to `limit` N.
+    """A fixed thruster, m ahead and to starboard of the origin, with up to `limit` N towards `angle_deg` from the bow.
 
     `limit_astern` N in the opposite direction, by default as much.
     """
@@ -147,7 +147,7 @@ class ThrusterTable(Table):
 
 
 class LowSpeedTable(VesselTable):
-    """The keys of a vessel by its inertia M and damping D (kg, kg·m, kg·m², and the same per second) and thrusters."""
+    """The keys of a vessel with inertia M, damping D (kg, kg·m, kg·m², and the same per second) and thrusters."""
 
     kind: Literal["low-speed"] = "low-speed"
     inertia: Annotated[tuple[Triple, Triple, Triple], "kg, kg·m, kg·m²"] = (

@@ -55,9 +55,9 @@ _LOW, _HIGH, _FASTEST, _LAG = RUDDER.low, RUDDER.high, RUDDER.rate, RUDDER.lag
 
 
 def derivatives(state: ArrayLike, rudder: float, cruise_speed: float = CRUISE_SPEED) -> np.ndarray:
-    """The (7,) time derivative of the (7,) state for a commanded rudder (rad, + turns to starboard).
+    """Time derivative (7,) of the state (7,) for a commanded rudder (rad, + turns to starboard).
 
-    The steering engine follows with 1 s, at 5 °/s and 40° at most. Source: Chislett and Strøm-Tejsen (1965).
+    The steering gear has a lag of 1 s and limits of 5 °/s and 40°. Source: Chislett and Strøm-Tejsen (1965).
     """
     return _rates(np.asarray(state, dtype=np.float64), float(rudder), float(cruise_speed), _CALM)
 
@@ -67,7 +67,7 @@ _CALM = np.zeros(5)
 
 @kernel
 def _forces(u: float, v: float, r: float, d: float) -> tuple[float, float, float]:
-    """X, Y and N times 10⁵ from surge, sway, yaw and rudder, all in lengths and speeds of the ship."""
+    """X, Y and N times 10⁵ from surge, sway, yaw rate and rudder, all nondimensional (prime system)."""
     x = u * (-184.0 + u * (-110.0 - 215.0 * u)) - 899.0 * v * v + 18.0 * r * r + 798.0 * r * v
     x += d * d * (-95.0 - 190.0 * u) + v * d * (93.0 + 93.0 * u)
     y = v * (-1160.0 * (1.0 + u) - 8078.0 * v * v + 15356.0 * v * r) - 499.0 * r * (1.0 + u)
@@ -81,7 +81,7 @@ def _forces(u: float, v: float, r: float, d: float) -> tuple[float, float, float
 
 @kernel
 def _rudder_rate(rudder: float, delta: float) -> float:
-    """The rate of the state δ by the steering engine; the command has the opposite sign."""
+    """Rate (rad/s) of the state δ by the steering gear; the command has the opposite sign."""
     wanted = -min(max(rudder, _LOW), _HIGH)
     return min(max((wanted - delta) / _LAG, -_FASTEST), _FASTEST)
 
@@ -124,8 +124,8 @@ def _motion(state: Floats, cruise_speed: float, conditions: Floats) -> GroundMot
 class Mariner(CompiledVessel):
     """A Mariner-class ship for the loop. Command: the rudder, rad. State (7,): see `derivatives`.
 
-    The velocities are those through the water, which a current carries along. Raises InputError for a cruise speed that
-    is not positive and an unknown method.
+    Velocities are through the water; a current adds to them over ground. Raises InputError for a cruise speed that is
+    not positive and an unknown method.
     """
 
     actuators = (RUDDER,)
@@ -157,7 +157,7 @@ BOAT = Boat(
     turn_rate=math.radians(0.45),
     profile="ship",
 )
-"""For the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
+"""Parameters for the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
 
 
 BOAT_IN_CURRENT = BOAT.but(
@@ -167,10 +167,10 @@ BOAT_IN_CURRENT = BOAT.but(
     pivot=74.0,
     yaw_wander=math.radians(0.055),
 )
-"""The yaw response fits the first acceleration and the rates that rudders of 5° to 20° reach, in a minute, before the
-turn has slowed the ship. A rudder of 15° holds the turn rate, which is 0.9 of the largest that any rudder holds.
-What the response lacks is chosen as a tenth of that: with a fiftieth the first turn of one run in ten of `steerway
-study at-sea` showed a current that is not there, and the ship was up to two lengths off its leg."""
+"""The yaw response fits the initial yaw acceleration, and the yaw rates after one minute with rudders of 5° to 20°,
+before the turn has slowed the ship. A rudder of 15° sustains `turn_rate`, which is 0.9 of the largest sustained yaw
+rate. `yaw_wander` is a tenth of `turn_rate`: with a fiftieth, the first turn of one run in ten of `steerway study
+at-sea` gave a false estimate of the current, and the ship was up to two lengths off its leg."""
 
 
 class MarinerTable(VesselTable):

@@ -1,9 +1,9 @@
-"""A small motorboat with one steered outboard, as small as an autopilot's test boat: 2 m/s, turns of 25 °/s.
+"""A small motorboat with one steered outboard, the size of a test boat for autopilots: 2 m/s, turns of 25 °/s.
 
-State x y ψ u v r (m, m, rad, m/s, m/s, rad/s), velocities through the water. Each of surge, sway and yaw answers as a
-first-order system, which sideslips in a turn: T_u u̇ + u = U_max √n, T_v v̇ + v = −T_v u r, T_r ṙ + r = R s f, s the
-steering and n the throttle, both −1 to 1 (throttle from 0). The rudder force is that of the propeller's stream and of
-the boat's speed: f = min(1, (u/U_max + √n)/2 + 0.1).
+State x y ψ u v r (m, m, rad, m/s, m/s, rad/s), velocities through the water. Surge, sway and yaw are first-order
+systems, with sideslip in a turn: T_u u̇ + u = U_max √n, T_v v̇ + v = −T_v u r, T_r ṙ + r = R s f, with the steering s
+(−1 to 1) and the throttle n (0 to 1). The steering force depends on the propeller's slipstream and the boat's speed:
+f = min(1, (u/U_max + √n)/2 + 0.1).
 """
 
 import math
@@ -35,13 +35,13 @@ from steerway.vessels.vessel import (
 )
 
 MASS, INERTIA = 20.0, 5.0
-"""kg and kg·m², with added mass: what disturbing forces and moments act on."""
+"""kg and kg·m², including added mass, by which disturbing forces and moments accelerate the boat."""
 SWAY_TIME = 0.5
-"""s."""
+"""T_v, s."""
 
 
 class OutboardCommand(NamedTuple):
-    """Steering (−1 to 1) and throttle (0 to 1), and what they achieve of the demanded force and steering."""
+    """Steering (−1 to 1) and throttle (0 to 1), and the surge force (N) and steering that they achieve."""
 
     steering: float
     throttle: float
@@ -136,7 +136,7 @@ class MotorboatTable(VesselTable):
         return Motorboat(self.top_speed, rate, self.surge_time, self.yaw_time, self.method)
 
     def boat(self) -> Boat:
-        """The autopilot's output is the steering; the surge force is counted as what holds a speed."""
+        """The autopilot's output is the steering; full throttle counts as the force MASS U_max/T_u."""
         drag = MASS / self.surge_time
         force = drag * self.top_speed
         return Boat(
@@ -157,4 +157,4 @@ class MotorboatTable(VesselTable):
 
 
 BOAT = MotorboatTable().boat()
-"""The boat of the default keys."""
+"""The boat with the default keys."""

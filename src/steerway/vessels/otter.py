@@ -1,11 +1,11 @@
 """The Otter in six degrees of freedom, with two propellers.
 
-Newton and Euler about the centre of gravity for the rigid body, Kirchhoff for the water that moves with it, damping,
-cross-flow drag by strips, buoyancy. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021):
-FH below; particulars and editions in `otter_hull`.
+Newton–Euler equations about the centre of gravity for the rigid body, Kirchhoff's equations for added mass, damping,
+cross-flow drag by strip theory, buoyancy. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.
+(2021): FH below; particulars and editions in `otter_hull`.
 
-State u v w p q r x y z φ θ ψ (m/s and rad/s along and about the hull's axes, m in NED, rad), followed in the closed
-loop by the two propeller speeds (rad/s).
+State u v w p q r x y z φ θ ψ (m/s and rad/s in the body frame, m in NED, rad), followed in the closed loop by the two
+propeller speeds (rad/s).
 """
 
 import math
@@ -79,13 +79,13 @@ def derivatives(
     current_direction: float = 0.0,
     edition: str = "today",
 ) -> np.ndarray:
-    """The (12,) time derivative of the (12,) state u v w p q r x y z φ θ ψ.
+    """Time derivative (12,) of the state (12,) u v w p q r x y z φ θ ψ.
 
-    `propeller_speeds` left and right, rad/s, saturate at `Otter.actuators`' limits; `payload_mass` 0 to 45 kg at
+    `propeller_speeds` left and right, rad/s, saturate at the limits of `Otter.actuators`; `payload_mass` 0 to 45 kg at
     `payload_position` (forward, starboard, down) m; the current flows at `current_speed` m/s towards
     `current_direction` rad from true north. Editions: see `otter_hull`. Source: FH (3.42), (6.1), (6.61), (6.86).
 
-    Raises InputError for a load beyond the limit and an unknown edition.
+    Raises InputError for a payload beyond the limit and an unknown edition.
     """
     out, (left, right) = np.empty(12), propeller_speeds
     current = current_speed * math.cos(current_direction), current_speed * math.sin(current_direction)
@@ -135,7 +135,7 @@ def _inertial_forces(
 
 @kernel
 def _cross_flow(v: float, w: float, q: float, r: float) -> tuple[float, float, float, float]:
-    """Sums over the stations of |v + x r|(v + x r) and x times it, and of the same for w + x q; FH (6.91)–(6.92)."""
+    """Sums over the strips of |v + x r|(v + x r) and x times it, and of the same for w + x q; FH (6.91)–(6.92)."""
     side, turn, heave, pitch = 0.0, 0.0, 0.0, 0.0
     for i in range(STRIPS):
         x = i * _STATION - 0.5 * LENGTH
@@ -290,9 +290,9 @@ BOAT = Boat(
     speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0, acceleration=0.15),
     station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
 )
-"""For the controllers, with 25 kg of payload. K and T are P0's (64)–(65), valid for yaw moments of about 4 N·m. For
-small moments at 1.3 m/s both are larger with the same K/T, 0.05 and 2.5 s, which allows a bandwidth of 0.35 rad/s: for
-poor fixes on long legs, with wide turns."""
+"""Parameters for the controllers, with 25 kg of payload. K and T are P0's (64)–(65), valid for yaw moments of about 4
+N·m. For small moments at 1.3 m/s they are 0.05 and 2.5 s, with about the same K/T. This allows a bandwidth of 0.35
+rad/s, for inaccurate fixes on long legs with wide turns."""
 
 
 BOAT_IN_CURRENT = BOAT.but(
@@ -304,10 +304,9 @@ BOAT_IN_CURRENT = BOAT.but(
     yaw_wander=math.radians(0.15),
     yaw_doubt=0.2,
 )
-"""The yaw response is the one whose yaw rate, by the moments of whole squares and surveys at 0.5 to 1.3 m/s, differs
-least from the model's: by 0.15°/s RMS (with T = 1 s 0.55), some hundredths of what is ordered; above 1.2 m/s it is
-unstable on a straight course. The sway of the model is −0.43 m times its yaw rate. Bandwidth and lookahead are the
-demo's best on other seeds."""
+"""The yaw response is a fit to the model's yaw rate in squares and surveys at 0.5 to 1.3 m/s. Its error is 0.15°/s RMS,
+some hundredths of the ordered rate (0.55°/s with T = 1 s); above 1.2 m/s it is directionally unstable. The model's sway
+velocity is −0.43 m times its yaw rate. Bandwidth and lookahead are the demo's best on other seeds."""
 
 
 class OtterTable(VesselTable):

@@ -1,17 +1,17 @@
-"""The Otter's particulars, and all that depends on the load only, computed once.
+"""Particulars of the Otter, and the model parameters that depend on the load only.
 
 Maritime Robotics' Otter: catamaran of 2.0 m and 55 kg with a fixed propeller in each pontoon. Particulars and the
 editions follow T. I. Fossen's public Marine Systems Simulator; the relations are those of his Handbook of Marine Craft
 Hydrodynamics and Motion Control, 2nd ed. (2021), called FH below.
 
-Two editions are kept because the papers used an older one:
+There are two editions because the papers used an older one:
 
 - "today" (2026): payload inertia about the common centre of gravity, payload weight sinks and trims the hull, linear
-  sway damping, Munk moment, heave and pitch cross-flow drag, acceleration of the current seen from a turning hull;
-- "2021", P0's: inertia with arms from the origin, to which the shift to the origin is added again (M66 = 41.445 kg·m²
-  with 25 kg at [0, 0, −0.35] m), no payload weight but a steady trim moment of 280 N·m bow down, no linear sway
-  damping, no Munk moment in yaw, cross-flow drag in sway and yaw only, in water of 1026 kg/m³, and no acceleration of
-  the current.
+  sway damping, Munk moment, heave and pitch cross-flow drag, acceleration of the current in the rotating body frame;
+- "2021", P0's: inertia with arms from the origin, to which the shift to the origin is added a second time (M66 =
+  41.445 kg·m² with 25 kg at [0, 0, −0.35] m), no payload weight but a steady trim moment of 280 N·m bow down, no
+  linear sway damping, no Munk moment in yaw, cross-flow drag in sway and yaw only, in water of 1026 kg/m³, and no
+  acceleration of the current.
 """
 
 from collections.abc import Sequence
@@ -76,7 +76,7 @@ _HOERNER = np.array(
 
 @dataclass(frozen=True)
 class Edition:
-    """Where the model's public editions differ."""
+    """Differences between the public editions of the model."""
 
     inertia_about_origin: bool
     payload_weighs: bool
@@ -85,7 +85,7 @@ class Edition:
     munk_in_yaw: bool
     vertical_drag: bool
     drag_density: float
-    current_turns: bool  # the current's acceleration in the turning hull's frame
+    current_turns: bool  # the current's acceleration in the body frame
 
 
 EDITIONS = {
@@ -118,7 +118,7 @@ def mass_matrix(
 
 
 def loaded(payload_mass: float, payload_position: Sequence[float], edition: str) -> np.ndarray:
-    """The array of a load that the kernels read, computed once for each load."""
+    """Parameters for a load, as the array that the kernels read; computed once per load."""
     try:
         return _loaded(payload_mass, payload_position, edition)
     except TypeError:  # a list or an array: not hashable
@@ -194,7 +194,7 @@ def _stiffness(displaced: float, draught: float, centre_height: float) -> Floats
 
 
 def _damping(mass: Floats, stiffness: Floats, edition: Edition) -> Floats:
-    """Linear damping from top speed, time constants and relative damping of 0.3, 0.2 and 0.4; FH section 6.4."""
+    """Linear damping from top speed, time constants and damping ratios of 0.3, 0.2 and 0.4; FH section 6.4."""
     own = np.diag(mass)
     oscillating = 2.0 * np.array([0.3, 0.2, 0.4]) * np.sqrt(stiffness / own[2:5]) * own[2:5]
     surge = BOLLARD_PULL_AHEAD / TOP_SPEED
@@ -207,12 +207,12 @@ def _drag_coefficient(draught: float) -> float:
 
 
 def _cross(r: Floats) -> Floats:
-    """The matrix of r ×."""
+    """The matrix of the cross product r ×."""
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 
 def _steiner(mass: float, arm: Floats) -> Floats:
-    """What a mass at an arm adds to the inertia."""
+    """Inertia (3, 3) of a mass at an arm, by the parallel-axis theorem."""
     return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 

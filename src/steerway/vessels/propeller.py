@@ -1,6 +1,6 @@
-"""A propeller by its open-water curve: thrust T = K_t(J) ρ n|n| D⁴ with J = (1 − w) u/(n D); P3 (9)–(11), Table II.
+"""Propeller thrust by an open-water curve: T = K_t(J) ρ n|n| D⁴ with J = (1 − w) u/(n D); P3 (9)–(11), Table II.
 
-Between the points of the curve K_t is linear. Below the first it is constant, beyond the last (windmilling) it is
+K_t is linear between the points of the curve. Below the first point it is constant; beyond the last (windmilling) it is
 extrapolated along the last segment to J = 3. A shaft at rest gives no thrust.
 """
 
@@ -19,10 +19,10 @@ _GAIN, _REACH, _CURVE = range(3)
 
 @dataclass(frozen=True)
 class Propeller:
-    """Equal propellers on one speed: diameter D m, `count`, thrust `efficiency` η, `wake_fraction` w, water density.
+    """Equal propellers at one speed: diameter D m, `count`, thrust `efficiency` η, `wake_fraction` w, water density.
 
-    The curve: advance ratios J, rising, and thrust coefficients K_t. As given: P3's, whose D, η and ρ are not printed.
-    Raises InputError for a curve that does not rise in J and for numbers that cannot be.
+    The curve: advance ratios J, rising, and thrust coefficients K_t. The default is P3's; it does not print D, η and ρ.
+    Raises InputError for a curve that does not rise in J and for numbers out of range.
     """
 
     diameter: float = 0.8
@@ -39,15 +39,15 @@ class Propeller:
         if not_negative("propeller.wake_fraction", self.wake_fraction) >= 1.0:
             raise InputError(f"propeller.wake_fraction is {self.wake_fraction:g}, expected less than 1")
         if len(self.advance) < 2 or len(self.advance) != len(self.coefficient) or np.diff(self.advance).min() <= 0.0:
-            raise InputError(f"propeller.advance is {self.advance}, expected rising ratios, one a coefficient")
+            raise InputError(f"propeller.advance is {self.advance}, expected rising ratios, one per coefficient")
 
     @property
     def gain(self) -> float:
-        """Thrust (N) for a K_t of 1 at one revolution a second, all propellers together; P3 (12)."""
+        """Thrust (N) for K_t = 1 at 1 rev/s, all propellers together; P3 (12)."""
         return self.count * self.efficiency * self.density * self.diameter**4
 
     def curve(self, gain: float | None = None) -> np.ndarray:
-        """(2 + 2k,) what `thrust` reads. `gain` in place of the propeller's own: thrust a mass, for one."""
+        """Parameters (2 + 2k,) of `thrust`. `gain` replaces the propeller's own, for example by that per mass."""
         reach = (1.0 - self.wake_fraction) / self.diameter
         return np.array([self.gain if gain is None else gain, reach, *self.advance, *self.coefficient])
 

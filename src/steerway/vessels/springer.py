@@ -1,11 +1,11 @@
-"""Springer: a 4.2 m catamaran USV steered by the difference of two propellers, as identified on the water; P4 §2.1.
+"""Springer: a 4.2 m catamaran USV steered by the difference of two propeller speeds, identified on the water; P4 §2.1.
 
-Yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in
-rad; surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a
-held n_d.
+Yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in rad;
+surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. For any other step the poles are converted exactly, for a
+constant n_d.
 
-Two plants: the printed one has a pole of 1.002, so that the turn depends on the heading itself and even a straight
-course at 57° takes −8 rpm; the physical one has 1 there, and heading is an integral like everywhere else.
+There are two plants. The printed one has a pole at 1.002: its yaw rate depends on the heading itself, and a straight
+course at 57° needs −8 rpm. The physical one has this pole at 1: heading is the integral of the yaw rate.
 """
 
 import math
@@ -44,7 +44,7 @@ PLANTS = ("paper", "physical")
 
 @kernel
 def _step(state: Floats, difference: float, parameters: Floats, conditions: Floats, step: float) -> Floats:
-    """P4 (2)–(4) and (28)–(29), the position by the heading at the beginning of the step as printed."""
+    """P4 (2)–(4) and (28)–(29); the position uses the heading at the beginning of the step, as printed."""
     bias, speed, limit, rate = parameters[6], parameters[7], parameters[8], parameters[9]
     wanted = min(max(difference, -limit), limit)
     given = state[4] + min(max(wanted - state[4], -rate * step), rate * step)
@@ -71,7 +71,7 @@ class Springer(CompiledVessel):
     """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
 
     plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water. yaw:
-    another boat's response, in place of a plant. Raises InputError for what cannot be used.
+    another boat's response, in place of a plant. Raises InputError for numbers out of range.
     """
 
     size = 6
@@ -105,7 +105,7 @@ class Springer(CompiledVessel):
         return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
 
     def heading(self, state: Floats) -> float:
-        """Heading (rad), unwrapped: it counts the turns made."""
+        """Unwrapped heading, rad."""
         check_shapes(state, 6)
         return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
 
@@ -126,8 +126,8 @@ BOAT = Boat(
     response=HeadingResponse(PHYSICAL_YAW.poles, (_FIRST, _SECOND), 1.0),
     yaw_slew=MAX_CHANGE_RPM * RPM,
 )
-"""For the controllers; the autopilot's output is n_d in rad/s. K is that of a steady turn, T stands for the ramp of n_d
-by 20 rpm a second."""
+"""Parameters for the controllers; the autopilot's output is n_d in rad/s. K is that of a steady turn, T accounts for
+the rate limit of n_d, 20 rpm per second."""
 
 
 class SpringerTable(VesselTable):

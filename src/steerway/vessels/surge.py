@@ -1,7 +1,7 @@
-"""A boat that only goes ahead: u̇ = −d u_r − b u_r|u_r| + T(u_r, n)/m + F/m; P3 (12)–(13).
+"""A surge-only boat: u̇ = −d u_r − b u_r|u_r| + T(u_r, n)/m + F/m; P3 (12)–(13).
 
 u is the speed over ground along the hull, u_r = u − current the speed through the water, n the shaft speed in rev/s.
-State x y ψ u n (m, m, rad, m/s, rev/s). The heading is constant; a current across moves the boat sideways.
+State x y ψ u n (m, m, rad, m/s, rev/s). The heading is constant; a cross current moves the boat sideways.
 """
 
 import math
@@ -55,7 +55,7 @@ def surge_step(
     curve: Floats,
     step: float,
 ) -> float:
-    """Speed over ground after `step` s by Runge and Kutta while the shaft goes evenly from `before` to `after`."""
+    """Speed over ground after `step` s, by RK4; the shaft speed changes linearly from `before` to `after`."""
     middle = 0.5 * (before + after)
     k1 = surge_rate(speed - stream, before, linear_drag, quadratic_drag, curve) + push
     k2 = surge_rate(speed + 0.5 * step * k1 - stream, middle, linear_drag, quadratic_drag, curve) + push
@@ -92,8 +92,8 @@ def _motion(state: Floats, _: Floats, __: Floats, conditions: Floats) -> GroundM
 class Surge(CompiledVessel):
     """A surge-only vessel for the loop. Command: the shaft speed, rev/s. State (5,): see the module.
 
-    mass with its added mass in kg; drag linear in N·s/m and quadratic in N·s²/m². As given: P3's USV of Table I.
-    Raises InputError for numbers that cannot be.
+    mass including added mass in kg; drag linear in N·s/m and quadratic in N·s²/m². The default is P3's USV of Table I.
+    Raises InputError for numbers out of range.
     """
 
     size = 5
@@ -123,7 +123,7 @@ class Surge(CompiledVessel):
 
 
 def published_surrogate() -> Surge:
-    """The boat that P3's published curves show: not the printed one. Fitted to the figures, shaft lag 10.683 s."""
+    """The boat of P3's published curves, not that of its printed numbers: fitted to the figures, shaft lag 10.683 s."""
     mass = CALDAS_MASS
     propeller = Propeller()
     share = 0.0373039 * mass / propeller.gain
@@ -132,16 +132,16 @@ def published_surrogate() -> Surge:
 
 
 _ADVANCE = 0.6
-"""Advance ratio at which boats go steadily, roughly: what thrust a controller reckons with."""
+"""Typical advance ratio of boats in steady motion, for the thrust that a controller assumes."""
 _SPEED_BANDWIDTH = 0.2
-"""rad/s. P3 asks for settling to 2 % within 40 s. With 0.12, the least d_m that can meet it, the disturbance observer
+"""rad/s. P3 requires settling to 2 % within 40 s. With 0.12, the least d_m that can meet it, the disturbance observer
 takes 40 to 50 s from rest: its guess of the thrust holds at one advance ratio. With 0.2 it takes 24 to 27 s."""
 
 
 def speed_gains(
     mass: float, linear_drag: float, quadratic_drag: float, propeller: Propeller, shaft: Actuator
 ) -> tuple[float, SpeedPIGains]:
-    """(thrust in N per (rev/s)², gains of a speed loop) of a boat on one shaft speed."""
+    """(thrust in N per (rev/s)², gains of a speed loop) for a boat with one shaft speed."""
     thrust_gain = propeller.gain * thrust_coefficient(_ADVANCE, propeller.curve(1.0))
     gains = SpeedPIGains(
         mass,
@@ -155,9 +155,8 @@ def speed_gains(
 
 
 class ShaftKeys(VesselTable):
-    """The keys of a vessel on one shaft speed: `shaft_limit` rev/s, `shaft_lag` s, `shaft_rate` rev/s² (0: at once),
-    `reverse`, and the guess of drag and thrust that the controllers are given, as factors of the true ones.
-    """
+    """The keys of a vessel with one shaft speed: `shaft_limit` rev/s, `shaft_lag` s, `shaft_rate` rev/s² (0: no limit),
+    `reverse`. `guessed_drag` and `guessed_thrust`: the controllers' guess, as factors of the true drag and thrust."""
 
     shaft_limit: Annotated[Positive, "rev/s"] = 17.5
     shaft_lag: Annotated[NotNegative, "s"] = 0.5
@@ -168,19 +167,19 @@ class ShaftKeys(VesselTable):
     guessed_thrust: Annotated[float, Field(strict=True, ge=0.1, le=10.0), "1"] = 1.0
 
     def shaft(self) -> Actuator:
-        """The shaft."""
+        """The shaft as an actuator."""
         low = -self.shaft_limit if self.reverse else 0.0
         return Actuator("shaft speed", low, self.shaft_limit, self.shaft_rate or math.inf, self.shaft_lag)
 
     def guessed(self, mass: float, linear_drag: float, quadratic_drag: float) -> tuple[float, SpeedPIGains]:
-        """`speed_gains` by the guess."""
+        """`speed_gains` for the guessed drag and thrust."""
         drags = self.guessed_drag * linear_drag, self.guessed_drag * quadratic_drag
         propeller = Propeller(self.diameter, efficiency=0.8 * self.guessed_thrust)
         return speed_gains(mass, *drags, propeller, self.shaft())
 
 
 class SurgeTable(ShaftKeys):
-    """The keys of a boat that only goes ahead; as given P3's."""
+    """The keys of a surge-only boat; the defaults are P3's."""
 
     kind: Literal["surge"] = "surge"
     mass: Annotated[Positive, "kg"] = CALDAS_MASS

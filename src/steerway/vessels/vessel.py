@@ -22,12 +22,12 @@ from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning
 from steerway.core.settings import Table
 
 CURRENT_NORTH, CURRENT_EAST, FORCE_NORTH, FORCE_EAST, MOMENT = range(5)
-"""Places in the conditions: current (m/s), forces besides the actuators' (N), their moment in yaw (N·m); NED."""
+"""Indices of the conditions: current (m/s), force of the environment (N), its yaw moment (N·m); NED."""
 
 
 @dataclass(frozen=True)
 class Actuator:
-    """One actuator: it takes commands from `low` to `high` and follows with `lag` s, at most `rate` a second."""
+    """One actuator: commands from `low` to `high`, first-order `lag` in s, change of at most `rate` per second."""
 
     name: str
     low: float
@@ -44,10 +44,10 @@ class Vessel(Protocol):
         """One for each entry of a command."""
 
     def start(self, north: float, east: float, heading: float, speed: float) -> np.ndarray:
-        """The state (n,) of a vessel that makes `speed` through the water along `heading`."""
+        """The state (n,) of a vessel that moves at `speed` through the water along `heading`."""
 
     def step(self, state: np.ndarray, command: Sequence[float], conditions: np.ndarray, step: float) -> np.ndarray:
-        """The state (n,) after `step` s of one command, a float an actuator, in the conditions (5,)."""
+        """The state (n,) after `step` s of one command, one number per actuator, in the conditions (5,)."""
 
     def motion(self, state: np.ndarray, conditions: np.ndarray) -> GroundMotion:
         """Position and motion over ground."""
@@ -65,7 +65,7 @@ CALM.flags.writeable = False
 
 
 def check_shapes(state: Floats, size: int, conditions: Floats = CALM) -> None:
-    """Raises InputError unless `state` is an array (size,) and `conditions` (5,): kernels do not check indices."""
+    """Raise InputError unless `state` is an array (size,) and `conditions` (5,): kernels do not check indices."""
     if getattr(state, "shape", None) == (size,) and getattr(conditions, "shape", None) == (5,):
         return  # on every step of every run
     for name, values, expected in (("state", state, size), ("conditions", conditions, 5)):
@@ -112,9 +112,9 @@ def moving(
     lean: tuple[float, float] = (0.0, 0.0),
     shaft: float = math.nan,
 ) -> GroundMotion:
-    """The motion of a state that goes on by ẋ = rates(x, *inputs): north is its entry `place`, east the next.
+    """Motion for ẋ = rates(x, *inputs); `place` is the index of north in the state, the next index is east.
 
-    heading: entry of the state. through_water: surge and sway, m/s. lean: roll and pitch, rad. shaft: rev/s.
+    heading: its index. through_water: surge and sway, m/s. lean: roll and pitch, rad. shaft: rev/s.
     """
     now = rates(state, *inputs)
     before = rates(state - SHORTLY * now, *inputs)
@@ -130,7 +130,7 @@ def moving(
 def turning(
     north: float, east: float, heading: float, yaw_rate: float, surge: float, sway: float, conditions: Floats
 ) -> GroundMotion:
-    """The motion of a boat at a place (m), whose velocity through the water (m/s) turns with its bow."""
+    """Motion of a boat at a position (m) whose velocity through the water (m/s) is constant in the body frame."""
     ahead, aside = over_ground(surge, sway, heading)
     velocity = ahead + conditions[CURRENT_NORTH], aside + conditions[CURRENT_EAST]
     course_rate = turning_rate(*velocity, -aside * yaw_rate, ahead * yaw_rate)
@@ -138,11 +138,11 @@ def turning(
 
 
 class CompiledVessel:
-    """A vessel by two `kernels`: one makes a step, the other gives the motion.
+    """A vessel defined by two `kernels`: one for a step, one for the motion.
 
-    Both are called with the state (`size`,), the `_constants` and the conditions; for a step, the command comes behind
-    the state, and the length of the step at the end with `_options`: whether it is one of Runge and Kutta's, for a
-    vessel that has either method.
+    Both are called with the state (`size`,), the `_constants` and the conditions. For a step, the command follows the
+    state, and the step length and `_options` come last. For a vessel with a choice of method, `_options` is (True,) for
+    Runge and Kutta's, (False,) for Euler's.
     """
 
     actuators: tuple[Actuator, ...]
@@ -172,13 +172,13 @@ class CompiledVessel:
 
 
 def check_speed(kind: str, speed: float | None, own: float) -> None:
-    """Raises InputError for a vessel of one speed that would start at another."""
+    """Raise InputError if a vessel of constant speed would start at another speed."""
     if speed is not None and speed != own:
-        raise InputError(f"{kind}: start at {speed} m/s, expected its one speed of {own} m/s")
+        raise InputError(f"{kind}: start at {speed} m/s, expected its constant speed of {own} m/s")
 
 
 class Positioned(NamedTuple):
-    """What dynamic positioning uses of a vessel: M and D (3, 3) of P2 (2), and the allocation to its thrusters."""
+    """Parameters for dynamic positioning: M and D (3, 3) of P2 (2), and the thrust allocation."""
 
     inertia: Any
     damping: Any
@@ -188,8 +188,7 @@ class Positioned(NamedTuple):
 class VesselTable(Table):
     """The table [vessel] of a scenario. A vessel adds its `kind` (a Literal with itself as default) and its keys.
 
-    `reference` is the kind of reference filter used where the scenario names none; see `core.reference`. `length`
-    in m, NaN where it is not known.
+    `reference` is the kind of the default reference filter; see `core.reference`. `length` in m, NaN if unknown.
     """
 
     method: Literal["rk4", "euler"] = "rk4"
@@ -198,16 +197,16 @@ class VesselTable(Table):
 
     @abstractmethod
     def build(self) -> Vessel:
-        """The vessel. Raises InputError for numbers that exclude each other."""
+        """The vessel. Raises InputError for contradictory numbers."""
 
     @abstractmethod
     def boat(self) -> Boat:
-        """The numbers and default gains its controllers use."""
+        """Parameters and default gains for the controllers."""
 
     def positioned(self) -> Positioned | None:
-        """What dynamic positioning uses, None for a vessel that is not moved in every direction."""
+        """Parameters for dynamic positioning; None for a vessel without force in one of surge, sway and yaw."""
         return None
 
     def boat_in_current(self) -> Boat:
-        """The same for steering by an estimator that knows the orders, whose response to them has to fit well."""
+        """As `boat`, for the steering filter, which needs an accurate yaw response."""
         return self.boat()

@@ -1,4 +1,4 @@
-"""Many seeds in one table: mean, spread and worst of every number."""
+"""Results of many seeds in one table: median, 5 % and 95 % of every number."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def gathered(results: Sequence[dict[str, float]]) -> dict[str, np.ndarray]:
-    """Numbers by name, (seeds,) each."""
+    """Results by name, (seeds,) each."""
     return {name: np.array([each[name] for each in results]) for name in results[0]}
 
 
 def spread(results: Sequence[dict[str, float]]) -> list[tuple[str, str, str, str, str]]:
-    """(name, median, 5 %, 95 %, number of seeds without) of every number."""
+    """(name, median, 5 %, 95 %, number of seeds without a value) of every number."""
     rows = []
     for name, values in gathered(results).items():
         known = values[np.isfinite(values)]
@@ -39,7 +39,7 @@ SPREAD_COLUMNS = ("", "median", "5 %", "95 %", "seeds without")
 def write_campaign(
     seeds: Iterable[int], results: Sequence[dict[str, float]], directory: Path, title: str, remarks: Sequence[str] = ()
 ) -> list[Path]:
-    """campaign.parquet (a row a seed), results.json (medians) and index.html; returns what was written."""
+    """Write campaign.parquet (one row per seed), results.json (medians) and index.html; returns their paths."""
     import polars as pl
 
     from steerway.report.page import write_page

@@ -42,7 +42,7 @@ def track_figure(run: Run, waypoints: tuple[Floats, Floats]) -> Figure:
 
 
 def errors_figure(run: Run) -> Figure:
-    """Errors of the estimate, of the heading too where there is one, with the ± 2σ of the estimator."""
+    """Errors of the estimate, with the estimator's ± 2σ; the heading is included if it is estimated."""
     run = _thinned(run)
     errors = outcome.errors(run)
     settled = run.time > outcome.SETTLING
@@ -66,7 +66,7 @@ def errors_figure(run: Run) -> Figure:
 
 
 def steering_figure(run: Run) -> Figure:
-    """Course made good and commanded course, speed, cross-track error and crab angle."""
+    """True and commanded course, speed, cross-track error and crab angle."""
     run = _thinned(run)
     course = {
         "commanded": (_compass(run["desired_angle"]), THEIRS),
@@ -89,7 +89,7 @@ def steering_figure(run: Run) -> Figure:
 
 
 def orders_figure(run: Run) -> Figure:
-    """Course or heading and speed, as ordered and as made good."""
+    """Course or heading and speed: ordered, estimated and true."""
     run = _thinned(run)
     by_course = bool(np.mean(run["by_course"]) > 0.5)
     course = {
@@ -120,7 +120,7 @@ def manoeuvre_figures(run: Run, course: float) -> tuple[Figure, Figure]:
 
 
 def places_figure(run: Run) -> Figure:
-    """Place and heading in dynamic positioning, and the errors of what is estimated and of what the receiver reads."""
+    """Position and heading in dynamic positioning, and the errors of the estimate and of the fixes."""
     run = _thinned(run)
     away, bearing = run["leg_distance"], run["leg_bearing"]
     ordered = {
@@ -166,7 +166,7 @@ def _unit(name: str) -> str:
 
 
 def _curves(run: Run, lines: dict[str, tuple[Floats, str]]) -> list[Curve]:
-    """Over time, by label: values and colour."""
+    """Curves over time of {label: (values, colour)}."""
     return [Curve(run.time, values, label, colour) for label, (values, colour) in lines.items()]
 
 

@@ -46,11 +46,11 @@ _UNITS: tuple[tuple[str, Callable[[Floats], Floats] | None, str], ...] = (
     ("_m", None, "north east along_track cross_track remaining distance position_std position_relative_std"),
     ("_deg", _compass, "heading cog angle direction bearing"),
 )
-"""Unit, conversion to it, and how columns end that have it; the first row with such an ending counts."""
+"""(unit, conversion to it, endings of the columns with this unit); the first row with a column's ending applies."""
 
 
 def _outward(name: str) -> Outward:
-    """(column name with its unit, conversion) of one of a run's columns."""
+    """(name with unit, conversion) of a column of `Run`."""
     for unit, convert, endings in _UNITS:
         if any(f"_{name}".endswith(f"_{ending}") for ending in endings.split()):
             return name + unit, convert
@@ -63,10 +63,10 @@ _NAMES = {name: _outward(name) for name in COLUMNS}
 def frame(
     run: Run, actuators: Sequence[Actuator] = (), origin: tuple[float, float] = (0.0, 0.0), begins: float = 0.0
 ) -> "pl.DataFrame":
-    """A polars DataFrame of the run: time_s, elapsed_s, the columns with their units, derived ones, those of actuators.
+    """A polars DataFrame of the run: time_s, elapsed_s, the columns with their units, derived ones, actuator commands.
 
     `origin` is the (latitude, longitude) of north = east = 0 in rad, `begins` the Unix time of the first row. Rudders
-    are in degrees, propellers in rad/s; what is unknown is null.
+    are in degrees, propellers in rad/s; unknown values are null.
     """
     import polars as pl
 
@@ -98,17 +98,17 @@ def write_table(
     origin: tuple[float, float] = (0.0, 0.0),
     begins: float = 0.0,
 ) -> None:
-    """The run as Parquet."""
+    """Write the run as Parquet."""
     with complete_or_absent(path) as file:
         frame(run, actuators, origin, begins).write_parquet(file)
 
 
 def write_log(run: Run, path: Path, begins: float, origin: tuple[float, float], quality: int = 1) -> int:
-    """What the instruments read, as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
+    """Write the readings of the instruments as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
 
-    RMC and GGA for every fix, with the receiver's SOG and COG where it reports them, and HDT with the latest compass
-    reading since the previous fix: HDT has no time field, readers give it the time of the fix next to it.
-    `origin` is the (latitude, longitude) of north = east = 0 in rad, quality that of GGA.
+    RMC and GGA for every fix, with the receiver's SOG and COG if it reports them, and HDT with the latest compass
+    reading since the previous fix. HDT has no time field: readers give it the time of the fix next to it. `origin` is
+    the (latitude, longitude) of north = east = 0 in rad, quality that of GGA.
     """
     read = {name: run[f"read_{name}"] for name in ("north", "east", "sog", "cog", "heading")}
     latitude, longitude = displaced_all(*origin, read["north"], read["east"])
@@ -130,14 +130,14 @@ def write_log(run: Run, path: Path, begins: float, origin: tuple[float, float], 
 
 
 def write_results(numbers: Mapping[str, float | None], path: Path) -> None:
-    """Named numbers as JSON; null for what is not a finite number."""
+    """Write results by name as JSON; null for a number that is not finite."""
     known = {name: value if value is not None and math.isfinite(value) else None for name, value in numbers.items()}
     with complete_or_absent(path) as file:
         file.write(json.dumps(known, indent=2).encode() + b"\n")
 
 
 def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks: Sequence[str] = ()) -> list[Path]:
-    """run.parquet, results.json, index.html and, on request, run.nmea in `directory`; returns what was written.
+    """Write run.parquet, results.json, index.html and, on request, run.nmea to `directory`; returns their paths.
 
     Raises InputError for a directory that cannot be written.
     """

@@ -28,14 +28,14 @@ _STEERING = (
     "course made good, is caused by current and wind; course control compensates it without measuring it."
 )
 _ORDERS = "Ordered course (or heading) and speed, the reference that the autopilot follows, and the true motion."
-_PLACES = "Place and heading, as ordered, estimated and true; the errors of the estimate, and of the receiver's fixes."
-_MANOEUVRE = "The track from where the helm is first put over."
-_TURNED = "The heading, with what is ordered of the actuators."
+_PLACES = "Position and heading, ordered, estimated and true; errors of the estimate and of the receiver's fixes."
+_MANOEUVRE = "The track from the point at which the helm is first put over."
+_TURNED = "The heading, and the helm."
 _ACTUATORS = "Commands of the actuators, with their limits."
 
 
 def write_run_page(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> None:
-    """The page of a `run.Sailed`: track, errors, steering with crab angle, actuators, numbers."""
+    """Write the page of a `run.Sailed`: track, errors, steering with crab angle, actuators, numbers."""
     scenario = sailed.scenario
     passages = [
         (each.waypoint, "reached" if each.reached else "missed", each.why, f"{each.time:.1f}", f"{each.distance:.1f}")
@@ -49,7 +49,7 @@ def write_run_page(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> N
         columns = "", "measured", "IMO limit, for ships of 100 m and more"
         tables = [(scenario.manoeuvre or "", columns, manoeuvred(sailed, sailed.assembly.pilot))]
     elif passages:
-        tables.append(("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages))
+        tables.append(("Waypoints", ("waypoint", "", "by", "under way (s)", "distance (m)"), passages))
     write_page(path, scenario.name, tables, lambda: _figures(sailed), remarks, scenario.description)
 
 
@@ -77,7 +77,7 @@ def _figures(sailed: Sailed) -> list[tuple["Figure", str]]:
 
 
 def manoeuvred(sailed: Sailed, pilot: ManoeuvringPilot) -> list[tuple[str, str, str]]:
-    """(what, measured, limit) of a manoeuvre."""
+    """(name, measured value, limit) of a manoeuvre's results."""
     vessel = sailed.scenario.vessel
     allowed = limits(pilot.manoeuvre, vessel.length, pilot.mission.cruise)
     units = {"deg": "°", "dps": "°/s", "m": "m", "s": "s", "lengths": "lengths", "pct": "%"}
@@ -102,11 +102,11 @@ def route_of(sailed: Sailed) -> tuple[np.ndarray, np.ndarray]:
 
 
 COMPARED = ("", "RMS error", "true within ± 2σ (95 % expected)")
-"""What the columns of `comparison` are."""
+"""Titles of the columns of `comparison`."""
 
 
 def comparison(numbers: dict[str, float]) -> list[tuple[str, str, str]]:
-    """(what, RMS error, share of the rows within ± 2σ) of the estimate; the first 30 s are excluded."""
+    """(quantity, RMS error, share of the rows within ± 2σ) of the estimate; the first 30 s are excluded."""
     return [
         (words, _with_unit(numbers[rms], unit, digits), within(numbers[f"{rms.split('_rms')[0]}_within_2sigma_pct"]))
         for words, rms, unit, digits in (
@@ -119,12 +119,12 @@ def comparison(numbers: dict[str, float]) -> list[tuple[str, str, str]]:
 
 
 def within(share: float) -> str:
-    """A share of coverage in words."""
+    """A coverage in words."""
     return _with_unit(share, "% of the time", 1)
 
 
 def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
-    """The run as (what, value) pairs."""
+    """The run as (quantity, value) pairs."""
     return [
         ("duration", _with_unit(numbers["duration_s"], "s", 1)),
         *_answers(numbers),
@@ -137,18 +137,18 @@ _ANSWERS: dict[str, tuple[str, str, int]] = {
     "position_mae_m": ("estimated position, mean |error| over north and east", "m", 4),
     "overshoot_pct": ("overshoot, largest", "%", 1),
     "rudder_max_deg": ("largest rudder", "°", 1),
-    "rudder_rate_max_dps": ("largest rudder rate asked for", "°/s", 2),
+    "rudder_rate_max_dps": ("largest demanded rudder rate", "°/s", 2),
 }
 
 
 def _answers(numbers: dict[str, float]) -> list[tuple[str, str]]:
-    """What only some runs have."""
+    """Rows of the summary for results that only some runs have."""
     answers = ((numbers[key], *each) for key, each in _ANSWERS.items() if key in numbers)
     return [(words, _with_unit(value, unit, decimals)) for value, words, unit, decimals in answers]
 
 
 def _under_way(numbers: dict[str, float]) -> list[tuple[str, str]]:
-    """Rows of the summary of a run that does not hold places: its legs, if it has any, and how it is steered."""
+    """Rows of the summary of a run that does not hold positions: its legs, if it has any, and its steering."""
     if "position_mae_m" in numbers:
         return []
     steered = [
@@ -173,7 +173,7 @@ def _with_unit(value: float, unit: str, decimals: int) -> str:
 
 
 def write_story(sailed: Sailed, path: Path, remarks: Sequence[str] = ()) -> None:
-    """The interactive page of a `run.Sailed`: truth and estimate at every fix."""
+    """Write the interactive page of a `run.Sailed`: truth and estimate at every fix."""
     from steerway.report.interactive import write_interactive_page
 
     run = sailed.run
