@@ -54,8 +54,7 @@ def commanded(time: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class PublishedRun:
-    """A run of the published set-up, arrays (n,), SI and radians. Propeller speeds, (n, 2) left and right: `commanded`
-    and actual (`turning`)."""
+    """A run of the published set-up: (n,), SI, radians. Propeller speeds left and right, (n, 2), ordered and actual."""
 
     time: np.ndarray
     north: np.ndarray

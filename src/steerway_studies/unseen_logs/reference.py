@@ -88,9 +88,8 @@ class VelocityReference:
     def noise(self) -> tuple[float, float, float]:
         """1σ of the reference's noise: SOG (m/s), velocity across the course (m/s), rate (rad/s).
 
-        The white part is from the lower quartile of the size of third differences, because motion does not matter in
-        the calm quarter of a log. It is at least the rounding error. Of errors that last over several rows it includes
-        only `lasting`.
+        The white part is from the lower quartile of the size of third differences: in the calm quarter of a log motion
+        does not matter. It is at least the rounding error. Errors that last over several rows are `lasting` only.
         """
         fast = np.where(self.sog > _WAY, self.sog, np.nan)
         changes = np.diff(self.sog), wrap_array(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
