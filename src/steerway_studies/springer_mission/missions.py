@@ -168,7 +168,7 @@ def paper_mission(seed: int) -> dict[str, MissionResult]:
 
 
 def unseen_mission(seed: int) -> dict[str, tuple[MissionResult, float]]:
-    """A random compass and circuit, by estimator: its own mission, and its RMS error (°) on the ideal filter's voyage."""
+    """A random compass and circuit, by estimator: its own mission, its RMS error (°) on the ideal filter's voyage."""
     rng = np.random.default_rng(seed)
     compass = random_compass(rng)
     circuit, world = random_circuit(rng), World(compass=compass)
