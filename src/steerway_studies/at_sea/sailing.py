@@ -105,7 +105,7 @@ def all_cases() -> list[Case]:
 
 
 GATE = 0.75, 1.5
-"""s: the autopilot aboard stops when fixes are rejected for three intervals, at least and at most for these times."""
+"""s: the autopilot stops when fixes are rejected for three intervals, but not before and not after these times."""
 
 
 class JudgedRun(NamedTuple):

@@ -1,4 +1,4 @@
-"""P1's ship on its route: the set-up of section 4, steered by true states, the printed filter or the product's."""
+"""P1's ship on its route: the set-up of section 4, steered by true states, the printed filter or Steerway's."""
 
 import math
 from dataclasses import dataclass
@@ -64,7 +64,7 @@ def receiver(noise: float) -> Gnss:
 
 
 def product_profile(noise: float) -> Profile:
-    """Profile of the product's filter with the true model of the receiver's error, and the ship's motion as in P1.
+    """Profile of Steerway's filter with the true model of the receiver's error, and the ship's motion as in P1.
 
     S_ω is P1's h Q_d of 1e-6 rad²/s³; speed noise and α2 = 0.05 1/s suit a ship that turns for minutes.
     """

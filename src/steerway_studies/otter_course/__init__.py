@@ -147,7 +147,7 @@ def bandwidth_numbers() -> dict[str, float]:
 
 
 def _noisy(label: str, noise: float, bandwidth: float, most: float) -> list[Quantity]:
-    stem, where = f"noisy_{label}", f"product filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
+    stem, where = f"noisy_{label}", f"Steerway's filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
     rest, zigzag = "RMS of true minus desired course", f"identified from a zigzag with {noise:g} m of noise"
     carried = f"bandwidth that the estimate supports with {noise:g} m of noise"
     return [
@@ -218,7 +218,7 @@ def figures(published: PublishedRun, failing: PublishedRun, seed: int) -> dict:
         "noise": (
             _noise(failing, seed),
             "The same order with noise in the fixes. Above, the published tuning, which follows every fix: with 1 cm "
-            "of noise the boat steers in all directions. Below, the product's filter and autopilot.",
+            "of noise the boat steers in all directions. Below, Steerway's filter and autopilot.",
         ),
     }
 
@@ -310,7 +310,7 @@ def _noise(failing, seed):
             Curve(time, np.degrees(shown.true_cog), "true course"),
             Curve(time, np.degrees(shown["reference_angle"]), "desired", BAD, "--", 1.0),
         ]
-        title = f"product filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
+        title = f"Steerway's filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
         order = Band((0.0, BACK_AT), (0.0, 0.0), (math.degrees(COMMAND),) * 2, "command")
         panels.append(Panel("course (°)", curves, title, bands=[order]))
     return series(panels, share=False)
@@ -325,7 +325,7 @@ REMARKS = [
     "which the published run uses; the unit of K is s/(kg·m²).",
     "With the published tuning the filter follows every fix, that is, it differentiates positions. Without noise this "
     "is accurate; with 1 cm of noise it fails, and the boat steers in all directions.",
-    f"With noise the product steers: five-state filter with S_U = {PRODUCT_MOTION['speed_noise']:g} m²/s³, S_ω = "
+    f"With noise Steerway steers the boat: five-state filter with S_U = {PRODUCT_MOTION['speed_noise']:g} m²/s³, S_ω = "
     f"{PRODUCT_MOTION['course_rate_noise']:g} rad²/s³, α2 = {PRODUCT_MOTION['course_rate_decay']:g} 1/s and the "
     "fixes' true σ; feedback gains by (57)–(59) from T/K = 41.4 at the stated ω_n; feedforward (55) with K and T of "
     "the course, identified from the positions of a zigzag with the same noise. The boat is under way for "

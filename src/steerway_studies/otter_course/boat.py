@@ -1,4 +1,4 @@
-"""P0 section 5: the Otter on course commands of 20° and 0°, steered as published and by the product's blocks."""
+"""P0 section 5: the Otter on course commands of 20° and 0°, steered as published and by Steerway's blocks."""
 
 import math
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ PRINTED_INERTIA = 41.4  # T/K, kg·m²: what K_p = 93.15 was computed from
 PRINTED_DERIVATIVE = 0.889  # s; (68) rounds it
 
 PRODUCT_MOTION = {"speed_noise": 1e-2, "course_rate_noise": 1e-2, "course_rate_decay": 0.1}
-"""The product's motion model: α2 as in P0, densities that allow a bandwidth of 1 rad/s at 0.1 m of noise."""
+"""Steerway's motion model: α2 as in P0, densities that allow a bandwidth of 1 rad/s at 0.1 m of noise."""
 RUN_IN = 60.0
 """s on course 0 before the command, so that the estimate has converged."""
 
@@ -100,12 +100,12 @@ def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) 
 
 
 def product_profile(noise: float) -> Profile:
-    """Profile of the product's filter for fixes with white noise of this 1σ, m."""
+    """Profile of Steerway's filter for fixes with white noise of this 1σ, m."""
     return Profile(name="otter-course", position_std=noise, **PRODUCT_MOTION)
 
 
 def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, seed: int, run_in=RUN_IN) -> Run:
-    """A run with the same command and the product's blocks; row 0 is `run_in` s before the command.
+    """A run with the same command and Steerway's blocks; row 0 is `run_in` s before the command.
 
     Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; feedforward from the identified
     course model `yaw`, or from the paper's Nomoto model if `yaw` is None.

@@ -99,9 +99,9 @@ def _opened(path, log) -> Fixes:
 def _add(results, log, fixes):
     profile = choose_profile(fixes)
     ours, printed = estimate(fixes, profile, causal=True), as_printed(fixes, log.process_noise)
-    for who, motion in (("product", ours), ("printed", printed)):
+    for who, name, motion in (("product", "Steerway's", ours), ("printed", "printed", printed)):
         agreement = compare(fixes, motion)
-        stem, where = f"log_{log.name}_{who}", f"{log.boat}: {who} filter against the receiver above 1 m/s"
+        stem, where = f"log_{log.name}_{who}", f"{log.boat}: {name} filter against the receiver above 1 m/s"
         for key, value, what, unit in (
             ("sog_rms_mps", agreement.sog_rms_aligned, f"SOG, RMS after a lag of {agreement.sog_lag:.1f} s", "m/s"),
             ("cog_rms_deg", agreement.cog_rms_aligned, f"COG, RMS after a lag of {agreement.cog_lag:.1f} s", "°"),
@@ -111,12 +111,12 @@ def _add(results, log, fixes):
     caption = f"In place of P0 figures {log.instead_of}: {log.boat}. "
     results.figures[log.track_stem] = (
         track_figure(ours),
-        caption + "Track of the product's filter; grey where course is not defined.",
+        caption + "Track of Steerway's filter; grey where course is not defined.",
     )
     results.figures[log.signals_stem] = (
         _signals(fixes, ours, printed),
-        caption + f"Speed and course over ground of the product's filter (profile {profile.name}), of the printed "
-        "filter with the paper's tuning, and of the receiver. At rest course is undefined: the product outputs none.",
+        caption + f"Speed and course over ground of Steerway's filter (profile {profile.name}), of the printed "
+        "filter with the paper's tuning, and of the receiver. At rest course is undefined: Steerway outputs none.",
     )
 
 
@@ -159,7 +159,7 @@ def _signals(fixes, ours, printed):
     time, course = reports.time - began, np.degrees(np.mod(reports.cog, 2 * np.pi))
     sog = [Curve(time, reports.sog, "receiver", THEIRS, ".")]
     cog = [Curve(time, course, "", THEIRS, ".")]
-    for motion, name, *look in ((printed, "printed filter", BAD, "-", 0.8), (ours, "product filter")):
+    for motion, name, *look in ((printed, "printed filter", BAD, "-", 0.8), (ours, "Steerway's filter")):
         sog.append(Curve(motion.time - began, motion.sog, name, *look))
         course = broken(np.degrees(np.mod(motion.cog, 2 * np.pi)))
         cog.append(Curve(motion.time - began, course, "", *look))

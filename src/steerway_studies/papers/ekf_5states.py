@@ -1,5 +1,5 @@
 """P0 Appendix A exactly as printed, over a whole record. Speed may become negative and course is not wrapped. The
-process noise is h² Q_d, which depends on the rate. The "LL" state is in radians. For use: `steerway.FiveStateFilter`.
+process noise is h² Q_d, which depends on the rate. The "LL" state is in radians. Elsewhere use `FiveStateFilter`.
 """
 
 import math

@@ -1,6 +1,6 @@
 """The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the ordinary filter in
 interval arithmetic. A number that occurs twice counts as two independent ones, so that the bounds diverge within
-seconds. For use: `steerway.estimation.heading.IntervalFilter`.
+seconds. Elsewhere use `steerway.estimation.heading.IntervalFilter`.
 """
 
 import math

@@ -1,5 +1,5 @@
 """P2 as printed: the earth-fixed form (4)–(12), its linearisation (14)–(18), the saturation (20) and the control law
-(30). For studies and tests; for use: `steerway.control.PositionPID` and `steerway.estimation.positioning`.
+(30). For studies and tests; elsewhere use `steerway.control.PositionPID` and `steerway.estimation.positioning`.
 """
 
 import numpy as np

@@ -4,7 +4,7 @@ The controller has one γ for three parameters of different units, no limit, and
 
 L. H. S. Caldas, Speed control and sensor fusion implementation for an autonomous surface vessel using adaptive control
 and extended Kalman filter: P3. The last term of (15) is read as â_u|u| u|u|, a negative radicand as 0. For studies and
-tests, never for a boat; for use: `steerway.control.AdaptiveSpeed` and `steerway.estimation.speed.SurgeFusion`.
+tests; on a boat use `steerway.control.AdaptiveSpeed` and `steerway.estimation.speed.SurgeFusion`.
 """
 
 import math
