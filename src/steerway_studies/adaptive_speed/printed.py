@@ -117,7 +117,7 @@ def filtered(track: PrintedRun, seed: int, imu: str | None = "literal", printed_
 
 
 def filter_errors(job) -> dict[str, float]:
-    """Largest error after 10 s, % of the set-point, of the printed filter in four readings."""
+    """Largest error after 10 s of four variants of the printed filter, % of the set-point."""
     track = sail_true(sailing.plant("T"), PrintedMrac(), job.setpoint, 100.0)
     found = {}
     readings = {

@@ -99,7 +99,7 @@ class SpeedRun:
 
 
 def _bias(kind, time, since):
-    """What a fault adds to (acceleration, GPS, log), m/s² and m/s, at a time."""
+    """Errors that a fault adds to the readings of (accelerometer, GPS, log) at a time, m/s² and m/s."""
     if kind is None or time <= since:
         return 0.0, 0.0, 0.0
     return {

@@ -38,7 +38,7 @@ def made(form: str, logs) -> object:
 
 
 def tune(seeds: int, case: int) -> np.ndarray:
-    """The logs for `made` that give the least mean error on the tuning seeds."""
+    """Fitted `logs` of a case (see `made`): those with the least mean error on the tuning seeds."""
     world, form = CASES[case]
     records = [scenario.sail(scenario.drawn(FIRST_TUNING_SEED + i), fix_noise=WORLDS[world]) for i in range(seeds)]
 
@@ -60,6 +60,6 @@ def tune(seeds: int, case: int) -> np.ndarray:
 
 
 def tuned_cases(seeds: int, progress=None) -> dict:
-    """(world, form) → logs for `made`."""
+    """(world, form) → fitted `logs`, see `made`."""
     found = over_cases(partial(tune, seeds), range(len(CASES)), progress=progress)
     return dict(zip(CASES, found, strict=True))
