@@ -87,7 +87,7 @@ class Judged:
 
 
 def control_numbers(judged: Judged) -> dict[str, float]:
-    """MRAC+ on plants a–c and on random boats."""
+    """Numbers of MRAC+ on plants a–c and on random boats."""
     n, passed = {}, []
     for speed in SPEEDS:
         for key in ("settling_s", "overshoot_pct", "tail_pct"):
@@ -104,7 +104,7 @@ def control_numbers(judged: Judged) -> dict[str, float]:
 
 
 def fusion_numbers(judged: Judged) -> dict[str, float]:
-    """The fused speed, with and without faults of instruments; the printed filter."""
+    """Numbers of the fused speed, with and without faults of instruments, and of the printed filter."""
     n = {}
     for speed in SPEEDS:
         n[f"fusion_rms_pct_{speed}"] = judged.worst("rms_pct", "ours", speed)

@@ -182,7 +182,7 @@ def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
 
 
 def judged(case: Case, seed: int) -> JudgedRun:
-    """Simulate a case; its numbers. A route with a leg that is shorter than its turns in the current is refused."""
+    """Simulate a case; returns its numbers. A route is refused if a leg is shorter than its turns in the current."""
     flow = _current(case)
     velocity = flow.speed * math.cos(flow.direction), flow.speed * math.sin(flow.direction)
     if short_leg(CRAFT[case.craft].boat, _route(case), velocity):
