@@ -24,8 +24,8 @@ LABELS = {
     "nominal": "nominal filter",
 }
 HARDER = {
-    "a": "(a) propellers off",
-    "b": "(b) and deviation card",
+    "a": "(a) propellers not as modelled",
+    "b": "(b) and a deviation card",
     "c": "(c) varying current",
 }
 
