@@ -210,7 +210,7 @@ REMARKS = (
     "Table III is reproduced with a set-up that we inferred (recipe B); the paper gives none. The filter: S*, Q of "
     "(19) with (20) corrected, scaled by 1.5e-3, R the true variance, a compass. Its rival: the passive observer with "
     "the gains of the vessel's public simulator, untuned, on measurements held from fix to fix, under a force that it "
-    "cannot follow. Without the disturbance both have the same error. Tuned, the observer has a smaller error than "
+    "cannot follow. Without the disturbance both err equally. Tuned, the observer has a smaller error than "
     "the paper's filter in either form.",
     "Time-varying Q: each form has two free numbers, fitted by the same search on forty seeds that are not used in "
     "the test. On S* the form of (19) does not help. If the noise of fixes grows with speed, as the text supposes, it "
