@@ -114,7 +114,7 @@ def _text(doc: str | None) -> str:
 
 
 def _escaped(text):
-    """Text outside of code whose signs Markdown would take for its own."""
+    """Text with the signs of Markdown escaped, except in code."""
     parts = text.split("`")
     parts[::2] = [re.sub(r"([*_<\[\]])", r"\\\1", part) for part in parts[::2]]
     return "`".join(parts)
@@ -196,7 +196,7 @@ def keys(kind: str) -> str:
 
 
 def _places(schema):
-    """Where each table stands: its path of keys."""
+    """Table → its path of keys."""
     found = {}
 
     def walk(table, path):
