@@ -53,7 +53,7 @@ def _lead(name):
 def module(name: str) -> str:
     """The public names of a module."""
     found = import_module(name)
-    parts = [f"# {name}\n", _text(inspect.getdoc(found))]
+    parts = [f"# {name}\n", _text(found.__doc__)]
     parts += [_name(each, getattr(found, each)) for each in sorted(found.__all__, key=str.lower)]
     return "\n\n".join(parts) + "\n"
 
