@@ -2,8 +2,8 @@
 
 python docs/build.py [SITE]   (make docs)
 
-Python blocks of a page run in the order in which they are read, in one namespace; blocks marked `sh run` in a shell.
-What they print stands below them, and so does a matplotlib Figure left in `figure`.
+Python blocks of a page run in their order, in one namespace; blocks marked `sh run` run in a shell. Their output is
+inserted below them, and so is a matplotlib Figure assigned to `figure`.
 """
 
 import os
@@ -40,7 +40,7 @@ def snippets(page: str) -> Iterator[Snippet]:
 
 
 def run_python(snippet: Snippet, page: str, names: dict) -> str:
-    """Run a Python block among `names`; what it prints."""
+    """Run a Python block in the namespace `names`; returns its output."""
     printed = StringIO()
     with redirect_stdout(printed):
         exec(compile("\n" * (snippet.line - 1) + snippet.text, page, "exec"), names)
@@ -48,7 +48,7 @@ def run_python(snippet: Snippet, page: str, names: dict) -> str:
 
 
 def run_shell(snippet: Snippet, folder: Path) -> str:
-    """Run the lines of a shell block in a folder; what they print. Raises where one fails."""
+    """Run the lines of a shell block in a folder; returns their output. Raises RuntimeError if one fails."""
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
     places = os.pathsep.join(map(str, (ROOT / "src", ROOT)))
     surroundings = os.environ | {"PATH": path, "PYTHONPATH": places, "COLUMNS": "110"}
@@ -61,7 +61,7 @@ def run_shell(snippet: Snippet, folder: Path) -> str:
 
 
 def executed(page: str, name: str, folder: Path, images: Path) -> str:
-    """The page with what its blocks print, and their figures, below them."""
+    """The page with the output and the figures of its blocks below them."""
     names, out, at = {"__name__": "__main__"}, [], 0
     for number, snippet in enumerate(snippets(page)):
         out.append(page[at : snippet.stop].replace("```sh run\n", "```sh\n"))
@@ -81,7 +81,7 @@ def executed(page: str, name: str, folder: Path, images: Path) -> str:
 
 
 def build(site: Path) -> None:
-    """The whole site."""
+    """Build the site into a folder."""
     from docs import reference
 
     work = ROOT / "build" / "docs"

@@ -1,6 +1,6 @@
-"""The pages of the papers: where every numbered equation is, and what is wrong in print.
+"""The pages of the papers: the place of every numbered equation in the code, and the errata.
 
-By the citations of docstrings and `steerway_studies/papers/errata.toml`.
+Generated from the citations in docstrings and from `steerway_studies/papers/errata.toml`.
 """
 
 import ast
@@ -35,7 +35,7 @@ def cited() -> list[tuple[str, str, str]]:
 
 
 def numbers(equations: str) -> set[int]:
-    """The numbers of "(1)–(3), (5)"; none of a table or a section."""
+    """The set of numbers in "(1)–(3), (5)"; empty for a table or a section."""
     found: set[int] = set()
     for part in re.findall(_RANGE, equations):
         first, *last = (int(each) for each in re.findall(r"\d+", part))
@@ -51,7 +51,7 @@ def unplaced(label: str) -> list[int]:
 
 
 def found_in(place: str) -> object:
-    """What a dotted name of `rows` stands for; raises LookupError where there is nothing."""
+    """The object with a dotted name of `rows`; raises LookupError if there is none."""
     parts = place.split(".")
     for end in range(len(parts), 0, -1):
         try:
@@ -72,9 +72,7 @@ def paper_pages() -> dict[str, str]:
     for label, paper in papers().items():
         pages[f"paper-{label.lower()}"] = _page(label, paper, [each for each in all_cited if each[0] == label])
         listed.append(f"- [{label}](paper-{label.lower()}.md): {paper['title']}")
-    lead = (
-        "Where each numbered equation is in the code, and what is wrong in print. `examples/p0.toml` to `p4.toml` are "
-    )
+    lead = "Places of the numbered equations in the code, and errata. `examples/p0.toml` to `p4.toml` are "
     pages["equations"] = (
         "# Equations and errata of the papers\n\n" + lead + "the papers' own runs.\n\n" + "\n".join(listed) + "\n"
     )
@@ -94,7 +92,7 @@ def _page(label, paper, citations):
     return "\n".join(
         [
             f"# {label}\n\n{paper['title']}.\n\n## Equations\n",
-            "| equation, table | in |",
+            "| equation, table | place in the code |",
             "|---|---|",
             *lines,
             "\n## Errata\n",

@@ -63,7 +63,7 @@ def taken(address: str, size: tuple[int, int], script: str = "", wait: float = 3
 
 
 def screen(driver: webdriver.Chrome) -> np.ndarray:
-    """What the browser shows."""
+    """The visible part of the page, as an image."""
     return imread(BytesIO(driver.get_screenshot_as_png()))[..., :3]
 
 

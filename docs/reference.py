@@ -29,7 +29,7 @@ def write(folder: Path) -> None:
     for name, text in pages.items():
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
     listed = "\n".join(f"- [`{name}`](python-{name.replace('.', '-')}.md): {_lead(name)}" for name in MODULES)
-    text = f"# Python\n\nWhat the packages list in `__all__` is public. Everything is SI and radians.\n\n{listed}\n"
+    text = f"# Python\n\nNames in `__all__` of these packages are public. Everything is SI and radians.\n\n{listed}\n"
     (folder / "python.md").write_text(text, encoding="utf-8")
 
 
@@ -53,7 +53,7 @@ def _lead(name):
 def module(name: str) -> str:
     """The public names of a module."""
     found = import_module(name)
-    parts = [f"# {name}\n", _text(inspect.getdoc(found))]
+    parts = [f"# {name}\n", _text(found.__doc__)]
     parts += [_name(each, getattr(found, each)) for each in sorted(found.__all__, key=str.lower)]
     return "\n\n".join(parts) + "\n"
 
@@ -114,7 +114,7 @@ def _text(doc: str | None) -> str:
 
 
 def _escaped(text):
-    """Text outside of code whose signs Markdown would take for its own."""
+    """Text with the signs of Markdown escaped, except in code."""
     parts = text.split("`")
     parts[::2] = [re.sub(r"([*_<\[\]])", r"\\\1", part) for part in parts[::2]]
     return "`".join(parts)
@@ -180,8 +180,8 @@ def keys(kind: str) -> str:
     tables = {"": schema, **schema.get("$defs", {})}
     used = _places(schema)
     parts = [
-        f"# {_TITLES[kind]}\n\nTOML. `steerway schema {kind} -o {kind}.json` writes the "
-        f"[JSON Schema](../schemas/{kind}.json), by which editors complete and check the keys.",
+        f"# {_TITLES[kind]}\n\nThe file is TOML. `steerway schema {kind} -o {kind}.json` writes its "
+        f"[JSON Schema](../schemas/{kind}.json), with which editors complete and check the keys.",
     ]
     for name, table in tables.items():
         if not table.get("properties"):
@@ -196,7 +196,7 @@ def keys(kind: str) -> str:
 
 
 def _places(schema):
-    """Where each table stands: its path of keys."""
+    """Table → its path of keys."""
     found = {}
 
     def walk(table, path):
@@ -254,27 +254,27 @@ def columns() -> str:
     run = [f"| `{outward}` | {_unit(outward)} | {name.replace('_', ' ')} |" for name, (outward, _) in _NAMES.items()]
     return (
         "# Columns of tables\n\nNames end in their unit. Unknown is empty (CSV) or null (Parquet).\n\n"
-        "## Of `estimate`\n\n| column | unit | |\n|---|---|---|\n" + "\n".join(rows) + "\n\n"
+        "## Results of `estimate`\n\n| column | unit | |\n|---|---|---|\n" + "\n".join(rows) + "\n\n"
         "`ok`: a fix was used; `predicted`: no fix at this time; `rejected`: the fix was not used; `no_course`: no "
-        "steerageway; `starting`: the first fixes; `lost`: live only, no fix for too long.\n\n"
-        "## Of a run of `simulate`\n\nBeside these `time_s` (Unix), `elapsed_s`, "
+        "steerageway; `starting`: the first fixes; `lost`: in `live` only, no fix for too long.\n\n"
+        "## Runs of `simulate`\n\nA run also has `time_s` (Unix), `elapsed_s`, "
         "`true_sog_mps`, `true_cog_deg`, `true_crab_angle_deg`, positions in "
-        "degrees, and one column an actuator.\n\n| column | unit | |\n|---|---|---|\n" + "\n".join(run) + "\n"
+        "degrees, and a column for each actuator.\n\n| column | unit | |\n|---|---|---|\n" + "\n".join(run) + "\n"
     )
 
 
 _MOTION = {
-    "mmsi": "of a vessel's AIS reports; only in tables of several vessels",
+    "mmsi": "MMSI of the vessel; only in tables of several vessels",
     "time_s": "Unix time, UTC",
     "lat_deg": "latitude, + north, WGS-84",
     "lon_deg": "longitude, + east, −180 to 180",
-    "sog_mps": "speed over ground; of the hull where the summary says that the antenna rolls, else of the antenna",
+    "sog_mps": "speed over ground of the antenna, or of the hull if the summary says that the antenna rolls",
     "cog_deg": "course over ground, clockwise from true north, 0 to 360; empty without steerageway",
     "course_rate_dps": "rate of the course, + to starboard",
     "sog_std_mps": "1σ of SOG",
     "cog_std_deg": "1σ of COG",
     "course_rate_std_dps": "1σ of the course rate",
-    "position_std_m": "1σ of the position, of one axis: √((σ_N² + σ_E²)/2), with the receiver's slow error",
+    "position_std_m": "1σ of the position per axis, √((σ_N² + σ_E²)/2), including the receiver's slow error",
     "position_relative_std_m": "the same without the slow error, which positions cannot show",
     "nis": "normalised innovation squared of the fix, 2 on average",
 }

@@ -98,7 +98,7 @@ def test_figures_alone_are_drawn_without_a_run(tmp_path, monkeypatch):
     assert (tmp_path / "line.png").read_bytes().startswith(b"\x89PNG")
     page = (tmp_path / "index.html").read_text("utf-8")
     assert "seed 3" in page and (tmp_path / "results.json").read_text() == "kept"
-    with pytest.raises(steerway.InputError, match="study ours draws its figures of all its runs"):
+    with pytest.raises(steerway.InputError, match="study ours draws its figures from all its runs"):
         Study("ours", "another", run=None).figures_only(0)
     have = {name for name, module in steerway_studies.STUDIES.items() if import_module(module).STUDY.drawn}
     assert have == {"otter-course", "mariner-los", "adaptive-speed", "springer-mission"}

@@ -16,9 +16,9 @@ STUDIES = {
     "unseen-logs": "steerway_studies.unseen_logs",
     "at-sea": "steerway_studies.at_sea",
 }
-"""Study name → module. The entry point `steerway.studies` names this table; other packages may name theirs."""
+"""Study name → module. The entry point `steerway.studies` names this table; other packages may add their own."""
 
 
 def named(name: str):
-    """The `Study` of this name. Raises KeyError for another name."""
+    """The `Study` of this name. Raises KeyError if the table has no such name."""
     return import_module(STUDIES[name]).STUDY

@@ -1,7 +1,7 @@
-"""What every study gives: named numbers, the published ones compared with the measured ones, figures; and its page.
+"""The results of a study: named numbers, published numbers compared with measured ones, figures, and a page.
 
-A study measures a dict of numbers and lists what is compared as data: a `Quantity` a line. Its cases run side by side;
-an interrupted study continues with those that are done.
+A study measures a dict of numbers. Each line of its comparison is a `Quantity`. Its cases run in parallel; an
+interrupted study keeps the finished cases and continues with the others.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ _kept: Unfinished | None = None
 
 @contextmanager
 def keeping(parts: Unfinished | None) -> Iterator[None]:
-    """Meanwhile `over_cases` keeps its results in `parts`, and takes from there what is done."""
+    """Within this context `over_cases` keeps finished results in `parts` and does not run them again."""
     global _kept
     before, _kept = _kept, parts
     try:
@@ -38,7 +38,7 @@ def keeping(parts: Unfinished | None) -> Iterator[None]:
 
 
 def over_cases(run: Callable, cases: Iterable, progress: Callable[[float], None] | None = None) -> list:
-    """`steerway.simulation.over_seeds` for cases of any kind; within `keeping` none is run that is done."""
+    """`steerway.simulation.over_seeds` for cases of any kind; within `keeping`, finished cases are not run again."""
     cases, parts = list(cases), _kept
     if parts is None:
         return over_seeds(run, cases, progress=progress)
@@ -57,7 +57,7 @@ def over_cases(run: Callable, cases: Iterable, progress: Callable[[float], None]
 
 
 class _Nth:
-    """`run` of the k-th case."""
+    """A function of k that runs the k-th case."""
 
     def __init__(self, run, cases):
         self.run, self.cases = run, cases
@@ -67,10 +67,10 @@ class _Nth:
 
 
 def _key(run, case) -> bytes:
-    """What is asked for: the function with its arguments, and the case."""
+    """Hash of the function, with its bound arguments, and of the case."""
     packed = io.BytesIO()
     pickler = pickle.Pickler(packed)
-    pickler.fast = True  # equal values are packed alike, also where they are not one object
+    pickler.fast = True  # equal values give equal bytes, also if they are not the same object
     pickler.dump((run, case))
     return hashlib.sha256(packed.getvalue()).digest()
 
@@ -86,13 +86,13 @@ _FORMS = {
     f"{_NUMBER} ± {_NUMBER} %": lambda value, centre, share: abs(value / centre - 1.0) <= 0.01 * share,
     _NUMBER: lambda value, number: value == number,
 }
-"""How a target is written, and when a number reaches it."""
+"""Form of a target → whether a number reaches it."""
 
 
 def reached(target: str, value: float) -> bool:
     """Whether a number reaches a target: "≤ 0.06", "9.7 ± 0.5", "1.9 to 2.1", "> 20: fails" and so on.
 
-    What follows a colon is a note. Raises ValueError for a target that is written otherwise.
+    Text after a colon is a note. Raises ValueError for a target of another form.
     """
     condition = target.split(":")[0]
     for form, holds in _FORMS.items():
@@ -102,11 +102,11 @@ def reached(target: str, value: float) -> bool:
 
 
 _TRIED = 201
-"""Values of a 95 % interval at which a target is tried."""
+"""Number of values in a 95 % interval for which a target is evaluated."""
 
 
 def judged(target: str, value: float, interval: tuple[float, float] | None = None) -> bool | None:
-    """Whether a number reaches a target; None where a part of its interval does and another does not."""
+    """Whether a number and its whole interval reach a target; None if only a part of the interval does."""
     if interval is None or not all(map(math.isfinite, interval)):
         return reached(target, value)
     tried = {reached(target, each) for each in (value, *np.linspace(*interval, _TRIED).tolist())}
@@ -114,18 +114,18 @@ def judged(target: str, value: float, interval: tuple[float, float] | None = Non
 
 
 def half_width(values: Sequence[float]) -> float:
-    """Half the width of the 95 % confidence interval of a mean, by the normal distribution; NaN of one value."""
+    """Half the width of the 95 % confidence interval of a mean, by the normal distribution; NaN for a single value."""
     return float(NORMAL_95 * np.std(values, ddof=1) / math.sqrt(len(values))) if len(values) > 1 else math.nan
 
 
 class Quantity(NamedTuple):
-    """One line of what a study compares: the key of the measured number, what it is, published and aimed at."""
+    """One line of a study's comparison: key of the measured number, its description, published value and target."""
 
     key: str
     what: str
     unit: str = ""
-    published: str = ""  # as the paper prints it; empty where it gives no number
-    target: str = ""  # what is to be reached, see `reached`; empty if nothing
+    published: str = ""  # as the paper prints it; empty if it gives no number
+    target: str = ""  # in a form of `reached`; empty without a target
 
 
 @dataclass(frozen=True)
@@ -135,15 +135,15 @@ class Comparison:
     what: str
     key: str
     unit: str = ""
-    published: str = ""  # as the paper prints it; empty where it gives no number
-    target: str = ""  # what is to be reached, in words ("≤ 0.06"); empty if nothing
-    met: bool | None = None  # None without a target, and where it is not decided
-    interval: tuple[float, float] | None = None  # 95 %, over the repetitions
-    section: str = ""  # the heading under which it is shown
+    published: str = ""  # as the paper prints it; empty if it gives no number
+    target: str = ""  # as text ("≤ 0.06"); empty without a target
+    met: bool | None = None  # None without a target, and if undecided
+    interval: tuple[float, float] | None = None  # 95 % interval of the mean over the repetitions
+    section: str = ""  # its heading on the page
 
     @property
     def verdict(self) -> str:
-        """ "met", "missed", "undecided" where the interval reaches to either side of the target, or nothing."""
+        """ "met", "missed", "undecided" if only a part of the interval reaches the target, or "" without a target."""
         if self.met is None:
             return "undecided" if self.target and self.interval else ""
         return "met" if self.met else "missed"
@@ -151,21 +151,21 @@ class Comparison:
 
 @dataclass
 class Results:
-    """What a study found. Figures are matplotlib figures by file stem, in the order they are to be shown."""
+    """The results of a study. Figures are matplotlib figures by file stem, in the order in which they are shown."""
 
     title: str
-    numbers: dict[str, float] = field(default_factory=dict)  # flat: what results.json holds
+    numbers: dict[str, float] = field(default_factory=dict)  # flat: the content of results.json
     comparisons: list[Comparison] = field(default_factory=list)
     figures: dict[str, tuple[object, str]] = field(default_factory=dict)  # stem → (figure, caption)
-    remarks: list[str] = field(default_factory=list)  # what was inferred and what was missed
-    tables: list[tuple] = field(default_factory=list)  # further ones of the page: (heading, column names, rows)
+    remarks: list[str] = field(default_factory=list)  # assumptions that the paper leaves open, and missed targets
+    tables: list[tuple] = field(default_factory=list)  # further tables of the page: (heading, column names, rows)
     lead: str = ""  # a sentence or two under the title
-    section: str = ""  # heading of the comparisons recorded from here on; a study of few has one
+    section: str = ""  # heading of the comparisons that are recorded next
 
     def compare(self, key, value, what, unit="", published="", target="", met=None, interval=None) -> None:
-        """Record a number and show it in the table of published, target and measured.
+        """Record a number and add it to the table of published values, targets and measured values.
 
-        `interval`: its 95 % interval over the repetitions, recorded as `key`_low and `key`_high.
+        `interval`: the number's 95 % interval over the repetitions, recorded as `key`_low and `key`_high.
         """
         self.numbers[key] = float(value)
         met = None if met is None else bool(met)
@@ -175,7 +175,7 @@ class Results:
         self.comparisons.append(Comparison(what, key, unit, published, target, met, interval, self.section))
 
     def add(self, numbers: Mapping[str, float], quantities: Iterable[Quantity]) -> None:
-        """Record measured numbers, and compare those that are listed."""
+        """Record measured numbers, and compare those in `quantities`."""
         self.numbers |= {key: float(value) for key, value in numbers.items()}
         for key, what, unit, published, target in quantities:
             value, interval = self.numbers[key], self._interval(key)
@@ -183,7 +183,7 @@ class Results:
             self.compare(key, value, what, unit, published, target, met, interval)
 
     def _interval(self, key) -> tuple[float, float] | None:
-        """The 95 % interval of a mean over repetitions, where it is among the numbers."""
+        """The 95 % interval of a mean over repetitions; None if its half width is not among the numbers."""
         half = self.numbers.get(f"{key}_ci", math.nan)
         return (self.numbers[key] - half, self.numbers[key] + half) if math.isfinite(half) else None
 
@@ -197,7 +197,7 @@ class Results:
     def write(self, directory: Path) -> Path:
         """Write results.json, the figures as PNG and the page that shows them; returns the page's path.
 
-        Raises InputError for what cannot be written.
+        Raises InputError if a file cannot be written.
         """
         made_directory(directory)
         numbers = {key: value if math.isfinite(value) else None for key, value in self.numbers.items()}
@@ -234,7 +234,7 @@ class Results:
         return heading or "Published, target and measured", _COLUMNS, rows
 
     def _verdict(self, sections) -> tuple:
-        """For every section with targets: how many are met, and the first that are not."""
+        """Table with the number of targets met in every section, and the first that are missed."""
         rows = []
         for heading, comparisons in sections.items():
             aimed = [each for each in comparisons if each.verdict]
@@ -257,34 +257,34 @@ _NAMED_MISSES = 3
 
 
 def _with_unit(published, unit) -> str:
-    """The published value with the unit of the measured one, where it is a plain number."""
+    """The published value, with the unit of the measured one if it is a plain number."""
     return f"{published} {unit}".rstrip() if published.replace("−", "").replace(".", "").isdigit() else published
 
 
 @dataclass(frozen=True)
 class Study:
-    """A named study. `run(seeds, first_seed, progress)` takes None for the repetition counts it is defined with."""
+    """A named study. `run(seeds, first_seed, progress)`; with None for `seeds` it uses its own repetition counts."""
 
     name: str
     summary: str
     run: Callable[[int | None, int, Callable[[float, str], None] | None], Results]
     needs: tuple[str, ...] = ()  # packages beyond the dependencies of steerway, which the extra `studies` brings
     run_full: Callable[[int | None, int, Callable[[float, str], None] | None], Results] | None = None
-    """As `run`, with all cases of every seed, where a seed of `run` draws a part of them."""
+    """As `run`, but with all cases for every seed; for studies in which a seed of `run` draws some of the cases."""
     drawn: Callable[[int], dict] | None = None
-    """The figures that need no statistics, by stem, of one seed."""
+    """Function of a seed that returns the figures which need no statistics, by stem."""
 
     def figures_only(self, seed: int) -> Results:
-        """The figures of one seed, without numbers. Raises InputError where all of them need the whole study."""
+        """The figures of one seed, without numbers. Raises InputError if every figure needs the whole study."""
         if self.drawn is None:
-            raise InputError(f"study {self.name} draws its figures of all its runs, expected no --figures-only")
-        lead = f"Figures of seed {seed} alone; `steerway study {self.name}` measures what is compared."
+            raise InputError(f"study {self.name} draws its figures from all its runs, expected no --figures-only")
+        lead = f"Figures of seed {seed} alone; `steerway study {self.name}` measures the numbers."
         return Results(f"{self.name}: {self.summary}", figures=self.drawn(seed), lead=lead)
 
     def run_keeping(self, parts: Unfinished | None, seeds, first_seed, progress, full: bool = False) -> Results:
-        """`run`, or `run_full`, with finished cases kept in `parts` and taken from there.
+        """`run`, or `run_full`; finished cases are kept in `parts` and not run again.
 
-        Raises InputError for all cases of a study whose seeds draw none.
+        Raises InputError if `full` is given for a study that always runs all its cases.
         """
         if full and self.run_full is None:
             raise InputError(f"study {self.name} runs all its cases with every seed, expected no --full")
@@ -302,7 +302,7 @@ class Study:
 
 
 def means(rows: list[dict[str, float]], keys: Iterable[str] | None = None) -> dict[str, float]:
-    """The mean over runs of every number, or of those named; with half its 95 % interval under `…_ci` of several."""
+    """The mean over runs of every number, or of those in `keys`; for several runs, half its 95 % interval as `…_ci`."""
     found = {}
     for key in keys or rows[0]:
         values = [row[key] for row in rows]
@@ -313,10 +313,10 @@ def means(rows: list[dict[str, float]], keys: Iterable[str] | None = None) -> di
 
 
 def seeds_from(first: int, count: int | None, usual: int) -> range:
-    """The seeds of a run: `count` of them, or `usual` where none is given."""
+    """The seeds of a run, from `first` on: `count` of them, or `usual` if `count` is None."""
     return range(first, first + (count or usual))
 
 
 def stage(progress, began: float, share: float, words: str):
-    """The progress of one stage of a study: a function of the part that is done; None without `progress`."""
+    """A progress function of one stage, which takes the finished share of the stage; None without `progress`."""
     return progress and (lambda part: progress(began + share * part, words))

@@ -1,4 +1,4 @@
-"""Names that the tests of this package need and no user does."""
+"""Names that tests of this package use and users do not need."""
 
 from typing import TYPE_CHECKING
 

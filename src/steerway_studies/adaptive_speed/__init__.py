@@ -10,11 +10,11 @@ from steerway_studies.adaptive_speed.sailing import PLANTS, SPEEDS, sail
 from steerway_studies.study import Quantity, Results, Study, over_cases, seeds_from, stage
 
 FEW, MANY = 20, 100
-"""Seeds of what varies little, and of what chance decides."""
+"""Number of seeds for runs that differ only by sensor noise, and for those with random boats or weather."""
 
 
 def voyages(seeds: int | None, first: int) -> list[Job]:
-    """Every voyage of the study."""
+    """Every run of the study."""
 
     def of(kind, count, setpoints=SPEEDS, plants=("a",)):
         numbers = seeds_from(first, seeds, count)
@@ -49,7 +49,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
 
 
 def courses() -> tuple[dict, dict]:
-    """By speed, what the paper prints and what it shows."""
+    """By set-point: runs of the printed controller, and of the surrogate of the published curves."""
     made = printed.as_printed, printed.as_published
     as_printed, as_published = ({speed: make(speed) for speed in SPEEDS} for make in made)
     return as_printed, as_published
@@ -61,13 +61,13 @@ def drawn(seed: int) -> dict:
 
 
 class Judged:
-    """What was judged of every voyage."""
+    """The numbers of every run."""
 
     def __init__(self, found: dict[Job, dict]):
         self._found = found
 
     def column(self, key, kind, setpoint=None, plant=None) -> np.ndarray:
-        """One judged number of every voyage of a kind."""
+        """One number of every run of a kind."""
         return np.array(
             [
                 found[key]
@@ -77,17 +77,17 @@ class Judged:
         )
 
     def worst(self, *which, **more) -> float:
-        """The greatest of a column."""
+        """The largest value of a column."""
         return self.column(*which, **more).max()
 
     def farthest(self, key, kind, centre) -> float:
-        """The value that is farthest off."""
+        """The value that is farthest from `centre`."""
         values = self.column(key, kind)
         return float(values[np.argmax(np.abs(values - centre))])
 
 
 def control_numbers(judged: Judged) -> dict[str, float]:
-    """MRAC+ on plants a–c and on random boats."""
+    """Numbers of MRAC+ on plants a–c and on random boats."""
     n, passed = {}, []
     for speed in SPEEDS:
         for key in ("settling_s", "overshoot_pct", "tail_pct"):
@@ -104,7 +104,7 @@ def control_numbers(judged: Judged) -> dict[str, float]:
 
 
 def fusion_numbers(judged: Judged) -> dict[str, float]:
-    """The fused speed, sound and with faults; the printed filter."""
+    """Numbers of the fused speed, with and without faults of instruments, and of the printed filter."""
     n = {}
     for speed in SPEEDS:
         n[f"fusion_rms_pct_{speed}"] = judged.worst("rms_pct", "ours", speed)
@@ -135,7 +135,7 @@ _ASKED = "< 40 s, no overshoot, 1 %"
 
 
 def _each(key, what, unit, published="", *targets) -> list[Quantity]:
-    """A line for each set-point; published numbers and targets are one for all of them or one each."""
+    """A line for each set-point; published numbers and targets may be one for all set-points or one for each."""
     published = (published,) * 3 if isinstance(published, str) else published
     aims = targets * 3 if len(targets) == 1 else targets
     return [
@@ -145,7 +145,7 @@ def _each(key, what, unit, published="", *targets) -> list[Quantity]:
 
 
 _SETTLING = "46.6; asked < 40", "48.4; asked < 40", "74.2; asked < 40"
-"""Published, read from the paper's figures."""
+"""Published settling times, read from the paper's figures."""
 QUANTITIES = [
     *_each("steady_rps", "shaft on plant T", "rev/s", "", "5.975 ± 0.01", "10.529 ± 0.01", "15.093 ± 0.01"),
     Quantity("top_speed_mps", "top speed of plant T", "m/s", "", "10.59 ± 0.02"),
@@ -188,16 +188,16 @@ QUANTITIES = [
     Quantity("fault_gps_max_pct", "GPS +0.3 m/s: largest error", "%", "", "≤ 0.3"),
     Quantity("fault_dvl_ramp_named_s", "log ramp: the log named after", "s", "", "≤ 12"),
     Quantity("fault_imu_recovered_s", "accelerometer +0.1 m/s²: back below 1 % after", "s", "", "≤ 10"),
-    Quantity("fault_false_exclusions", "false exclusions in sound runs with current and wind", "", "", "0"),
+    Quantity("fault_false_exclusions", "false exclusions in runs without faults, with current and wind", "", "", "0"),
     Quantity("lyapunov_constant_g_error", "constant g: V̇ against −d_m z², relative", "", "V̇ = −d_m z²", "< 0.001"),
-    Quantity("lyapunov_varying_g_rise", "g(u, n): what V rises by, relative", "", "V̇ ≤ 0", "> 0: violated"),
+    Quantity("lyapunov_varying_g_rise", "g(u, n): sum of the rises of V, relative", "", "V̇ ≤ 0", "> 0: violated"),
     *_each("eigenvalue", "three degrees of freedom: open-loop eigenvalue over u", "1/m", "", "0.139 ± 2 %"),
     *_each("heading_gain", "three degrees of freedom: least heading gain over u²", "kN·m·s²/m²", "", "6.41 ± 5 %"),
 ]
 
 
 def figures(as_printed, as_published, seed) -> dict:
-    """Figures 1–15 as the paper's captions name them, and the Lyapunov function; (figure, caption) by stem."""
+    """Figures 1–15 after the paper's captions, and the Lyapunov function; (figure, caption) by stem."""
     found, number = {}, 0
     runs = {
         v: (sail(sailing.plant("a"), sailing.controller("a"), ((0.0, v),), seed), as_printed[v], as_published[v])
@@ -206,7 +206,7 @@ def figures(as_printed, as_published, seed) -> dict:
     for stem, draw, words in (
         ("surge_response", _response, "Surge response"),
         ("control_effort", _effort, "Control effort"),
-        ("tracking_error", _tracking_error, "Tracking error to each one's reference model"),
+        ("tracking_error", _tracking_error, "Tracking error relative to the reference model of each controller"),
         ("parameters", _parameters, "Parameters of the controllers"),
         ("filter", _filter, "Sensors, fused speed and filters, 10 to 100 s,"),
     ):
@@ -292,7 +292,7 @@ def _filter(speed, ours, as_printed, _):
 
 
 def _largest_by_second(time, error):
-    """(second, largest size of an error within it)."""
+    """(middle of each second, largest |error| within it)."""
     rows = round(1.0 / (time[1] - time[0]))
     whole = len(error) // rows * rows
     return time[:whole:rows] + 0.5, np.abs(error[:whole]).reshape(-1, rows).max(axis=1)
@@ -311,30 +311,28 @@ def _lyapunov():
 def remarks(numbers) -> list[str]:
     settled = ", ".join(f"{numbers[f'printed_mrac_settling_s_{speed}']:.1f}" for speed in SPEEDS)
     return [
-        "The paper's own runs miss its requirements: read from its figures, settling is 46.6, 48.4 and 74.2 s "
-        "where less than 40 s is asked, with 5–6 % overshoot at 3 m/s where none is allowed; its curves show no "
-        "adaptation.",
-        f"The printed design on the printed boat settles in {settled} s: it misses too, as it must, for its "
-        "reference model alone takes ln 50/0.1 = 39.1 s. It needs an ideal shaft and a fast loop: with 1 s of "
+        "The paper's own runs miss its requirements. Read from its figures, settling takes 46.6, 48.4 and 74.2 s "
+        "(required: less than 40 s), with 5–6 % overshoot at 3 m/s (required: none). The curves show no adaptation.",
+        f"The printed design on the printed boat settles in {settled} s. It misses the requirement too, because its "
+        "reference model alone takes ln 50/0.1 = 39.1 s. It needs an ideal shaft and a fast loop: with 1 s of shaft "
         "lag, or at 10 Hz with the output before the adaptation, it overshoots by a fifth and more.",
-        "The printed filter meets 1 % only where an accelerometer counts as a speed sensor, or is left out. With "
-        "a speed integrated from a real accelerometer it trusts the drift; with the sign printed in (28) it runs "
-        "away.",
-        "The Lyapunov argument holds for constant g, which no propeller has: with g(u, n) of Table II V rises on "
-        "its way.",
+        "The printed filter meets 1 % only if the accelerometer counts as a speed sensor, or is left out. With a "
+        "speed integrated from a real accelerometer it follows the drift; with the sign printed in (28) it diverges.",
+        "The Lyapunov argument holds for constant g, which no propeller has. With g(u, n) of Table II, V rises at "
+        "times.",
         "As printed the boat is directionally unstable: the slightest yaw grows as e^(0.139 u t), so that v = "
         "r = 0 of section II-B needs a heading loop.",
-        "Plant T: Tables I and II with D = 0.8 m, η = 0.8, ρ = 1.025 t/m³, two propellers, n in rev/s up to 17.5, "
-        "which the paper leaves out. Plant P: a surrogate fitted to the published curves. MRAC+ runs on plants a "
-        "(T, 0.5 s of shaft lag), b (T, 1.75 rev/s²) and c (P, with an inner shaft loop) with one set of gains.",
-        f"A fault of the accelerometer is not avoided but recovered from: {numbers['fault_imu_max_pct']:.1f} % at "
-        "worst in the two seconds before it is named.",
-        "The vote's third voice is plant T's own propeller model, also in sound runs; random boats have the same, "
-        "wrong for them. It isolates faults of GPS and log in steady sailing; in a transient that the model does "
-        "not follow it waits or can name the wrong one.",
-        "Estimates are judged after 10 s, as the paper's figures 13–15 are drawn. GPS 0.03 m/s and log 0.002 m/s "
-        "at 10 Hz, white; accelerometer at 200 Hz with 5 mg at switching on, 5 µg in the run, 60 µg/√Hz and a "
-        "gravity leak of 0.0034 m/s² over 5 s. The filter is given these sizes.",
+        "Plant T: Tables I and II, with numbers that the paper leaves out: D = 0.8 m, η = 0.8, ρ = 1.025 t/m³, two "
+        "propellers, n in rev/s up to 17.5. Plant P: a surrogate fitted to the published curves. MRAC+ runs on plants "
+        "a (T, 0.5 s of shaft lag), b (T, 1.75 rev/s²) and c (P, with an inner shaft loop) with one set of gains.",
+        "A fault of the accelerometer cannot be avoided, but the filter recovers from it: the error is at most "
+        f"{numbers['fault_imu_max_pct']:.1f} % in the two seconds before the fault is named.",
+        "The third source in the vote is the propeller model of plant T, also in runs without faults; random boats "
+        "use this model too, although it is wrong for them. It isolates faults of GPS and log in steady motion. In a "
+        "transient that the model does not follow, the vote waits or can name the wrong instrument.",
+        "Estimates are judged after 10 s, as in the paper's figures 13–15. GPS 0.03 m/s and log 0.002 m/s at 10 Hz, "
+        "white; accelerometer at 200 Hz with a bias of 5 mg at switch-on and 5 µg in the run, 60 µg/√Hz, and a "
+        "gravity leak of 0.0034 m/s² over 5 s. The filter is given these numbers.",
     ]
 
 

@@ -1,4 +1,4 @@
-"""One voyage of one kind with one seed, judged: module-level functions, for the cores of this machine."""
+"""Runs of the study, by kind, and the numbers of each. Functions are at module level, so that workers can call them."""
 
 import math
 from typing import NamedTuple
@@ -22,12 +22,12 @@ class Job(NamedTuple):
 
 
 def run(job: Job) -> dict[str, float]:
-    """The judgement of one voyage."""
+    """The numbers of one run, by key."""
     return KINDS[job.kind](job)
 
 
 def ours(job):
-    """MRAC+ with fused feedback; the estimate is judged too."""
+    """MRAC+ with the fused speed as feedback: numbers of the response and of the estimate."""
     speed = job.setpoint
     voyage = sail(sailing.plant(job.plant), sailing.controller(job.plant), ((0.0, speed),), job.seed)
     return sailing.response(voyage.time, voyage.speed, voyage.shaft, speed) | sailing.estimate(voyage, speed)
@@ -57,7 +57,7 @@ def _weather(current, wind):
 
 
 def faultless(job):
-    """Plant T in current and wind, everything sound: nothing may be left out."""
+    """Plant T in current and wind without faults: no instrument may be excluded."""
     signs = np.random.default_rng([job.seed, 2]).choice((-1.0, 1.0), 2)
     boat, control = sailing.plant("a"), sailing.controller("a")
     voyage = sail(boat, control, ((0.0, job.setpoint),), job.seed, sea=_weather(*signs), propeller=sailing.NOMINAL)
@@ -65,7 +65,7 @@ def faultless(job):
 
 
 def gps_only(job):
-    """GPS and accelerometer, no log."""
+    """GPS and accelerometer, without the log."""
     return _estimated(job, log=False)
 
 
@@ -75,7 +75,7 @@ def _estimated(job, **how):
 
 
 def fault(job):
-    """An instrument goes wrong at 100 s; `plant` names which. Control sees the estimate."""
+    """From 100 s on, the instrument that `plant` names is wrong. The controller uses the estimate."""
     voyage = sail(
         sailing.plant("a"),
         sailing.controller("a"),

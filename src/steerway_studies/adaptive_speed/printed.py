@@ -1,5 +1,5 @@
-"""What the paper's own design does: steady states, its controller as printed and as published, its filter; and its two
-arguments put to the test: Lyapunov's function for (17)–(21), and a boat that goes straight."""
+"""The paper's own design: steady states, its controller as printed and as published, and its filter. Two of its
+arguments are tested: the Lyapunov function of (17)–(21), and that the boat goes straight."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ FINE, COARSE = 0.001, 0.1
 
 @dataclass(frozen=True)
 class PrintedRun:
-    """A voyage without sensors: arrays (n,)."""
+    """A run without sensors: time, speed, shaft speed and reference speed (n,), adapted parameters (n, 3)."""
 
     time: np.ndarray
     speed: np.ndarray
@@ -28,7 +28,7 @@ class PrintedRun:
 
 
 def sail_true(boat, control, setpoint, duration=200.0, step=FINE, control_step=FINE) -> PrintedRun:
-    """Control sees the true speed."""
+    """Simulate a boat whose controller is given the true speed."""
     n = round(duration / step)
     every = round(control_step / step)
     out = np.zeros((3, n + 1))
@@ -44,18 +44,18 @@ def sail_true(boat, control, setpoint, duration=200.0, step=FINE, control_step=F
 
 
 def _parameters(control):
-    """(3,) â of a controller that adapts, NaN of another."""
+    """(3,) adapted parameters â; NaN for a controller without adaptation."""
     return getattr(control, "parameters", (math.nan,) * 3)
 
 
 def steady_shaft(setpoint) -> float:
-    """rev/s that hold a speed on plant T."""
+    """Shaft speed (rev/s) that holds a speed (m/s) on plant T."""
     boat = sailing.plant("T")
     return brentq(lambda shaft: boat.acceleration(setpoint, shaft), 1.0, 30.0)
 
 
 def top_speed() -> float:
-    """m/s of plant T at 17.5 rev/s."""
+    """Steady speed (m/s) of plant T at 17.5 rev/s."""
     boat = sailing.plant("T")
     return brentq(lambda speed: boat.acceleration(speed, 17.5), 1.0, 30.0)
 
@@ -66,12 +66,12 @@ def as_printed(setpoint) -> PrintedRun:
 
 
 def as_published(setpoint) -> PrintedRun:
-    """The surrogate of the published curves, parameters held."""
+    """The printed controller without adaptation, on the surrogate of the published curves."""
     return sail_true(sailing.plant("P"), PrintedMrac(adaptation=0.0), setpoint, step=0.01, control_step=0.01)
 
 
 def at_ten_hertz(setpoint, adapt_first) -> PrintedRun:
-    """The printed law at 10 Hz, no limit on n: what the order of output and adaptation decides."""
+    """The printed law at 10 Hz without a limit of n, to compare the two orders of output and adaptation."""
     boat = Surge(shaft=sailing.shaft(high=1e9))
     return sail_true(boat, PrintedMrac(adapt_first=adapt_first), setpoint, step=0.01, control_step=COARSE)
 
@@ -82,14 +82,14 @@ def with_lag(setpoint) -> PrintedRun:
 
 
 def with_wrong_sign(setpoint) -> PrintedRun:
-    """(18) with sgn(g) the wrong way round, n limited."""
+    """(18) with the wrong sgn(g), n limited."""
     return sail_true(sailing.plant("T"), PrintedMrac(sign=-1.0, high=17.5), setpoint)
 
 
 def filtered(track: PrintedRun, seed: int, imu: str | None = "literal", printed_sign=False):
-    """(time, truth, estimate, gps, dvl) at 200 Hz of the printed filter on a track at 1 kHz.
+    """(time, truth, estimate, gps, dvl) of the printed filter at 200 Hz; gps and dvl at 10 Hz. `track` is at 1 kHz.
 
-    `imu`: "literal" a white speed sensor of 5 µg; "integrated" what a speed made from a real accelerometer is; None.
+    `imu`: "literal", a white speed sensor of 5 µg; "integrated", a speed integrated from a real accelerometer; or None.
     """
     every = 5
     time, truth, shaft = track.time[::every], track.speed[::every], track.shaft[::every]
@@ -117,7 +117,7 @@ def filtered(track: PrintedRun, seed: int, imu: str | None = "literal", printed_
 
 
 def filter_errors(job) -> dict[str, float]:
-    """Largest error after 10 s, % of the set-point, of the printed filter in four readings."""
+    """Largest error after 10 s of four variants of the printed filter, % of the set-point."""
     track = sail_true(sailing.plant("T"), PrintedMrac(), job.setpoint, 100.0)
     found = {}
     readings = {
@@ -134,7 +134,7 @@ def filter_errors(job) -> dict[str, float]:
 
 
 def settling_about_final(track: PrintedRun) -> float:
-    """As the paper's figures were read: s to stay within 2 % of the value at 200 s."""
+    """Time (s) until the speed stays within 2 % of its value at 200 s, as it was read from the paper's figures."""
     return sailing.settling(track.time, track.speed, float(track.speed[-1]))
 
 
@@ -144,7 +144,7 @@ _STEP = 0.005
 
 @dataclass(frozen=True)
 class Descent:
-    """V of (19) along a run and its derivative, beside the −d_m z² of (21); arrays (n,)."""
+    """V of (19) along a run, its derivative, and the −d_m z² that (21) claims; arrays (n,)."""
 
     time: np.ndarray
     value: np.ndarray
@@ -153,7 +153,7 @@ class Descent:
 
 
 def descent(setpoint: float, constant: bool, duration: float = 60.0) -> Descent:
-    """The closed loop (13)–(18) in continuous time, with g constant or as the propeller has it."""
+    """The closed loop (13)–(18) in continuous time, with constant g or the propeller's g(u, n)."""
     d, b = sailing.NOMINAL.linear_drag, sailing.NOMINAL.quadratic_drag
     curve = sailing.NOMINAL.curve()
     d0, b0, g0 = PRINTED_GUESS
@@ -226,7 +226,7 @@ def growth(speed: float, stiffness: float = 0.0) -> float:
 
 
 def least_stiffness(speed: float) -> float:
-    """The heading gain (N·m/rad) above which nothing grows, by bisection."""
+    """The heading gain (N·m/rad) above which no lateral eigenvalue grows, by bisection."""
     low, high = 0.0, 50e3 * speed**2
     while high - low > 1e-4 * high:
         middle = 0.5 * (low + high)
@@ -255,7 +255,7 @@ def numbers(as_printed, as_published) -> dict[str, float]:
 
 
 def theory_numbers() -> dict[str, float]:
-    """The paper's Lyapunov function along the loop, and the boat's directional stability."""
+    """Numbers of the paper's Lyapunov function along the loop, and of the boat's directional stability."""
     inner = slice(2, -2)
     held, free = descent(3.0, constant=True), descent(3.0, constant=False)
     off = np.abs(held.derivative - held.claimed)[inner].max() / np.abs(held.claimed).max()

@@ -1,7 +1,7 @@
-"""The boats of the study, one voyage along a straight line, and how a response and an estimate are judged.
+"""The boats of the study, a run along a straight line, and the numbers by which response and estimate are judged.
 
-A voyage: boat at 200 Hz, accelerometer at 200 Hz, GPS and log at 10 Hz, control at 20 Hz. Every run takes the same
-surge model for granted, NOMINAL.
+In a run the boat and its accelerometer have 200 Hz, GPS and log 10 Hz, control 20 Hz. Every filter is given the same
+surge model, NOMINAL.
 """
 
 import math
@@ -34,28 +34,28 @@ PLANTS = {"a": "T, 0.5 s lag", "b": "T, 1.75 rev/s²", "c": "P, inner loop"}
 NOMINAL = SurgeModel(
     CALDAS_LINEAR_DRAG / CALDAS_MASS, CALDAS_QUADRATIC_DRAG / CALDAS_MASS, Propeller().gain / CALDAS_MASS
 )
-"""Plant T's own numbers: the propeller model that votes."""
+"""The surge model of plant T: the third source when GPS and log contradict each other."""
 
 
 def shaft(lag=0.0, rate=math.inf, high=17.5) -> Actuator:
-    """A shaft by its lag (s), largest rate (rev/s²) and speed (rev/s)."""
+    """A shaft with a lag (s), a largest rate (rev/s²) and a largest speed (rev/s)."""
     return Actuator("shaft speed", 0.0, high, rate, lag)
 
 
 def plant(name: str) -> Surge:
-    """T as printed, a to c of the study, P the surrogate of the published curves."""
+    """Plant "T" as printed, "a" to "c" of the study, or "P", the surrogate of the published curves."""
     if name in ("c", "P"):
         return published_surrogate()
     return Surge(shaft={"T": SHAFT, "a": shaft(lag=0.5), "b": shaft(rate=1.75)}[name])
 
 
 def controller(name: str) -> AdaptiveSpeed:
-    """MRAC+ for a plant: the same everywhere, but for the inner loop that P's slow shaft needs."""
+    """MRAC+ for a plant: the same gains for all, and an inner loop for the slow shaft of P."""
     return AdaptiveSpeed(AdaptiveSpeedGains(shaft_lag=SURROGATE_LAG if name in ("c", "P") else 0.0))
 
 
 def random_plant(seed: int) -> Surge:
-    """Mass ±20 %, each damping ±40 %, thrust ±20 %, shaft lag 0–1.5 s, rate 1–3 rev/s²."""
+    """A random boat: mass ±20 %, each damping ±40 %, thrust ±20 %, shaft lag 0–1.5 s, rate 1–3 rev/s²."""
     draws = np.random.default_rng(seed)
     mass, linear, quadratic, thrust = 1.0 + draws.uniform(-1.0, 1.0, 4) * (0.2, 0.4, 0.4, 0.2)
     machine = shaft(lag=draws.uniform(0.0, 1.5), rate=draws.uniform(1.0, 3.0))
@@ -69,19 +69,19 @@ def random_plant(seed: int) -> Surge:
 
 
 STEP = 0.005
-_AID, _CONTROL = 20, 10  # steps from one to the next; GPS and log take turns
+_AID, _CONTROL = 20, 10  # steps between two readings, and between two orders; GPS and log alternate
 ACCELEROMETER = accelerometer(rate=200.0)
 LEAK = Instrument(rate=200.0, wander=(0.0034, 5.0))
 GPS = Instrument(rate=10.0, white=0.03)
 LOG = Instrument(rate=10.0, white=0.002)
 _UNKNOWN = (math.nan,) * 3
 TABLE_III = SurgeTuning(scale_std=0.0)
-"""The filter for P3's instruments, whose log has no scale error."""
+"""Tuning of the filter for P3's instruments; their log has no scale error."""
 
 
 @dataclass(frozen=True)
 class SpeedRun:
-    """What a voyage gives: arrays (n,) at every step, events, and NIS of what aided."""
+    """A run: arrays (n,) at every step, events of the filter, and the NIS of the readings of GPS and log."""
 
     time: np.ndarray
     setpoint: np.ndarray
@@ -99,7 +99,7 @@ class SpeedRun:
 
 
 def _bias(kind, time, since):
-    """What a fault adds to (acceleration, GPS, log) at a time."""
+    """Errors that a fault adds to the readings of (accelerometer, GPS, log) at a time, m/s² and m/s."""
     if kind is None or time <= since:
         return 0.0, 0.0, 0.0
     return {
@@ -130,10 +130,10 @@ def sail(
     propeller=None,
     fault: tuple[str | None, float] = (None, 0.0),
 ) -> SpeedRun:
-    """Sail. `setpoints` and `sea` are ((from, value), …).
+    """Simulate a run. `setpoints` and `sea` are ((from, value), …). The controller uses the estimate.
 
-    `log`: whether there is one, with bottom lock; `propeller` a `SurgeModel` that gives the vote its third voice;
-    `fault` (kind, since). Control sees the estimate.
+    `log`: whether there is a log, with bottom lock. `propeller`: a `SurgeModel`, the third source when GPS and log
+    contradict each other. `fault`: (kind, time from which on it acts).
     """
     time = STEP * np.arange(round(duration / STEP) + 1)
     n = len(time)
@@ -180,16 +180,16 @@ def sail(
 BAND = 0.02
 TAIL = 20.0
 TRANSIENT = 10.0
-"""s left out of judging estimates, as the paper's figures 13–15 leave them out."""
+"""s at the start in which estimates are not judged, as in the paper's figures 13–15."""
 
 
 def settling(time, speed, about: float) -> float:
-    """s of the last exit from ±2 % of `about`, after time[0]; inf where it is still outside at the end."""
+    """Time (s) from time[0] until the speed stays within ±2 % of `about`; inf if it ends outside."""
     return settled_after(time, speed - about, BAND * about)
 
 
 def overshoot_pct(speed, setpoint: float) -> float:
-    """(max − s)/s in %, 0 where it stays below."""
+    """Overshoot over the set-point, %; 0 if the speed stays below it."""
     return max(0.0, 100.0 * (float(np.max(speed)) - setpoint) / setpoint)
 
 
@@ -199,7 +199,7 @@ def tail_pct(time, speed, setpoint: float) -> float:
 
 
 def response(time, speed, shaft, setpoint: float) -> dict[str, float]:
-    """The paper's requirements on one response."""
+    """Numbers of one response for which the paper has requirements."""
     return {
         "settling_s": settling(time, speed, setpoint),
         "overshoot_pct": overshoot_pct(speed, setpoint),
@@ -209,7 +209,7 @@ def response(time, speed, shaft, setpoint: float) -> dict[str, float]:
 
 
 def estimate(voyage, setpoint: float, since: float = TRANSIENT) -> dict[str, float]:
-    """RMS and largest error in % of the set-point, NIS, and coverage of the 95 % interval."""
+    """RMS and largest error in % of the set-point, NIS, coverage of the 95 % interval, and number of exclusions."""
     late = voyage.time > since
     error = (voyage.estimate - voyage.speed)[late]
     return {

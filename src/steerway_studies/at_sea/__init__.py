@@ -1,8 +1,8 @@
-"""at-sea: the autopilot in currents up to 80 % of the boat's speed: squares and surveys, three boats, many receivers.
+"""at-sea: the autopilot in currents up to 80 % of the boat's speed: squares and surveys, three boats, 18 receivers.
 
-Each seed draws a balanced part of the grid: every direction of the current with the Otter and the motorboat, currents,
-routes and receivers evenly mixed. Boats start from rest, with no compass. An autopilot as aboard would have stopped
-where fixes do not fit its estimate for as long as the one aboard allows: `own_gate_stops`.
+Each seed draws a balanced part of the grid: every direction of the current with the Otter and the motorboat; currents,
+routes and receivers evenly mixed. Boats start from rest, without a compass. `own_gate_stops` counts the runs in which
+fixes were rejected for so long that the autopilot aboard would have stopped.
 """
 
 import math
@@ -28,7 +28,7 @@ SMALL = ("otter", "motorboat")
 
 
 def run(seeds=None, first_seed=0, progress=None, full=False) -> Results:
-    """See Study; `seeds` parts of the grid, 8 by default, or as often the whole grid."""
+    """See Study. Runs `seeds` parts of the grid (8 by default), or with `full` the whole grid for every seed."""
     chosen = seeds_from(first_seed, seeds, SEEDS)
     pairs = [(case, seed) for seed in chosen for case in (all_cases() if full else drawn(seed))]
     found = over_cases(_judged_of, pairs, progress=stage(progress, 0.0, 1.0, "squares and surveys"))
@@ -44,13 +44,13 @@ def _judged_of(pair):
 
 
 def _pooled(runs: list[JudgedRun]) -> float:
-    """Root mean square of the runs' distances; unknown where one has none."""
+    """Root mean square of the runs' distances, m; NaN if a run has no distance."""
     legs = np.array([each.legs for each in runs])
     return rms(legs) if np.isfinite(legs).all() else math.nan
 
 
 def numbers_of(found: list[JudgedRun]) -> dict[str, float]:
-    """Routes finished, distances from the legs and at the corners, of the runs that were not refused."""
+    """Numbers of the runs that were not refused: routes finished, distances from the legs and at the corners."""
     refused, found = sum(each.refused for each in found), [each for each in found if not each.refused]
     n = {
         "refused": refused,
@@ -83,7 +83,7 @@ QUANTITIES = [
     Quantity("refused", "runs refused before sailing: a leg shorter than its turns", ""),
     Quantity("finished_pct_50", "routes finished, currents up to 50 %", "%", "", "≥ 99.5"),
     Quantity("finished_pct_80", "routes finished, currents of 80 %", "%", "", "≥ 97"),
-    Quantity("own_gate_stops", "runs that the autopilot aboard had stopped by its own gate", "", "", "0"),
+    Quantity("own_gate_stops", "runs that the autopilot aboard would have stopped by its own gate", "", "", "0"),
     *(
         quantity
         for words, what, most in (("velocity", "with velocity", "≤ 0.3"), ("positions", "positions only", "≤ 0.8"))
@@ -99,17 +99,17 @@ QUANTITIES = [
     ),
     Quantity("mariner_leg_rms_lengths", "Mariner, RMS distance in ship lengths, currents ≤ 50 %", "", "", "≤ 0.1"),
     Quantity("mariner_legs_mean", "the same in all currents, mean of the runs", "", "", "≤ 0.1"),
-    Quantity("mariner_legs_most", "the same in all currents, the largest of a run", "", "", "≤ 0.5"),
+    Quantity("mariner_legs_most", "the same in all currents, largest run", "", "", "≤ 0.5"),
     *(
         Quantity(f"corner_radii_{craft}", f"{craft}: largest distance at corners, in turn radii", "", "", "≤ 1.5")
         for craft in CRAFT
     ),
 ]
 REMARK = (
-    "{} runs. Legs count from 20 s after a turn begins (the ship: 600 s), the first from twice that. The boat's speed "
-    "is that of its route: the Otter 1.2 m/s, the motorboat 2 m/s, which is all it has, the Mariner 15 knots. The "
-    "turn radius is that over ground with the current, (U + V)/ω for the largest rate ω that is ordered. "
-    "Positions are 0.2 s late, and known to be."
+    "{} runs. Legs count from 20 s after a turn begins (the ship: 600 s), the first leg from twice this time. The "
+    "boat's speed is that of its route: the Otter 1.2 m/s, the motorboat 2 m/s (its top speed), the Mariner 15 knots. "
+    "The turn radius is over ground with the current, (U + V)/ω for the largest ordered rate ω. "
+    "Positions are 0.2 s late, and the filter is given this latency."
 )
 
 

@@ -1,4 +1,4 @@
-"""What is sailed, boats, routes, currents and receivers, and which of them a seed draws; what is judged of a run."""
+"""Boats, routes, currents and receivers; the cases that a seed draws; a simulated run and the numbers of it."""
 
 import math
 from itertools import pairwise, product
@@ -24,14 +24,14 @@ from steerway.vessels import (
 
 
 class Craft(NamedTuple):
-    """A boat: how its model is made, its numbers, the side of its square (m) and the step of its simulation (s)."""
+    """A boat: its model, its numbers, the side of its square (m) and the step of its simulation (s)."""
 
     build: object
     boat: object
     side: float
     step: float
-    settling: float  # s after a turn, before a leg counts
-    runs: int  # a seed
+    settling: float  # s after a turn begins, before its leg counts
+    runs: int  # per seed
 
 
 def _otter():
@@ -45,11 +45,11 @@ CRAFT = {
 }
 SHIP_LENGTH = 160.93
 DIRECTIONS, SHARES, SHAPES = 16, (0.0, 0.25, 0.5, 0.8), ("square", "lawnmower")
-"""Directions of the current, its speed in shares of the boat's, and what is sailed."""
+"""Number of directions of the current, its speed in shares of the boat's speed, and routes."""
 
 
 class Receiver(NamedTuple):
-    """A receiver: its errors ("rtk" 0.02 m, "white" 0.3 m, "wandering" as of a small receiver), rate, velocity."""
+    """Errors ("rtk" 0.02 m, "white" 0.3 m, "wandering" as of a low-cost receiver), rate (Hz), whether with velocity."""
 
     errors: str
     rate: float
@@ -60,7 +60,7 @@ RECEIVERS = tuple(Receiver(*each) for each in product(("rtk", "white", "wanderin
 WHITE = {"rtk": 0.02, "white": 0.3, "wandering": 0.05}
 WANDERING = ((1.5, 300.0), (0.25, 5.0))
 LATENCY, VELOCITY_STD = 0.2, 0.05
-"""s, and m/s of north and of east."""
+"""Latency of positions, s; 1σ of a velocity, north and east each, m/s."""
 
 
 class Case(NamedTuple):
@@ -82,7 +82,7 @@ def waypoints(case: Case) -> np.ndarray:
 
 
 def drawn(seed: int) -> list[Case]:
-    """The runs of a seed: every direction with the Otter and the motorboat, the other factors evenly mixed."""
+    """The cases of a seed: every direction with the Otter and the motorboat, the other factors evenly mixed."""
     random = np.random.default_rng((seed, 15))
     cases = []
     for name, craft in CRAFT.items():
@@ -105,23 +105,23 @@ def all_cases() -> list[Case]:
 
 
 GATE = 0.75, 1.5
-"""s of refused fixes after which the autopilot aboard stops: three intervals, within these."""
+"""s: the autopilot stops when fixes are rejected for three intervals, but not before and not after these times."""
 
 
 class JudgedRun(NamedTuple):
-    """A run judged; m, NaN where there is nothing to judge."""
+    """The numbers of a run; NaN if unknown."""
 
     case: Case
     finished: bool
-    own_stop: bool  # whether the autopilot aboard had stopped because fixes do not fit its estimate
-    legs: float  # RMS distance from the legs, after settling
+    own_stop: bool  # whether the autopilot aboard would have stopped because fixes do not fit its estimate
+    legs: float  # RMS distance from the legs after settling, m
     corners: float  # largest distance from the route at the corners, in turn radii
-    time: float
-    refused: bool = False  # before sailing: a leg is shorter than its turns
+    time: float  # s
+    refused: bool = False  # not simulated, because a leg is shorter than its turns
 
 
 class Gated:
-    """An estimator, and for how long at the most its fixes were refused without a break."""
+    """An estimator that also keeps the longest time (s) for which fixes were rejected without a break."""
 
     def __init__(self, estimator):
         self._estimator, self.refused = estimator, 0.0
@@ -163,7 +163,7 @@ def _current(case):
 
 
 def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
-    """A run from rest."""
+    """Simulate a case from rest, the ship from its cruise speed: the run and its pilot."""
     craft = CRAFT[case.craft]
     made = pilot(case)
     longest = sum(np.hypot(*np.diff(waypoints(case), axis=0).T)) / (0.1 * craft.boat.cruise)
@@ -182,7 +182,7 @@ def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
 
 
 def judged(case: Case, seed: int) -> JudgedRun:
-    """Sail and judge; a route with a leg that is shorter than its turns in the current is refused."""
+    """Simulate a case; returns its numbers. A route is refused if a leg is shorter than its turns in the current."""
     flow = _current(case)
     velocity = flow.speed * math.cos(flow.direction), flow.speed * math.sin(flow.direction)
     if short_leg(CRAFT[case.craft].boat, _route(case), velocity):
@@ -215,7 +215,7 @@ def _distances(case, run):
 
 
 def _slow_error(case, run):
-    """The receiver's slow error across the leg: that of its fixes in the mean of 10 s."""
+    """The receiver's slow error across the leg, (n,) m: the mean error of its fixes over 10 s."""
     direction = run["leg_direction"]
     lag = round(LATENCY / CRAFT[case.craft].step) if CRAFT[case.craft].step < LATENCY else 0
     north, east = (run[f"read_{axis}"] - np.roll(run[f"true_{axis}"], lag) for axis in ("north", "east"))

@@ -24,7 +24,7 @@ _RATIOS = (
     ("recipe_b_calm_ratio", "observer_stock_calm_mae", "tekf_recipe_b_calm_mae"),
     ("ekf9_bound_ratio", "ekf9_mae", "ekf9_bound"),
 )
-"""Key, and the two means whose ratio it is; its interval is that of the linearised ratio."""
+"""Key of a ratio, and the keys of its two means. Its interval is computed from the linearised ratio."""
 _WORLDS = {"S*": "", "noise grows with speed": "_growing"}
 _GAINS = [
     ("S*", "inverse", "Q inverse in speed", "prototype: −0.3 to 0"),
@@ -51,9 +51,9 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
 
 
 def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
-    """Every number. `table`: key → values over seeds; `tuned`: what `tuning` found.
+    """Every number of the study. `table`: key → values over seeds; `tuned`: the result of `tuning.tuned_cases`.
 
-    Means have half the width of their 95 % interval under `…_ci`.
+    Half the width of a mean's 95 % interval is under `…_ci`.
     """
     n = {}
     for key, values in table.items():
@@ -100,7 +100,7 @@ QUANTITIES = [
     Quantity("tekf_mae_fix", f"{_PRINTED_Q}: mean error at fixes", "m", "", "0.077 ± 0.002"),
     Quantity("tekf_over_raw", f"{_PRINTED_Q}: mean error at fixes over that of the raw fixes", "", "", "1 ± 0.03"),
     Quantity("tekf_mae_all", f"{_PRINTED_Q}: mean error at all times", "m", "", "0.124 ± 0.003"),
-    Quantity("hold_mae", "Repeating the last fix, at all times: better", "m", "", "0.106 ± 0.002"),
+    Quantity("hold_mae", "The last fix repeated (better than that): mean error at all times", "m", "", "0.106 ± 0.002"),
     Quantity("tekf_nis", "Printed Q: NIS (2 is consistent)", "", "", "< 0.1"),
     Quantity("tekf_inverse_square_mae", "Printed Q with inverse squares in (19): mean error at all times", "m"),
     Quantity("tekf_recipe_b_north", f"{_PAPER} north (recipe B)", "m", "0.0783"),
@@ -121,9 +121,9 @@ QUANTITIES = [
     Quantity("ekf9_nees", "Nine-state EKF: NEES (6 is consistent)", "", "", "5.5 to 6.3"),
     Quantity("rts_mae", "Nine-state EKF, smoothed", "m", "", "≤ 0.024"),
     Quantity("tekf_tuned_mae", "Time-varying EKF tuned", "m", "", "≤ 0.06"),
-    Quantity("ekf9_gain_over_tekf_pct", "Nine-state EKF below it by", "%", "", "≥ 15"),
+    Quantity("ekf9_gain_over_tekf_pct", "Nine-state EKF: error below the tuned time-varying EKF's by", "%", "", "≥ 15"),
     Quantity("tekf_one_factor_tuned_mae", "Time-varying EKF, (19) scaled as a whole, tuned", "m", "", "≤ 0.06"),
-    Quantity("ekf9_gain_over_tekf_one_factor_pct", "Nine-state EKF below that one by", "%", "", "≥ 15"),
+    Quantity("ekf9_gain_over_tekf_one_factor_pct", "Nine-state EKF: error below that one's by", "%", "", "≥ 15"),
     *(
         Quantity(f"gain_{_FORMS[form]}{_WORLDS[world]}_pct", f"{what} against constant Q, {world}: gain", "%", seen)
         for world, form, what, seen in _GAINS
@@ -145,7 +145,7 @@ _BARS = {
 
 
 def figures(seed: int, numbers: dict) -> dict:
-    """The paper's figures 3 to 5 from one run of recipe B, and what the study adds to them; captions."""
+    """The paper's figures 3 to 5 from one run of recipe B, and a comparison of all observers; with captions."""
     record = scenario.sail(scenario.drawn(seed))
     filtered = scenario.watch(observers.time_varying(trials.RECIPE_B), record)
     observed = scenario.watch(observers.stock_observer(), record)
@@ -199,24 +199,24 @@ def figures(seed: int, numbers: dict) -> dict:
 
 REMARKS = (
     "Q is a spectral density of body accelerations here; the paper adds a 3 × 3 matrix without a unit to a 6 × 6 one.",
-    "What the paper leaves out and we chose (scenario S*): Runge–Kutta steps of 0.1 s; GNSS at 1 Hz, white, 0.098 m; a "
-    "compass at 10 Hz, 0.5°; a Gauss–Markov disturbance of (0.29 N, 0.29 N, 0.029 N·m) over 50 s in north, east and "
-    "yaw, clipped at 2.5σ; no initial error; prediction at 10 Hz. The metric is the mean |error| over north and east, "
-    "at all times, that is at 10 Hz, unless a row says at fixes. Intervals (…_ci in results.json) are 95 % of the mean "
-    "over seeds.",
-    "The filter with the printed Q passes the raw fix through: at fixes it errs as the fix does, between fixes it is "
-    "worse than repeating the last fix, and its NIS is a hundredth of what a consistent filter has. An error near the "
-    "noise of the receiver, as in Table III, therefore says nothing about an implementation.",
-    "Table III is reproduced under a set-up that we inferred (recipe B), not one that the paper gives: S*, Q of (19) "
-    "with (20) corrected, scaled by 1.5e-3, R the true variance, a compass; and against it the passive observer with "
-    "the gains of the vessel's public simulator, untuned, on measurements held from fix to fix, under a force it "
-    "cannot follow. Without the disturbance both err alike and the advantage vanishes; tuned, the observer beats the "
-    "filter of the paper in either form.",
-    "Time-varying Q: each form has two free numbers, fitted by the same search on forty seeds that are not among those "
-    "of the test. On S* the form of (19) does not help. Where the noise of fixes truly grows with speed, as the text "
-    "supposes, it helps a little, and saying so in R, where it belongs, helps more.",
-    "The nine-state filter stands at the Cramér–Rao bound. How far that is below the paper's filter depends on how "
-    "well that one is tuned: with (19) scaled as a whole it is well over 15 %; with the yaw noise free as well, even "
-    "the bound lies less than 15 % below.",
+    "The paper leaves out these numbers, which we chose (scenario S*): Runge–Kutta steps of 0.1 s; GNSS at 1 Hz, "
+    "white, 0.098 m; a compass at 10 Hz, 0.5°; a Gauss–Markov disturbance of (0.29 N, 0.29 N, 0.029 N·m) over 50 s in "
+    "north, east and yaw, clipped at 2.5σ; no initial error; prediction at 10 Hz. The metric is the mean |error| over "
+    "north and east at all times (10 Hz), unless a row says at fixes. Intervals (…_ci in results.json) are 95 % of "
+    "the mean over seeds.",
+    "The filter with the printed Q passes the raw fix through: at fixes its error is that of the fix, between fixes "
+    "it is worse than repeating the last fix, and its NIS is a hundredth of a consistent filter's. An error near the "
+    "noise of the receiver, as in Table III, is therefore no evidence of a good implementation.",
+    "Table III is reproduced with a set-up that we inferred (recipe B); the paper gives none. The filter: S*, Q of "
+    "(19) with (20) corrected, scaled by 1.5e-3, R the true variance, a compass. Its rival: the passive observer with "
+    "the gains of the vessel's public simulator, untuned, on measurements held from fix to fix, under a force that it "
+    "cannot follow. Without the disturbance both err equally. Tuned, the observer has a smaller error than "
+    "the paper's filter in either form.",
+    "Time-varying Q: each form has two free numbers, fitted by the same search on forty seeds that are not used in "
+    "the test. On S* the form of (19) does not help. If the noise of fixes grows with speed, as the text supposes, it "
+    "helps a little; an R that grows with speed helps more.",
+    "The nine-state filter reaches the Cramér–Rao bound. Its advantage over the paper's filter depends on the tuning "
+    "of the latter: with (19) scaled as a whole it is well over 15 %; with the yaw noise tuned as well, even the "
+    "bound is less than 15 % below.",
 )
 STUDY = Study("cybership-observers", "P2: observers for dynamic positioning on CyberShip II", run)

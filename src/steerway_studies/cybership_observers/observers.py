@@ -1,4 +1,4 @@
-"""The observers of the study, each made anew for every run; and P2's control law on true states, without noise."""
+"""Constructors of the study's observers, one call for each run; and P2's control law on true states, without noise."""
 
 import math
 import warnings
@@ -25,7 +25,7 @@ from steerway_studies.papers.positioning import PrintedPositionPID
 BASE = VesselNoise(position_std=scenario.FIX_STD, heading_std=scenario.HEADING_STD)
 PRODUCT = replace(BASE, force_std=tuple(scenario.FORCE_STD), force_time=scenario.FORCE_TIME)
 RECIPE_B = 1.5e-3
-"""The scale of Q under which Table III comes out."""
+"""The scale of Q with which Table III is reproduced."""
 
 TUNED_GAINS = ObserverGains.of_inertia(INERTIA)
 
@@ -40,7 +40,7 @@ def time_varying(noise=PRINTED_NOISE, fix_noise=None) -> VesselFilter:
 
 
 def constant(scale: float, yaw: float) -> TimeVaryingNoise:
-    """Q that does not follow the velocity."""
+    """Q that does not depend on the velocity."""
     return TimeVaryingNoise(coefficient=0.0, scale=scale, yaw=yaw)
 
 
@@ -50,28 +50,28 @@ def product(noise=PRODUCT, gate=13.8) -> VesselFilter:
 
 
 def speed_aware(noise) -> VesselFilter:
-    """A filter whose R grows with the estimated speed, as the noise of fixes does where it grows."""
+    """A filter whose R grows with the estimated speed in the same way as the noise of `scenario.growing`."""
     return time_varying(noise, SpeedDependentFixNoise(scenario.FIX_STD, scenario.DOUBLING))
 
 
 def observer(gains=TUNED_GAINS, correction="impulsive", check=True) -> PassiveObserver:
-    """The passive observer; its warnings are what the study itself is about."""
+    """The passive observer, without its warnings: the study measures what they warn of."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return PassiveObserver(INERTIA, DAMPING, gains, correction, check=check)
 
 
 def stock_observer() -> PassiveObserver:
-    """The public simulator's gains on held measurements."""
+    """The passive observer with the public simulator's gains, on measurements held from fix to fix."""
     return observer(DEMO_GAINS, "held")
 
 
 def bound(record, noise=PRODUCT) -> tuple[float, float]:
-    """The least mean |error| (m) an unbiased estimator can have on a record, over all times and at fixes.
+    """The least mean |error| (m) of an unbiased estimator on a record, over all times and at fixes.
 
     The Cramér–Rao bound of P. Tichavský, C. Muravchik and A. Nehorai (1998), Posterior Cramér–Rao bounds for
     discrete-time nonlinear filtering, IEEE Transactions on Signal Processing 46(5): the filter's covariance along the
-    true states, with no process noise but the sea's. A Gaussian error of 1σ s has a mean |error| of s √(2/π).
+    true states, with no process noise except the disturbance. A Gaussian error of 1σ s has a mean |error| of s √(2/π).
     """
     known = product(replace(noise, acceleration=(0.0, 0.0, 0.0)), math.inf)
     variances = np.full((scenario.ROWS, 2), BASE.start_std[0] ** 2)
@@ -87,7 +87,7 @@ def bound(record, noise=PRODUCT) -> tuple[float, float]:
 
 
 def control_numbers() -> dict[str, float]:
-    """Rise time (10 to 90 %), overshoot and end of the corrected law, with and without anti-windup; of the literal."""
+    """Rise time, overshoot and end of the corrected law, with and without anti-windup; end of the printed; growth."""
     printed = _way(PositionPID(scenario.PRINTED_GAINS, anti_windup=False))
     careful = _way(PositionPID(scenario.PRINTED_GAINS))
     literal = _literal_way()
@@ -105,12 +105,12 @@ def control_numbers() -> dict[str, float]:
 
 
 def rise(place, goal) -> float:
-    """Time from a tenth to nine tenths of the way, s."""
+    """Rise time from 10 to 90 % of the goal, s."""
     return float(scenario.STEP * (np.argmax(place >= 0.9 * goal) - np.argmax(place >= 0.1 * goal)))
 
 
 def overshoot(place, goal) -> float:
-    """How far beyond the goal, in % of the way."""
+    """Overshoot beyond the goal, % of the goal."""
     return float(100.0 * (place.max() / goal - 1.0))
 
 
@@ -133,7 +133,7 @@ def _way(controller):
 
 
 def _literal_way():
-    """(30) is fed the velocity of north, east and heading, not the body's."""
+    """States with (30) as printed, which uses the rates of north, east and heading in place of the body's velocity."""
     vessel, controller = CyberShip2(), PrintedPositionPID(scenario.PRINTED_GAINS)
     states = [vessel.start()]
     for k in range(scenario.STEPS):

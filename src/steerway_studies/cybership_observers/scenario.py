@@ -1,6 +1,6 @@
 """Scenario S*: CyberShip II goes 10 m north, 10 m east and 45° in a disturbance, under P2's PID.
 
-P2 prints neither noise nor disturbance nor steps. What is used here: Runge–Kutta steps of 0.1 s over 100 s; GNSS at
+P2 states neither noise nor disturbance nor steps. Used here: Runge–Kutta steps of 0.1 s over 100 s; GNSS at
 1 Hz with white noise of 0.098 m; a compass at 10 Hz with 0.5°; a Gauss–Markov force in NED of (0.29 N, 0.29 N,
 0.029 N·m) over 50 s, clipped at 2.5σ, unless it is switched off.
 """
@@ -41,7 +41,7 @@ def desired(row: int):
 
 
 class Draws(NamedTuple):
-    """What chance does in one run, the same for every observer: standard normal."""
+    """The random numbers of one run, standard normal; the same for every observer."""
 
     force: np.ndarray  # (rows, 3)
     fix: np.ndarray  # (fixes, 2)
@@ -56,7 +56,7 @@ def drawn(seed: int) -> Draws:
 
 
 def disturbance(draws: Draws) -> np.ndarray:
-    """(rows, 3) the force in north, east and yaw, from its stationary spread on."""
+    """(rows, 3) the force in north, east (N) and yaw (N·m), started from its stationary distribution."""
     decay = markov_decay(FORCE_TIME, STEP)
     force = np.empty((ROWS, 3))
     force[0] = FORCE_STD * draws.force[0]
@@ -70,8 +70,8 @@ def disturbance(draws: Draws) -> np.ndarray:
 class SimulatedRun:
     """One run: rows 0.1 s apart.
 
-    `states` (rows, 6), `forces` (rows − 1, 3) of the actuators, `pushes` (rows, 3) of the sea, `fixes` (rows, 2), NaN
-    between, and `headings` (rows,).
+    `states` (rows, 6), `forces` (rows − 1, 3) of the actuators, `pushes` (rows, 3) of the disturbance, `fixes`
+    (rows, 2), NaN between fixes, and `headings` (rows,).
     """
 
     states: np.ndarray
@@ -87,7 +87,7 @@ def sail(
     fix_noise: Callable | None = None,
     controller=None,
 ) -> SimulatedRun:
-    """One run, steered by the truth."""
+    """One run, controlled by the true states."""
     vessel = CyberShip2()
     controller = controller or PositionPID(PRINTED_GAINS, anti_windup=False)
     pushes = disturbance(draws) if disturbed else np.zeros((ROWS, 3))
@@ -108,7 +108,7 @@ def sail(
 
 
 def correct(observer, force, fix, heading) -> float:
-    """One step of an observer: predict, then what was measured. Returns the NIS of a fix, NaN without one."""
+    """One step of an observer: predict, correct by heading and fix. Returns the NIS of the fix, NaN without one."""
     observer.predict(force, STEP)
     if math.isfinite(heading):
         observer.update_heading(heading)
@@ -116,16 +116,16 @@ def correct(observer, force, fix, heading) -> float:
 
 
 def white(draws: Draws, std: float = FIX_STD):
-    """Noise of fixes: white."""
+    """White noise of fixes: a function of the fix's number and the speed (m/s) that returns (2,) m."""
     return lambda i, speed: std * draws.fix[i]
 
 
 DOUBLING = 0.25
-"""m/s at which the noise of a fix is twice that at rest, where it grows with the speed."""
+"""Speed (m/s) at which `growing` noise is twice that at rest."""
 
 
 def growing(draws: Draws):
-    """White noise that grows with the vessel's speed."""
+    """As `white`, but the noise grows with the vessel's speed."""
     return lambda i, speed: FIX_STD * (1.0 + speed / DOUBLING) * draws.fix[i]
 
 
@@ -145,7 +145,7 @@ class ObserverRun:
 
     @property
     def mae_at_fixes(self) -> float:
-        """The same at fixes only, after they are taken."""
+        """Mean |error| over north and east right after each fix, m."""
         return float(np.abs(self.errors[PER_FIX::PER_FIX]).mean())
 
     @property
@@ -155,7 +155,7 @@ class ObserverRun:
 
 
 def watch(observer, record: SimulatedRun, compass: bool = True) -> ObserverRun:
-    """Let an observer see a record, from zero error on."""
+    """Run an observer over a record, from an initial error of zero; with the heading if `compass`."""
     observer.start(0.0, 0.0, 0.0)
     places, nis = np.zeros((ROWS, 3)), []
     for k in range(1, ROWS):

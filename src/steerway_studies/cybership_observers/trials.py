@@ -1,4 +1,4 @@
-"""What one seed tells: every observer on the same truth, fix by fix with the same noise."""
+"""The numbers of one seed: every observer on the same truth, with the same noise in every fix."""
 
 import math
 
@@ -11,11 +11,11 @@ from steerway_studies.cybership_observers.scenario import drawn, sail, watch
 
 RECIPE_B = TimeVaryingNoise(scale=observers.RECIPE_B, yaw=observers.RECIPE_B)
 SETTLED = 10
-"""Rows at the start, where the estimate is still near its given start, which NEES leaves out."""
+"""Rows at the start that NEES leaves out, because the estimate is still close to its given start."""
 
 
 def trial(tuned: dict, seed: int) -> dict[str, float]:
-    """All numbers of one seed; keys as in results.json where they are means over seeds."""
+    """All numbers of one seed, by key; results.json has their means over seeds under the same keys."""
     draws = drawn(seed)
     record = sail(draws)
     return {

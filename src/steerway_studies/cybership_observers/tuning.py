@@ -1,6 +1,5 @@
-"""Does noise that follows the velocity help? Each form of Q gets two numbers, fitted alike, on seeds of their own.
-
-"one factor" is Q as (19) has it, scaled as a whole: one number.
+"""Does process noise that depends on the velocity help? The two numbers of each form of Q are fitted by one search, on
+seeds that nothing else uses. "one factor" is Q of (19) scaled as a whole, with one number.
 """
 
 import math
@@ -15,7 +14,7 @@ from steerway_studies.study import over_cases
 
 TUNING_SEEDS = 40
 FIRST_TUNING_SEED = 1_000_000
-"""Far from the seeds of the test."""
+"""Not among the seeds of the test."""
 
 FORMS = ("constant", "inverse", "inverse square")
 WORLDS = {"S*": None, "noise grows with speed": scenario.growing}
@@ -27,7 +26,7 @@ CASES = [
 
 
 def made(form: str, logs) -> object:
-    """The filter of a form with its numbers, log10 of the scale of Q in surge and sway and of its yaw."""
+    """The filter of a form. logs: log10 of the scale of Q in surge and sway, and of that in yaw."""
     scale, yaw = 10.0 ** logs[0], 10.0 ** logs[-1]
     if form == "constant":
         return observers.time_varying(observers.constant(scale, yaw))
@@ -39,14 +38,14 @@ def made(form: str, logs) -> object:
 
 
 def tune(seeds: int, case: int) -> np.ndarray:
-    """The numbers that give the least mean error on the tuning seeds."""
+    """Fitted `logs` of a case (see `made`): those with the least mean error on the tuning seeds."""
     world, form = CASES[case]
     records = [scenario.sail(scenario.drawn(FIRST_TUNING_SEED + i), fix_noise=WORLDS[world]) for i in range(seeds)]
 
     def cost(logs):
         return np.mean([scenario.watch(made(form, logs), record).mae for record in records])
 
-    # At |u| = 0.375 m/s all forms start from the same Q: nobody starts ahead.
+    # At |u| = 0.375 m/s all forms start from the same Q, so that none has an advantage.
     power = {"inverse": 1.0, "one factor": 1.0, "inverse square": 2.0}.get(form)
     typical = 1.0 if power is None else 1.0 + 2.5 / 0.375**power
     scale = math.log10(5e-4 / typical)
@@ -61,6 +60,6 @@ def tune(seeds: int, case: int) -> np.ndarray:
 
 
 def tuned_cases(seeds: int, progress=None) -> dict:
-    """(world, form) → the two numbers."""
+    """(world, form) → fitted `logs`, see `made`."""
     found = over_cases(partial(tune, seeds), range(len(CASES)), progress=progress)
     return dict(zip(CASES, found, strict=True))

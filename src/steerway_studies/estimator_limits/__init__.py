@@ -1,7 +1,7 @@
-"""estimator-limits: errors against the Cramér–Rao bound in four cells, with the true parameters and as it comes.
+"""estimator-limits: errors against the Cramér–Rao bound in four cells, with true and with inferred parameters.
 
-The bound is that of an estimator that knows when turns begin and end. Two vessels, a small craft (O, 1.3 m/s) and a
-ship (M, 7.7 m/s), by two receivers; causal and smoothed; consistency of NIS and coverage of the 95 % intervals.
+The bound assumes that the beginning and end of every turn are known. Two vessels, a small craft (O, 1.3 m/s) and a
+ship (M, 7.7 m/s), with two receivers; causal and smoothed; consistency of NIS and coverage of the 95 % intervals.
 """
 
 import math
@@ -62,7 +62,7 @@ BOUNDS = {
     "m05": ((0.0109, 0.137, 0.0155), (0.109, 0.727, 0.247)),
     "m25": ((0.0163, 0.268, 0.0171), (0.164, 1.58, 0.310)),
 }
-"""The bound as an independent prototype has it: SOG m/s, COG °, rate °/s, straight and in turns."""
+"""The bound computed by an independent prototype: SOG m/s, COG °, rate °/s, straight and in turns."""
 SMOOTHED_BOUNDS = {"o05": 0.49, "o25": 0.43, "m05": 0.29, "m25": 0.33}
 """COG straight, smoothing bound over filtering bound."""
 SLOW_TARGETS = {"sog": (1.10, 1.20), "cog": (3.3, 1.25), "rate": (2.6, 1.15)}
@@ -70,12 +70,12 @@ FAST_TARGETS = {"": 1.15, "default_": 1.6}
 SMOOTHED_TARGET = 1.1
 KINDS = {
     "": "true parameters",
-    "default_": "as it comes",
+    "default_": "inferred parameters",
     "smoothed_": "true parameters, smoothed",
-    "default_smoothed_": "as it comes, smoothed",
+    "default_smoothed_": "inferred parameters, smoothed",
 }
 INFERRED = 8
-"""Runs of a cell, from its first, with what is inferred: an inference takes as long as a hundred runs."""
+"""Number of runs of a cell, from its first, with inferred parameters: an inference takes as long as a hundred runs."""
 
 
 class Interval(NamedTuple):
@@ -87,7 +87,7 @@ class Interval(NamedTuple):
 
 
 def over_runs(over, under, root=True) -> Interval:
-    """√(Σ over / Σ under), or without the root, of the runs (n,); its interval by resampling them: rows err alike."""
+    """√(Σ over / Σ under), or without the root, of the runs (n,). Its interval is from resampled runs."""
     over, under = np.asarray(over, float), np.asarray(under, float)
     chosen = np.random.default_rng(0).integers(0, len(over), (2000, len(over)))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -105,7 +105,7 @@ def errors(sog, cog, course_rate, voyage) -> np.ndarray:
 
 
 def sums(squares, masks) -> np.ndarray:
-    """(2, 5): straight and in turns, sums of three squares (3, n), rows counted, and rows without a course."""
+    """(2, 5): for straight rows and rows in turns the sums of three squares (3, n), rows with and without a course."""
     found = np.empty((2, 5))
     for k, mask in enumerate(masks):
         chosen = squares[:, mask]
@@ -128,7 +128,7 @@ def bounded(covariance, voyage, scenario) -> np.ndarray:
 
 
 def covered(motion, voyage, scenario) -> np.ndarray:
-    """(3, 4) rows with the truth in the 95 % interval of SOG, COG and course rate, and rows, at each of PLACES."""
+    """(3, 4) for each of PLACES: rows with the truth in the 95 % interval of SOG, COG and course rate, and all rows."""
     error = np.abs(errors(motion.sog, motion.cog, motion.course_rate, voyage))
     held = error < NORMAL_95 * np.stack([motion.sog_std, motion.cog_std, motion.course_rate_std])
     straight, turning = straight_and_turning(scenario, voyage)
@@ -137,7 +137,7 @@ def covered(motion, voyage, scenario) -> np.ndarray:
 
 
 def measure(inferred_below: int, case) -> dict[str, np.ndarray]:
-    """One voyage of a cell: sums of squared errors by kind of estimate, of the bounds and of NIS; rows covered."""
+    """One run of a cell: sums of squared errors by kind of estimate, of the bounds and of NIS; rows covered."""
     name, seed = case
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
@@ -160,7 +160,7 @@ def measure(inferred_below: int, case) -> dict[str, np.ndarray]:
 
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
-    """The study; `seeds` runs a cell, by default 30 (60 in O), and fewer of what is inferred from the fixes."""
+    """See Study; `seeds` runs per cell, by default 30 (60 in O), of which `INFERRED` with inferred parameters."""
     results = Results("The estimator at its limit", lead=LEAD)
     cases = [(name, first_seed + k) for name, cell in CELLS.items() for k in range(seeds or cell.scenario.runs)]
     step = stage(progress, 0.0, 1.0, "error against the bound")
@@ -226,7 +226,7 @@ def _ratios(results, name, of_cell, kind):
 
 
 def target(name, kind, what, k) -> float | None:
-    """The ratio to be reached, None where none is set."""
+    """The target of an error over its bound; None without a target."""
     if kind == "smoothed_":
         return SMOOTHED_TARGET
     if name.startswith("m"):
@@ -258,9 +258,9 @@ def _consistency(results, found):
 
 
 LEAD = (
-    "A small craft (O, 1.3 m/s) and a ship (M, 7.7 m/s) alternate straight legs and turns, as the filter's own "
-    "model has it, with fixes of 0.5 and 2.5 m at 5 Hz. Errors are RMS over many voyages, in most rows over the "
-    "Cramér–Rao bound of an estimator that knows when turns begin and end; in brackets are 95 % intervals over "
-    "the voyages."
+    "A small craft (O, 1.3 m/s) and a ship (M, 7.7 m/s) alternate straight legs and turns by the filter's own model, "
+    "with fixes of 0.5 and 2.5 m at 5 Hz. Errors are RMS over many runs. Most rows give them as a ratio to the "
+    "Cramér–Rao bound, which assumes that the beginning and end of every turn are known; in brackets are 95 % "
+    "intervals over the runs."
 )
 STUDY = Study("estimator-limits", "error against the Cramér–Rao bound, causal and smoothed, and consistency", run)

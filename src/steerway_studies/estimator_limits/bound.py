@@ -1,12 +1,12 @@
 """Truth for the limits of course estimation: a vessel that alternates straight legs and turns.
 
 The mode is a Markov jump process in continuous time; speed and course rate follow P0 (13) and (15)
-with the noise densities and the decay of the mode. Both are sampled exactly as the filter's model has them,
-so that a filter with the parameters below errs by nothing but what it cannot know.
+with the noise densities and the decay of the mode. Both are sampled exactly from the filter's model, so that a filter
+with the parameters below has no model error.
 
-The bound is what no estimator can do better than, the Riccati recursion at the true trajectory with the mode of motion
-known: the Cramér–Rao bound of P. Tichavský, C. H. Muravchik and A. Nehorai, IEEE Trans. Signal Processing 46(5), 1998,
-for a vessel whose states are those of P0 (11)–(15).
+The bound is the Riccati recursion at the true trajectory with known modes: the Cramér–Rao bound of P. Tichavský,
+C. H. Muravchik and A. Nehorai, IEEE Trans. Signal Processing 46(5), 1998, for a vessel with the states of P0 (11)–(15).
+No unbiased estimator is more accurate.
 """
 
 import math
@@ -19,23 +19,23 @@ from steerway.estimation import Profile
 from steerway.sensors import Gnss
 
 _START_SPEED_STD, _LARGEST_START_RATE_STD = 20.0, math.radians(20.0)
-"""m/s and rad/s of a vessel of which one fix is known, as the filter has them."""
+"""1σ of speed (m/s) and largest 1σ of course rate (rad/s) after a single fix, as in the filter."""
 
 
 @dataclass(frozen=True)
 class LimitsScenario:
-    """A vessel, the duration of a run, and how long after a turn rows do not yet count as straight."""
+    """A vessel and its runs. Rows count as straight from `recovery` s after a turn on."""
 
     profile: Profile  # the true motion model; the receiver is added by `known`
     speed: float
     duration: float
     runs: int
     recovery: float
-    settling: float  # s at the beginning that count for nothing
+    settling: float  # s at the beginning that are not judged
     rate: float = 5.0  # fixes a second
 
     def known(self, position_std: float) -> Profile:
-        """The true parameters with those of a receiver of white noise (m), as given to a filter."""
+        """The true parameters of vessel and receiver (white noise of `position_std` m), for a filter."""
         return self.profile.model_copy(update={"position_std": position_std})
 
 
@@ -84,7 +84,7 @@ FAST = LimitsScenario(
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """What truly happened: arrays (n,) at the times of the fixes, SI and radians in a tangent plane."""
+    """The true motion: arrays (n,) at the times of the fixes, SI and radians in a tangent plane."""
 
     time: np.ndarray
     north: np.ndarray
@@ -119,7 +119,7 @@ def sail(scenario: LimitsScenario, seed: int) -> TrueMotion:
 
 
 def _modes(profile) -> tuple[np.ndarray, np.ndarray]:
-    """(2, 4) S_U, α1, S_ω and α2 of a held course and of a turn, and the rates (1/s) at which they end."""
+    """(2, 4) S_U, α1, S_ω and α2 of a held course and of a turn, and (2,) rates (1/s) at which the modes end."""
     held = profile.speed_noise, profile.speed_decay, profile.course_rate_noise, profile.course_rate_decay
     turn = profile.turn_speed_noise, held[1], profile.turn_course_rate_noise, profile.turn_course_rate_decay
     return np.array([held, turn]), np.array([1.0 / profile.straight_time, 1.0 / profile.turn_time])
@@ -127,7 +127,7 @@ def _modes(profile) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel
 def _responses(rate, t):
-    """After a unit of a state that decays at a rate: it, its integral and the integral of that."""
+    """Values at t of a state that decays from 1 at `rate`, of its integral, and of its double integral."""
     a = rate * t
     if a < 0.02:
         area = 0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a / 720.0)))
@@ -138,7 +138,7 @@ def _responses(rate, t):
 
 @kernel
 def _gathered(rate, t):
-    """(3, 3) covariance of those three after t of unit white noise, by Gauss and Legendre's rule with three nodes."""
+    """(3, 3) covariance of the `_responses` after t of unit white noise, by Gauss and Legendre's rule of 3 nodes."""
     found = np.zeros((3, 3))
     for k in range(-1, 2):
         at = _responses(rate, t * (0.5 + k * math.sqrt(0.15)))
@@ -149,7 +149,7 @@ def _gathered(rate, t):
 
 
 def _spread(model, dt) -> np.ndarray:
-    """Factor of what one step adds to (way, speed) and (way across for each m/s, course, course rate)."""
+    """Factor of the noise that a step adds to (distance, speed) and (cross distance per m/s, course, course rate)."""
     along, across = model[0] * _gathered(model[1], dt)[1::-1, 1::-1], model[2] * _gathered(model[3], dt)[::-1, ::-1]
     spread = np.zeros((5, 5))
     spread[:2, :2], spread[2:, 2:] = np.linalg.cholesky(along), np.linalg.cholesky(across)
@@ -158,7 +158,7 @@ def _spread(model, dt) -> np.ndarray:
 
 @kernel
 def _moved(x, dt, model, f):
-    """The state after a step of (11)–(15) along its arc, with the Jacobian into f (5, 5)."""
+    """The state after a step of (11)–(15) along its arc; fills f (5, 5) with the Jacobian."""
     u, w = x[2], x[4]
     left, way, _ = _responses(model[1], dt)
     rate_left, turn, area = _responses(model[3], dt)
@@ -179,7 +179,7 @@ def _moved(x, dt, model, f):
 
 @kernel
 def _noise(x, dt, model):
-    """(5, 5) covariance of what the noise of a step adds, from a state on."""
+    """(5, 5) covariance of the noise that a step from state x adds."""
     mean = x[3] + x[4] * _responses(model[3], dt)[2] / dt
     c, s = math.cos(mean), math.sin(mean)
     by_speed, by_rate = np.zeros((5, 3)), np.zeros((5, 3))
@@ -220,7 +220,7 @@ def straight_and_turning(scenario: LimitsScenario, voyage: TrueMotion) -> tuple[
 
 
 def filtering_bound(voyage, profile) -> np.ndarray:
-    """(n, 5, 5) covariance of [x^n y^n U χ ω_χ] after each fix that no causal estimator betters on this voyage."""
+    """(n, 5, 5) least covariance of [x^n y^n U χ ω_χ] of any causal estimator after each fix of this run."""
     covariance = np.empty((len(voyage.time), 5, 5))
     models, _ = _modes(profile)
     stationary = math.sqrt(0.5 * models[1, 2] / models[1, 3]) if models[1, 3] > 0.0 else math.inf
@@ -231,7 +231,7 @@ def filtering_bound(voyage, profile) -> np.ndarray:
 
 
 def smoothing_bound(voyage, profile) -> np.ndarray:
-    """(n, 5, 5) covariance that no estimator betters that knows the whole record."""
+    """(n, 5, 5) least covariance of any estimator that uses the whole record."""
     covariance = filtering_bound(voyage, profile)
     _smooth(voyage.time, voyage.states, voyage.turning, _modes(profile)[0], covariance)
     return covariance

@@ -37,7 +37,7 @@ ROTATIONS = tuple(range(0, 360, 15))
 """Degrees."""
 LOW_PASSES = (20.0, 40.0, 100.0, 200.0)
 """T_lp, s."""
-FILTERS = ("printed", "product")
+FILTERS = {"printed": "printed filter", "product": "Steerway's filter"}
 
 
 def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
@@ -80,7 +80,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
 
 
 def gain_numbers() -> dict[str, float]:
-    """(32)–(34), and the poles with the printed signs of (29)."""
+    """The gains (32)–(34), and the fastest pole with the printed signs of (29)."""
     gains = place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH)
     three = gains.proportional, gains.integral_time, gains.derivative_time
     return {
@@ -92,7 +92,7 @@ def gain_numbers() -> dict[str, float]:
 
 
 def voyage_numbers(found: dict[ShipCase, dict]) -> dict[str, float]:
-    """Means over the seeds: all of T_lp = 40 s, and of the others what saturation is judged by."""
+    """Means over the seeds: all numbers for T_lp = 40 s, those of saturation for the other T_lp."""
     numbers = {}
     circumstances = [("truth", PRINTED_NOISE, "truth")]
     circumstances += [(each, noise, f"{each}_{label}") for each in FILTERS for label, noise in NOISES.items()]
@@ -111,7 +111,7 @@ def voyage_numbers(found: dict[ShipCase, dict]) -> dict[str, float]:
 
 
 def rotation_numbers(found) -> dict[str, float]:
-    """Shares of routes finished with the scene turned."""
+    """Shares (%) of routes finished with the scene turned."""
 
     def share(feedback, least=0.0):
         chosen = [n["finished"] for case, n in found if case.feedback == feedback and _away(case.turned) >= least]
@@ -125,7 +125,7 @@ def rotation_numbers(found) -> dict[str, float]:
 
 
 def _away(angle):
-    """How far from north, rad."""
+    """Size of an angle, wrapped, rad."""
     return math.acos(max(-1.0, min(1.0, math.cos(angle))))
 
 
@@ -167,13 +167,13 @@ QUANTITIES = [
     Quantity("truth_rudder_max_deg", "true states: largest rudder", "°", target="31.3 ± 1"),
     Quantity("truth_rudder_rate_max_dps", "true states: largest rudder rate commanded", "°/s", "< 5", "3.76 ± 0.2"),
     Quantity("truth_cross_track_max_m", "true states: largest cross-track error", "m", target="427 ± 10"),
-    Quantity("rotations_finished_pct", f"{_TURNED} by 15°: product, no speed given", "%", target="100"),
+    Quantity("rotations_finished_pct", f"{_TURNED} by 15°: Steerway's filter, no speed given", "%", target="100"),
     Quantity("rotations_finished_printed_pct", f"{_TURNED} in steps of 15°: printed filter", "%"),
     Quantity("rotations_finished_printed_beyond_120_pct", f"{_TURNED} by over 120°: printed", "%", target="0"),
-    Quantity("rudder_rate_ratio", f"{_RATE}, commanded, printed noise: printed over product", target="≥ 2"),
-    Quantity("rudder_rate_ratio_achieved", f"{_RATE}, achieved within 5 °/s: printed over product"),
+    Quantity("rudder_rate_ratio", f"{_RATE}, commanded, printed noise: printed filter over Steerway's", target="≥ 2"),
+    Quantity("rudder_rate_ratio_achieved", f"{_RATE}, achieved within 5 °/s: printed filter over Steerway's"),
     *(
-        Quantity(f"{feedback}_{label}_{key}", f"{feedback} filter, {noise:g} m a step: {what}", unit)
+        Quantity(f"{feedback}_{label}_{key}", f"{FILTERS[feedback]}, {noise:g} m a step: {what}", unit)
         for label, noise in NOISES.items()
         for feedback in FILTERS
         for key, (what, unit) in ESTIMATED.items()
@@ -196,7 +196,7 @@ QUANTITIES = [
 ]
 
 _NOISE = "noise of 0.0634 m a step, 4.7 m in the long run; T_lp = 40 s"
-_COLOURS = {"true states": QUIET, "printed filter": THEIRS, "product filter": OURS}
+_COLOURS = {"true states": QUIET, "printed filter": THEIRS, "Steerway's filter": OURS}
 
 
 def figures(seed: int) -> dict:
@@ -204,7 +204,7 @@ def figures(seed: int) -> dict:
     runs = {
         "true states": voyage(ShipCase("truth"))[0],
         "printed filter": voyage(ShipCase("printed", STATED_NOISE, seed=seed))[0],
-        "product filter": voyage(ShipCase("product", STATED_NOISE, seed=seed))[0],
+        "Steerway's filter": voyage(ShipCase("product", STATED_NOISE, seed=seed))[0],
     }
     way = route()
     paths = [
@@ -236,7 +236,7 @@ def figures(seed: int) -> dict:
         "figure_5_track": (
             track(paths, "east (km)", "north (km)"),
             "P1 figure 5: the ship's positions while traversing the waypoints, the next one taken when "
-            f"{SWITCH_RADIUS:.0f} m remain, steered on true states, on the printed filter and on the product's "
+            f"{SWITCH_RADIUS:.0f} m remain, steered on true states, on the printed filter and on Steerway's "
             f"({_NOISE}).",
         ),
         "figure_6_course": (series(course), f"P1 figure 6: true, estimated and desired course ({_NOISE})."),
@@ -246,9 +246,9 @@ def figures(seed: int) -> dict:
         ),
         "figure_8_rudder": (
             series(machine, columns=2),
-            f"P1 figure 8: rudder angle and rudder rate ({_NOISE}). The paper's is from the loop with the filter; the "
-            "rate is what the autopilot asks for, (command − rudder)/1 s, of which the machine gives 5 °/s. Peaks "
-            "beyond ±12 °/s are cut off.",
+            f"P1 figure 8: rudder angle and rudder rate ({_NOISE}). The paper's is from the loop with the filter. The "
+            "rate is the one that the autopilot asks for, (command − rudder)/1 s; the machine is limited to 5 °/s. "
+            "Peaks beyond ±12 °/s are cut off.",
         ),
     }
 
@@ -260,40 +260,40 @@ def _lyapunov(ideal, ship):
     ]
     caption = (
         "The Lyapunov function of P1 (37)–(38) along an approach from 600 m beside the path. With χ = χ_d it falls as "
-        "(38) has it. The ship, whose autopilot needs time and whose command is low-passed, goes out on its parallel "
-        "course first, crosses the path and swings back: the proof supposes perfect tracking."
+        "in (38). The proof supposes perfect tracking. The ship's autopilot needs time and its command is low-passed: "
+        "the ship continues on a parallel course first, crosses the path and swings back."
     )
     return series([Panel("V = y_e²/2 (m²)", curves, ylim=(1e-2, 1e6), log=True)]), caption
 
 
 def _unwrapped(angle):
-    """Degrees, laid so that the route's courses do not jump."""
+    """Degrees from −90° on, so that the courses of the route do not jump."""
     degrees = np.degrees(angle)
     return np.where(degrees < -90.0, degrees + 360.0, degrees)
 
 
 REMARKS = [
     "T_lp is 40 s, which departs from P1's own rule: 1/T_lp five to ten times below ω_n = 0.05 rad/s asks for 100 to "
-    "200 s. The paper states only the rule, not its value; with it the ship swings 0.6 to 1.1 km off the track at "
-    "the turns even on true states. With 20 s the rudder reaches "
-    "its 40° on true states; 40 s is where it does not and the track is still good.",
-    "“Saturation is avoided” holds on true states from T_lp = 40 s on. With the printed filter at the printed noise it "
-    "holds for no T_lp: the noise of its course rate, times K_p T_d, asks the steering engine for more than 5 °/s half "
-    "of the time. At the noise that gives the stated 4.7 m, and with the product's filter at either noise, a limit is "
-    "met for about 1 % of the time with T_lp of 100 to 200 s, and for 2 to 10 % with 20 to 40 s; strictly it is not "
-    "avoided there either.",
-    "At the smaller noise the product's filter is the better estimate, but moves the rudder no less than the printed "
-    "one: its gain is the ship's and the receiver's, not a trade against rudder. A slower autopilot moves it less.",
-    "P1 (42)–(43) drive the receiver's error with 0.21 m a step; at the printed step of 0.1 s that is 15.6 m in the "
-    "long run, not the 4.7 m stated. 0.0634 m a step gives 4.7 m. Both are run.",
-    "Corrections (see the errata): plus signs in (29), 1/K in (30), signed x_e in (45) and sine and cosine put right "
-    "in (46); the filter's state is predicted by f(x), as P0's appendix has it. The printed forms fail, which tests "
-    "hold.",
-    "The printed filter is started where the paper starts nothing: at U = 0, χ = 0, P = I, and steers from the first "
-    "step. Turned by more than 120° it converges to the mirrored solution U < 0 and sails away. The product's filter "
-    "finds speed and course from its first fixes; until then the rudder is amidships.",
-    "Straight legs are what lies more than 250 s after a switch; the estimate's errors are counted from "
-    f"{SETTLED:.0f} s on. The product's filter carries the receiver's slow error as two states of its own, with the "
-    "true 1σ and time constant.",
+    "200 s. The paper states only the rule, not the value that it used. By the rule the ship swings 0.6 to 1.1 km off "
+    "the track at the turns, even on true states. With 20 s the rudder reaches its limit of 40° on true states; with "
+    "40 s it does not, and the track is still good.",
+    "“Saturation is avoided” is true on true states from T_lp = 40 s on. With the printed filter at the printed noise "
+    "it is true for no T_lp: the noise of the course rate, times K_p T_d, asks the steering engine for more than 5 "
+    "°/s half of the time. At the noise that gives the stated 4.7 m, and with Steerway's filter at either noise, a "
+    "limit is reached for about 1 % of the time with T_lp of 100 to 200 s, and for 2 to 10 % with 20 to 40 s; "
+    "strictly it is not avoided there either.",
+    "At the smaller noise Steerway's filter is more accurate, but moves the rudder no less than the printed filter: "
+    "its gain follows from ship and receiver, not from a trade against rudder. A slower autopilot moves it less.",
+    "P1 (42)–(43) drive the receiver's error with 0.21 m a step. At the printed step of 0.1 s this gives a stationary "
+    "σ of 15.6 m, not the stated 4.7 m; 0.0634 m a step gives 4.7 m. Both are run.",
+    "Corrections (see the errata): plus signs in (29), 1/K in (30), signed x_e in (45), sine and cosine exchanged in "
+    "(46); the filter's state is predicted by f(x), as in P0's appendix. Tests show that the printed forms fail.",
+    "The paper states no initial values for the printed filter: it starts at U = 0, χ = 0, P = I, and steers from the "
+    "first step. With the scene turned by more than 120° it converges to the mirrored solution U < 0 and the ship "
+    "leaves the route. Steerway's filter finds speed and course from its first fixes; until then the rudder is "
+    "amidships.",
+    "A leg counts as straight from 250 s after a switch on; the estimate's errors are counted from "
+    f"{SETTLED:.0f} s on. Steerway's filter has the receiver's slow error as two states, with the true 1σ and time "
+    "constant.",
 ]
 STUDY = Study("mariner-los", "P1 §4: path following of a MARINER-class ship on an estimated course", run, drawn=figures)

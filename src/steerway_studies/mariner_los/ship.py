@@ -1,4 +1,4 @@
-"""P1's ship on its route: the set-up of section 4, sailed on true states, the printed filter or the product's."""
+"""P1's ship on its route: the set-up of section 4, steered by true states, the printed filter or Steerway's."""
 
 import math
 from dataclasses import dataclass
@@ -30,24 +30,24 @@ LOW_PASS = 40.0
 
 CORRELATION_TIME = 1100.0
 PRINTED_NOISE, STATED_NOISE = 0.21, 0.0634
-"""Driving noise of a fix a step, m: as printed, 15.6 m in the long run; what gives the 4.7 m that P1 states."""
+"""Driving noise of the position error per step, m: as printed (stationary σ 15.6 m); for the 4.7 m that P1 states."""
 
 NOISES = {"0p21": PRINTED_NOISE, "0p0634": STATED_NOISE}
 
 SETTLED = 100.0
-"""s after which an estimate's error counts."""
+"""s after the start from which on the errors of an estimate count."""
 STEADY = 250.0
 """s after a switch from which a leg counts as straight: by then low-pass and line of sight have settled."""
 
 
 @dataclass(frozen=True)
 class ShipCase:
-    """One run: which feedback, "truth", "printed" or "product", and in what circumstances."""
+    """One run: its feedback, "truth", "printed" or "product", and its conditions."""
 
     feedback: str
-    noise: float = PRINTED_NOISE  # driving noise, m a step
+    noise: float = PRINTED_NOISE  # driving noise, m per step
     low_pass: float = LOW_PASS  # s
-    turned: float = 0.0  # the scene, rad
+    turned: float = 0.0  # rotation of the scene, rad
     seed: int = 0
 
 
@@ -64,7 +64,7 @@ def receiver(noise: float) -> Gnss:
 
 
 def product_profile(noise: float) -> Profile:
-    """The product's filter with the true model of the receiver's error, and the ship's motion as in P1.
+    """Profile of Steerway's filter with the true model of the receiver's error, and the ship's motion as in P1.
 
     S_ω is P1's h Q_d of 1e-6 rad²/s³; speed noise and α2 = 0.05 1/s suit a ship that turns for minutes.
     """
@@ -80,12 +80,12 @@ def product_profile(noise: float) -> Profile:
 
 
 def printed_filter() -> Ekf5States:
-    """P1 §4's tuning, started at zero speed and course, which the paper leaves open."""
+    """The filter with P1 §4's tuning, started at zero speed and course; the paper states no initial values."""
     return Ekf5States(STEP, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], alpha_1=1e-5, alpha_2=0.2)
 
 
 def voyage(case: ShipCase) -> tuple[Run, Mission]:
-    """Sail a case, until the last waypoint or for `DURATION`."""
+    """Simulate a case until the last waypoint, at most for `DURATION`."""
     mission = Mission(route(case.turned))
     autopilot = AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high))
     if case.feedback == "printed":
@@ -102,12 +102,12 @@ def voyage(case: ShipCase) -> tuple[Run, Mission]:
 
 
 def rudder(run: Run) -> np.ndarray:
-    """(n,) rudder angle, rad, + to starboard; the ship's state counts it the other way."""
+    """(n,) rudder angle, rad, + to starboard; the ship's state has the opposite sign."""
     return -run.state[:, 6]
 
 
 def asked_rudder_rate(run: Run) -> np.ndarray:
-    """(n,) what the steering engine is asked for, (command − rudder)/lag, rad/s."""
+    """(n,) rudder rate that the autopilot asks of the steering engine, (command − rudder)/lag, rad/s."""
     return (run.command[:, 0] - rudder(run)) / RUDDER.lag
 
 
@@ -122,7 +122,7 @@ def straight(run: Run) -> np.ndarray:
 
 
 def measured(case: ShipCase) -> dict[str, float]:
-    """What one run amounts to; errors of the estimate against the truth, angles in degrees."""
+    """The numbers of one run, by key; errors are of the estimate against the truth, angles in degrees."""
     run, mission = voyage(case)
     counted = (run.time > SETTLED) & np.isfinite(run["estimated_cog"])
     leg = straight(run)
@@ -148,7 +148,7 @@ def measured(case: ShipCase) -> dict[str, float]:
 
 
 CROSSED = 4000.0
-"""m of a leg across a current that count for nothing."""
+"""m of a leg across a current that are not judged, while the ship settles."""
 _CROSSING = """
 duration = 1300.0
 step = 0.1
@@ -174,7 +174,7 @@ waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 8000.0, east = 0.0 }}]
 def crossing(angle: str, seed: int) -> tuple[float, float]:
     """(mean offset, Δ tan β of the crab angle β) on a leg north in a current of 1 m/s to the east, m; P1 §3.
 
-    By "course" the ship steers on an estimate from fixes of 0.5 m, by "heading" on true states.
+    With "course" the ship steers by an estimate from fixes of 0.5 m, with "heading" by its true states.
     """
     estimator = "five-state" if angle == "course" else "truth"
     run = sail_scenario(parse_scenario(_CROSSING.format(angle=angle, estimator=estimator)), seed).run
@@ -186,14 +186,14 @@ def crossing(angle: str, seed: int) -> tuple[float, float]:
 OFFSET = 600.0
 """m beside the path at the start."""
 ARRIVED = 1.0
-"""m from the path at which an approach is over."""
+"""m from the path at which an approach ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """An approach to a leg, along which P1 (37)–(38) promise that V = y_e²/2 decreases.
+    """An approach to a leg, along which V = y_e²/2 decreases by P1 (37)–(38).
 
-    Time (n,) s, cross-track error (n,) m, and V̇ by (38) at every row, m²/s.
+    Time (n,) s, cross-track error (n,) m, and V̇ by (38) in every row, m²/s.
     """
 
     time: np.ndarray
@@ -207,24 +207,24 @@ class Approach:
 
     @property
     def falling_pct(self) -> float:
-        """Part of the steps, until the path is first reached, on which V falls."""
+        """Share (%) of the steps on which V falls, until the path is first reached."""
         near = np.flatnonzero(np.abs(self.cross_track) < ARRIVED)
         until = near[0] if len(near) else len(self.time)
         return 100.0 * float(np.mean(np.diff(self.lyapunov[:until]) < 0.0))
 
     @property
     def largest_error(self) -> float:
-        """Largest difference of the V̇ seen, by central differences, from the one promised, m²/s."""
+        """Largest difference of V̇ along the run (central differences) from V̇ by (38), m²/s."""
         return float(np.abs(np.gradient(self.lyapunov, self.time) - self.promised)[1:-1].max())
 
     @property
     def relative_error(self) -> float:
-        """The same over the largest V̇ promised."""
+        """`largest_error` over the largest V̇ by (38)."""
         return self.largest_error / float(np.abs(self.promised).max())
 
 
 def approaches() -> tuple[Approach, Approach]:
-    """(ideal, ship): on the desired course χ = χ_d as (37) supposes, and the MARINER ship as steered."""
+    """(ideal, ship): an approach on the desired course χ = χ_d, as (37) supposes, and that of the steered ship."""
     return _ideal(), _ship()
 
 
@@ -237,7 +237,7 @@ def _ideal(duration=1500.0):
     error, rows = OFFSET, []
     for k in range(round(duration / STEP)):
         rows.append((k * STEP, error))
-        # The midpoint rule: V̇ is compared to a thousandth.
+        # The midpoint rule, because V̇ is compared to a thousandth.
         half = error + 0.5 * STEP * CRUISE_SPEED * math.sin(_desired(error))
         error += STEP * CRUISE_SPEED * math.sin(_desired(half))
     time, cross_track = np.array(rows).T

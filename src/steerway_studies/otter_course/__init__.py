@@ -32,18 +32,18 @@ from steerway_studies.study import Quantity, Results, Study, means, over_cases, 
 
 SEEDS = 20
 COUNTED = 5.0
-"""s after which errors count."""
+"""s after the start (or the command) from which on errors count."""
 BAND = math.radians(1.0)
 NOISY = {"0p1": (0.1, 1.0, 1.4), "0p5": (0.5, 0.5, 2.1)}
 """Label → 1σ of a fix (m), bandwidth of the autopilot (rad/s), target for the RMS of the course (°)."""
 RATIOS = np.logspace(-2.0, 14.0, 33)
 """Q_d over R_d of the printed filter, 1/s⁴; the paper's is 5e13."""
 FIXES = {"0": 0.0, "1cm": 0.01, "10cm": 0.1}
-"""Label → 1σ of a fix, m, that the tuning is tried with."""
+"""Label → 1σ of a fix, m, with which the tuning is tried."""
 LITTLE = 1.5
-"""Error over the least one within which a tuning counts as no worse. Chosen: a receiver's σ is known no better."""
+"""A tuning is good enough if its error is below this multiple of the least error: a receiver's σ is known no better."""
 CRUISE = 1.3
-"""m/s that 100 N make in the end."""
+"""Steady speed (m/s) with 100 N of thrust."""
 
 
 def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
@@ -70,12 +70,12 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
 
 
 def courses(seed: int) -> tuple[PublishedRun, PublishedRun]:
-    """The published set-up without noise, and with 1 cm of it."""
+    """Runs of the published set-up, without noise and with 1 cm of noise."""
     return as_published(), as_published(0.01, seed)
 
 
 def published_numbers(record: PublishedRun) -> dict[str, float]:
-    """Numbers of the published set-up without noise."""
+    """Numbers of a run of the published set-up without noise."""
     late, up = record.time >= COUNTED, record.time < BACK_AT
     overshoot = max((record.cog[up].max() - COMMAND) / COMMAND, -record.cog[~up].min() / COMMAND)
     settled = max(
@@ -92,14 +92,14 @@ def published_numbers(record: PublishedRun) -> dict[str, float]:
 
 
 def cog_rms_deg(record: PublishedRun) -> float:
-    """RMS of the estimated COG, °."""
+    """RMS error of the estimated COG, °."""
     return math.degrees(rms(wrap_array(record.estimated_cog - record.cog)[record.time >= COUNTED]))
 
 
 def retuned(record: PublishedRun, noise: float, ratio: float, seed: int) -> float:
-    """RMS (°) of COG by the printed filter with another Q_d/R_d, on a run's path with white noise (m) in its fixes.
+    """RMS error (°) of the printed filter's COG with another Q_d/R_d, on a run's path with white noise (m) of fixes.
 
-    It starts on the true course, and does not steer.
+    The filter starts with the true course, and does not steer.
     """
     draws = np.random.default_rng(seed).standard_normal((2, len(record.time)))
     ekf = Ekf5States(STEP, FIX_EVERY, "NED", [1e-8 * ratio] * 2, [1e-8] * 2, x_init=[0.0, 0.0, record.sog[0], 0.0, 0.0])
@@ -109,13 +109,13 @@ def retuned(record: PublishedRun, noise: float, ratio: float, seed: int) -> floa
 
 
 def _decades(errors) -> float:
-    """Decades of RATIOS on which the error is at most LITTLE times its least, the least among them."""
+    """Width, in decades, of the RATIOS with which the error is at most LITTLE times its least."""
     good = np.asarray(errors) <= LITTLE * min(errors)
     return float(good.sum() - 1) * math.log10(RATIOS[1] / RATIOS[0])
 
 
 def noisy_numbers(seed: int) -> dict[str, float]:
-    """What one seed of noise gives, for each of NOISY."""
+    """The numbers of one seed of noise, for each of NOISY."""
     numbers = {}
     for label, (noise, bandwidth, _) in NOISY.items():
         yaw = identified(noise, seed)
@@ -131,7 +131,7 @@ def noisy_numbers(seed: int) -> dict[str, float]:
 
 
 def _course_rms(run, run_in=RUN_IN):
-    """RMS (°) of true course minus desired course, while one is desired."""
+    """RMS (°) of the true minus the desired course, where there is a desired course."""
     error = wrap_array(run.true_cog - run["reference_angle"])
     counted = (run.time >= run_in + COUNTED) & np.isfinite(error)
     return math.degrees(rms(error[counted]))
@@ -147,7 +147,7 @@ def bandwidth_numbers() -> dict[str, float]:
 
 
 def _noisy(label: str, noise: float, bandwidth: float, most: float) -> list[Quantity]:
-    stem, where = f"noisy_{label}", f"product filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
+    stem, where = f"noisy_{label}", f"Steerway's filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
     rest, zigzag = "RMS of true minus desired course", f"identified from a zigzag with {noise:g} m of noise"
     carried = f"bandwidth that the estimate supports with {noise:g} m of noise"
     return [
@@ -193,12 +193,12 @@ QUANTITIES = [
     Quantity("unwinding_unwrapped_deg", _UNWINDING.format("unwrapped"), "°"),
     Quantity("verbatim_1cm_cog_rms_deg", "published tuning with 1 cm of noise: RMS of COG", "°", "", "> 20: fails"),
     *(quantity for label, values in NOISY.items() for quantity in _noisy(label, *values)),
-    Quantity("noisy_0p5_at_1p5_rms_deg", "0.5 m of noise at ω_n = 1.5 rad/s, which it does not support: RMS", "°"),
+    Quantity("noisy_0p5_at_1p5_rms_deg", "0.5 m of noise at ω_n = 1.5 rad/s, beyond what it supports: RMS", "°"),
 ]
 
 
 def figures(published: PublishedRun, failing: PublishedRun, seed: int) -> dict:
-    """What the captions of P0's figures 4–6 name, and what noise does: (figure, caption) by stem."""
+    """P0's figures 4–6, and a figure of the effect of noise: (figure, caption) by stem."""
     return {
         "figure_4_positions": (
             _positions(published),
@@ -207,18 +207,18 @@ def figures(published: PublishedRun, failing: PublishedRun, seed: int) -> dict:
         "figure_5_propellers": (
             _propellers(published),
             "P0 figure 5: propeller revolutions during autopilot control, allocated by (61)–(63); the propellers "
-            "follow their commands with 1 s.",
+            "lag their commands by 1 s.",
         ),
         "figure_6_states": (
             _states(published),
-            "P0 figure 6: estimated SOG, COG and course rate. The windows to the right show one second: fixes at 5 Hz "
-            "correct, the predictor runs at 50 Hz between them. The first second, in which the filter finds the speed "
-            "from zero, leaves the figure.",
+            "P0 figure 6: estimated SOG, COG and course rate. The windows to the right show one second: fixes correct "
+            "at 5 Hz, and the filter predicts at 50 Hz between them. In the first second, while the speed converges "
+            "from zero, the curves leave the figure.",
         ),
         "noise": (
             _noise(failing, seed),
-            "The same order with noise in the fixes. Above, the published tuning, which believes every fix: at 1 cm it "
-            "steers in all directions. Below, the product's filter and autopilot.",
+            "The same order with noise in the fixes. Above, the published tuning, which follows every fix: with 1 cm "
+            "of noise the boat steers in all directions. Below, Steerway's filter and autopilot.",
         ),
     }
 
@@ -229,10 +229,10 @@ def drawn(seed: int) -> dict:
 
 
 SENSITIVITY = (
-    "P0: “not sensitive to the working conditions”. Error of the course over the filter's one free ratio, on the path "
-    "of figure 4 with fixes of three qualities. Without noise any large ratio is good. With noise the least error is "
-    "one to two decades wide and lies elsewhere for every receiver; the paper's ratio, the vertical line, is for fixes "
-    "without noise. With 0.5 m the printed filter finds U < 0 on this path with every ratio."
+    "P0: “not sensitive to the working conditions”. Course error against the filter's one free ratio, on the path of "
+    "figure 4, for fixes with three levels of noise. Without noise any large ratio is good. With noise the good range "
+    "is one to two decades wide and differs between receivers. The paper's ratio, the vertical line, is for fixes "
+    "without noise. With 0.5 m of noise the printed filter converges to U < 0 on this path with every ratio."
 )
 
 
@@ -270,7 +270,7 @@ def _propellers(record):
 
 
 def _states(record):
-    """The whole run, and a window in which the fixes can be told apart."""
+    """The whole run, and a window in which single fixes are visible."""
     window = (record.time >= 6.0) & (record.time <= 7.0)
     panels = []
     for name, true, estimated, desired in (
@@ -310,7 +310,7 @@ def _noise(failing, seed):
             Curve(time, np.degrees(shown.true_cog), "true course"),
             Curve(time, np.degrees(shown["reference_angle"]), "desired", BAD, "--", 1.0),
         ]
-        title = f"product filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
+        title = f"Steerway's filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s"
         order = Band((0.0, BACK_AT), (0.0, 0.0), (math.degrees(COMMAND),) * 2, "command")
         panels.append(Panel("course (°)", curves, title, bands=[order]))
     return series(panels, share=False)
@@ -323,23 +323,23 @@ REMARKS = [
     "of 0.02 s, a third-order reference of ω_n = 0.5 rad/s and ζ = 1 that starts at 0 s.",
     "K_p = 93.15 does not follow from the printed K = 0.0242 (92.98) but from T/K = 41.4, the boat's inertia in yaw, "
     "which the published run uses; the unit of K is s/(kg·m²).",
-    "The published tuning believes every fix: the filter differentiates positions. Without noise that is accurate, "
-    "with 1 cm it fails, and the boat steers in all directions.",
-    f"With noise the product steers: five-state filter with S_U = {PRODUCT_MOTION['speed_noise']:g} m²/s³, S_ω = "
+    "With the published tuning the filter follows every fix, that is, it differentiates positions. Without noise this "
+    "is accurate; with 1 cm of noise it fails, and the boat steers in all directions.",
+    f"With noise Steerway steers the boat: five-state filter with S_U = {PRODUCT_MOTION['speed_noise']:g} m²/s³, S_ω = "
     f"{PRODUCT_MOTION['course_rate_noise']:g} rad²/s³, α2 = {PRODUCT_MOTION['course_rate_decay']:g} 1/s and the "
-    "fixes' own σ; feedback gains by (57)–(59) from T/K = 41.4 at the stated ω_n; feedforward (55) from K and T of "
+    "fixes' true σ; feedback gains by (57)–(59) from T/K = 41.4 at the stated ω_n; feedforward (55) with K and T of "
     "the course, identified from the positions of a zigzag with the same noise. The boat is under way for "
-    f"{RUN_IN:.0f} s before the command of 20°. Commanded at the first fix, while the estimate of speed and course "
-    "converges, its error in these 40 s is about twice as large: the autopilot waits until the course is known, which "
-    "takes 2 to 4 s at 1 m/s with 0.5 m of noise, and then it is not known well.",
-    "The paper's K and T are those of the yaw moment of inertia. The course of this model answers more slowly: "
-    "propellers lag, and a hull without linear damping in sway drifts through the turn. With their feedforward the "
-    "course falls behind its reference even on true states (RMS 2.8° at ω_n = 1 and 7.0° at 0.5 rad/s).",
-    "Poles of (56): the placing (57)–(58) knows nothing of the integral, which adds a pole at −0.13 ω_n and moves "
+    f"{RUN_IN:.0f} s before the command of 20°. If the command comes at the first fix, while the estimate of speed and "
+    "course converges, the error in these 40 s is about twice as large: the autopilot waits until the course is known, "
+    "2 to 4 s at 1 m/s with 0.5 m of noise, and at first its σ is still large.",
+    "The paper's K and T are computed from the yaw moment of inertia. The course of this model responds more slowly: "
+    "propellers lag, and a hull without linear damping in sway drifts through the turn. With the paper's feedforward "
+    "the course lags its reference even on true states (RMS 2.8° at ω_n = 1 and 7.0° at 0.5 rad/s).",
+    "Poles of (56): the pole placement (57)–(58) ignores the integral. The integral adds a pole at −0.13 ω_n and moves "
     "the pair from −ω_n to −0.59 and −1.28 ω_n. Unwinding: the error of (54) is wrapped, so that no turn is longer "
-    "than 180°; at 180° itself the moment jumps, which is why stability is not global.",
-    "On the real logs the printed filter's numbers hold its start, from U = 0 and χ = 0, and its spikes where fixes "
-    "are missing; in between it agrees with the receiver, as the figures show.",
+    "than 180°. At 180° the moment jumps, therefore stability is not global.",
+    "On the real logs the errors of the printed filter include its start from U = 0 and χ = 0, and spikes where fixes "
+    "are missing. Elsewhere it agrees with the receiver, as the figures show.",
 ]
 STUDY = Study(
     "otter-course",

@@ -1,4 +1,4 @@
-"""P0 section 5: the Otter on course commands of 20° and 0°, steered as published and by the product's blocks."""
+"""P0 section 5: the Otter on course commands of 20° and 0°, steered as published and by Steerway's blocks."""
 
 import math
 from dataclasses import dataclass, replace
@@ -37,13 +37,13 @@ PRINTED_INERTIA = 41.4  # T/K, kg·m²: what K_p = 93.15 was computed from
 PRINTED_DERIVATIVE = 0.889  # s; (68) rounds it
 
 PRODUCT_MOTION = {"speed_noise": 1e-2, "course_rate_noise": 1e-2, "course_rate_decay": 0.1}
-"""What the product's filter supposes of the boat: α2 as in P0, densities such that it carries 1 rad/s at 0.1 m."""
+"""Steerway's motion model: α2 as in P0, densities that allow a bandwidth of 1 rad/s at 0.1 m of noise."""
 RUN_IN = 60.0
-"""s on course 0 before the command: by then the course is known."""
+"""s on course 0 before the command, so that the estimate has converged."""
 
 
 def boat() -> Otter:
-    """The Otter of the paper: the model's edition of that year, loaded with 25 kg, propellers that lag by 1 s."""
+    """The Otter of the paper: the model's 2021 edition, loaded with 25 kg, propellers that lag by 1 s."""
     return Otter(25.0, (0.0, 0.0, -0.35), "2021", propeller_lag=LAG, method="euler")
 
 
@@ -54,7 +54,7 @@ def commanded(time: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class PublishedRun:
-    """A published run, arrays (n,); SI, rad. Propeller speeds `commanded` and `turning` (n, 2): left, right."""
+    """A run of the published set-up: (n,), SI, radians. Propeller speeds left and right, (n, 2), ordered and actual."""
 
     time: np.ndarray
     north: np.ndarray
@@ -75,7 +75,7 @@ class PublishedRun:
 def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) -> PublishedRun:
     """The paper's loop, Euler at 50 Hz: printed filter, (54)–(55) with (68), allocation (60)–(63).
 
-    `noise` is the 1σ of a fix, m; the paper's tuning, Q_d = 5e5·I and R_d = 1e-8·I, stands for none.
+    `noise` is the 1σ of a fix, m. The tuning, Q_d = 5e5·I and R_d = 1e-8·I, is the paper's, for fixes without noise.
     """
     ship, draws = boat(), np.random.default_rng(seed)
     state = ship.start(speed=SPEED)
@@ -100,15 +100,15 @@ def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) 
 
 
 def product_profile(noise: float) -> Profile:
-    """The product's filter for white fixes of this 1σ, m."""
+    """Profile of Steerway's filter for fixes with white noise of this 1σ, m."""
     return Profile(name="otter-course", position_std=noise, **PRODUCT_MOTION)
 
 
 def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, seed: int, run_in=RUN_IN) -> Run:
-    """The same order under the product's blocks; row 0 is `run_in` s before the command.
+    """A run with the same command and Steerway's blocks; row 0 is `run_in` s before the command.
 
-    Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; the feedforward by the
-    identified course model `yaw`, or by the paper's where it is None.
+    Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; feedforward from the identified
+    course model `yaw`, or from the paper's Nomoto model if `yaw` is None.
     """
     gains = place_poles(1.0 / PRINTED_INERTIA, OTTER_NOMOTO[1], bandwidth)
     if yaw is not None:
@@ -138,9 +138,9 @@ def _fed_forward(gains: AnglePIDGains, yaw: YawModel) -> AnglePIDGains:
 
 
 def zigzag(noise: float, seed: int, moment: float = 5.0, turn: float = math.radians(10.0), duration: float = 120.0):
-    """A zigzag of ± `moment` N·m that turns about when the estimated course passes ± `turn`.
+    """A zigzag with ± `moment` N·m, reversed when the estimated course passes ± `turn` (rad).
 
-    Returns (time, moment (n,), fixes): what `identify_yaw_from_fixes` takes.
+    Returns (time (n,), moment (n,), fixes), the inputs of `identify_yaw_from_fixes`.
     """
     ship, filter = boat(), FiveStateFilter(product_profile(noise))
     state, receiver = ship.start(speed=SPEED), white(noise)
@@ -160,18 +160,19 @@ def zigzag(noise: float, seed: int, moment: float = 5.0, turn: float = math.radi
 
 
 def identified(noise: float, seed: int) -> YawModel:
-    """The Otter's course model from a zigzag with fixes of this 1σ, m."""
+    """The Otter's course model, identified from a zigzag with fixes of this 1σ, m."""
     time, moment, fixes = zigzag(noise, seed)
     kept = slice(None, None, 5)
     return identify_yaw_from_fixes(fixes, time[kept], moment[kept])
 
 
 def turned(gains, start: float, command: float, wrapped: bool, seconds: float = 60.0) -> float:
-    """Unwinding, what P0 (54) spares a boat by wrapping the course error, on the Nomoto model that its gains come from.
+    """The angle (rad, + to starboard) by which an Otter without yaw rate turns from course `start` to `command`.
 
-    Returns how far (rad, + to starboard) an Otter at rest in yaw turns from one course to another.
+    P0 (54) wraps the course error; without that the boat may turn the long way round (unwinding). Simulated with the
+    Nomoto model that the gains come from.
 
-    gains: (K_p, T_i, T_d) of P0 (54); `wrapped` False takes the error as the plain difference, without an integral.
+    gains: (K_p, T_i, T_d) of P0 (54); with `wrapped` False the error is the plain difference, and there is no integral.
     """
     gain, time_constant = OTTER_NOMOTO
     proportional, _, derivative_time = gains

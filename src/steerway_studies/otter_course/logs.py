@@ -1,8 +1,8 @@
 """P0 sections 6–7 on real logs: estimates compared with the receiver, drawn like figures 7–11.
 
-The papers' own logs are not public. These are three of other boats: a motor boat turning at 4 m/s with 5 Hz fixes in
-place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. SOG and COG of receivers are filtered and
-late: they are no truth, as the paper notes of its own.
+The paper's own logs are not public. Three logs of other boats replace them: a motor boat that turns at 4 m/s with 5 Hz
+fixes (for the Mariner USV), a sailing boat and a kayak at the Otter's speed. A receiver's SOG and COG are filtered and
+late, so they are not the truth, as the paper notes.
 """
 
 import math
@@ -20,12 +20,12 @@ from steerway_studies.papers.ekf_5states import Ekf5States
 
 STEP = 0.02
 LONGEST = 1500.0
-"""s of a log that are shown."""
+"""Length (s) of the shown part of a log."""
 
 
 @dataclass(frozen=True)
 class PublishedLog:
-    """A recorded log, the figures of P0 it stands for and the tuning of the paper that it is run with."""
+    """A recorded log, the figures of P0 that it replaces, and the paper's tuning for the printed filter."""
 
     name: str
     path: str
@@ -35,7 +35,7 @@ class PublishedLog:
     instead_of: str
     source: str | None
     process_noise: tuple[float, float]
-    start: float = 0.0  # s after its beginning
+    start: float = 0.0  # s from the beginning of the log to that of the shown part
 
 
 LOGS = (
@@ -75,7 +75,7 @@ LOGS = (
 
 
 def add_logs(results) -> None:
-    """Numbers and figures of every log there is; a remark for those there are not."""
+    """Numbers and figures of every log on this machine; a remark for each log that is missing."""
     folder = os.environ.get("STEERWAY_DATA")
     if not folder:
         results.remarks.append(
@@ -99,9 +99,9 @@ def _opened(path, log) -> Fixes:
 def _add(results, log, fixes):
     profile = choose_profile(fixes)
     ours, printed = estimate(fixes, profile, causal=True), as_printed(fixes, log.process_noise)
-    for who, motion in (("product", ours), ("printed", printed)):
+    for who, name, motion in (("product", "Steerway's", ours), ("printed", "printed", printed)):
         agreement = compare(fixes, motion)
-        stem, where = f"log_{log.name}_{who}", f"{log.boat}: {who} filter against the receiver above 1 m/s"
+        stem, where = f"log_{log.name}_{who}", f"{log.boat}: {name} filter against the receiver above 1 m/s"
         for key, value, what, unit in (
             ("sog_rms_mps", agreement.sog_rms_aligned, f"SOG, RMS after a lag of {agreement.sog_lag:.1f} s", "m/s"),
             ("cog_rms_deg", agreement.cog_rms_aligned, f"COG, RMS after a lag of {agreement.cog_lag:.1f} s", "°"),
@@ -111,19 +111,19 @@ def _add(results, log, fixes):
     caption = f"In place of P0 figures {log.instead_of}: {log.boat}. "
     results.figures[log.track_stem] = (
         track_figure(ours),
-        caption + "Track of the product's filter; grey where course is not defined.",
+        caption + "Track of Steerway's filter; grey where course is not defined.",
     )
     results.figures[log.signals_stem] = (
         _signals(fixes, ours, printed),
-        caption + f"Speed and course over ground by the product (profile {profile.name}), by the printed one with "
-        "the paper's tuning, and by the receiver. At rest course is not defined: the product gives none.",
+        caption + f"Speed and course over ground of Steerway's filter (profile {profile.name}), of the printed "
+        "filter with the paper's tuning, and of the receiver. At rest course is undefined: Steerway outputs none.",
     )
 
 
 def as_printed(fixes: Fixes, process_noise) -> Motion:
-    """P0 Appendix A in latitude and longitude, predicting at 50 Hz, over a log; one row a fix.
+    """P0 Appendix A in latitude and longitude, predicting at 50 Hz, over a log; one row per fix.
 
-    Folded to U ≥ 0 for the comparison only: the mirrored solution that the filter may take is the same motion.
+    For the comparison, U < 0 is replaced by −U and χ + π: the mirrored solution of the filter is the same motion.
     """
     fixes = fixes.rows(fixes.has_position)
     ekf = Ekf5States(STEP, None, "LL", process_noise, [1e-8, 1e-8])
@@ -159,7 +159,7 @@ def _signals(fixes, ours, printed):
     time, course = reports.time - began, np.degrees(np.mod(reports.cog, 2 * np.pi))
     sog = [Curve(time, reports.sog, "receiver", THEIRS, ".")]
     cog = [Curve(time, course, "", THEIRS, ".")]
-    for motion, name, *look in ((printed, "printed filter", BAD, "-", 0.8), (ours, "product filter")):
+    for motion, name, *look in ((printed, "printed filter", BAD, "-", 0.8), (ours, "Steerway's filter")):
         sog.append(Curve(motion.time - began, motion.sog, name, *look))
         course = broken(np.degrees(np.mod(motion.cog, 2 * np.pi)))
         cog.append(Curve(motion.time - began, course, "", *look))

@@ -1,4 +1,4 @@
-"""The papers' forms exactly as printed, labelled: for studies and tests, never for the product."""
+"""The papers' methods exactly as printed, for studies and tests only."""
 
 from steerway_studies.papers.ekf_5states import ekf_5states
 

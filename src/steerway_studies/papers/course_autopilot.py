@@ -1,7 +1,7 @@
-"""The papers' course steering as printed; corrected with `printed=False`. For studies and tests, never for a boat.
+"""The papers' course steering as printed; with `printed=False` corrected. For studies and tests, never for a boat.
 
-Autopilots, the Otter's allocation, the rules for switching waypoints, and the reference filters of the author's public
-toolbox (MSS) as they are, to compare `core.reference` with.
+Autopilots, the Otter's allocation, the rules for switching waypoints, and the unchanged reference filters of the
+author's public toolbox (MSS), with which `core.reference` is compared.
 
 P0: Fossen and Fossen, Sensors 21, 2021, 7910. P1: Fossen, "Line-of-sight path-following control utilizing an extended
 Kalman filter", Journal of Marine Science and Technology, 2022. P4: Motwani, Sharma, Sutton and Culverhouse, weighted
@@ -18,7 +18,7 @@ OTTER_NOMOTO = (0.0242, 1.0)
 """K in s/(kg·m²) and T in s, P0 (64)–(65); the unit of K is printed as kg·m²·s."""
 
 OTTER_PRINTED_GAINS = (93.15, 6.67, 0.89)
-"""K_p in N·m/rad, T_i and T_d in s, P0 (68); the printed K gives K_p = 92.98, and 93.15 needs T/K = 41.4."""
+"""K_p in N·m/rad, T_i and T_d in s, P0 (68). The printed K gives K_p = 92.98; 93.15 results from T/K = 41.4."""
 
 MARINER_NOMOTO = (0.185, 107.3)
 """K in 1/s and T in s, P1 §4."""
@@ -27,7 +27,7 @@ MARINER_NOMOTO = (0.185, 107.3)
 def rudder(course_error, integral, rate_error, gains, feedforward=0.0, printed=True):
     """P1 (29): rudder (rad) for gains (K_p, T_i, T_d); errors in rad and rad/s, integral of the wrapped error in rad·s.
 
-    Printed with minus signs inside the bracket, which makes the closed loop unstable; P0 (54) has them right.
+    It is printed with minus signs inside the bracket, which make the closed loop unstable; P0 (54) has the right signs.
     """
     proportional, integral_time, derivative_time = gains
     others = integral / integral_time + derivative_time * rate_error
@@ -36,7 +36,7 @@ def rudder(course_error, integral, rate_error, gains, feedforward=0.0, printed=T
 
 
 def feedforward(desired_rate, desired_acceleration, nomoto, printed=True):
-    """P1 (30): rudder (rad) that makes a Nomoto ship (K, T) follow; the printed 1/T belongs to 1/K, as in P0 (55)."""
+    """P1 (30): rudder (rad) for which a Nomoto ship (K, T) follows; the printed 1/T should be 1/K, as in P0 (55)."""
     gain, time_constant = nomoto
     return time_constant / gain * desired_acceleration + desired_rate / (time_constant if printed else gain)
 
@@ -58,7 +58,7 @@ def closed_loop_poles(gains, nomoto, printed=True):
 
 
 class AlwaysByCourse:
-    """The papers hand over to nothing: course steers at any speed, from the first step."""
+    """A hand-over that never hands over: as in the papers, the course steers at any speed, from the first step."""
 
     by_course = True
 
@@ -75,7 +75,7 @@ ARM = 0.395
 
 
 def propeller_speeds(surge_force, yaw_moment):
-    """(n_1, n_2) in rad/s for a surge force (N) and yaw moment (N·m), P0 (60)–(63): one gain both ways, no limits."""
+    """(n_1, n_2) in rad/s for a surge force (N) and yaw moment (N·m), P0 (60)–(63): one gain, no limits."""
     half = yaw_moment / ARM
     return tuple(
         math.copysign(math.sqrt(abs(square)), square)
@@ -92,15 +92,15 @@ def along_track(north, east, north_0, east_0, direction, printed=True):
 
 
 def switches(length, along, radius, printed=True):
-    """P1 (45): whether the next waypoint is taken; printed with |x_e|, so that a ship behind the leg switches."""
+    """P1 (45): whether to switch to the next waypoint; as printed, with |x_e|, a ship behind the leg switches."""
     return length - (abs(along) if printed else along) <= radius
 
 
 class RangeRatePassing:
-    """P4's missed-waypoint test. Reached inside the circle of acceptance, P4 (22); missed when it rises again.
+    """P4's test for missed waypoints: reached inside the circle of acceptance, P4 (22); missed when the range rises.
 
-    Beside a waypoint that is what is meant; a boat that turns round after switching triggers it too. Stands in for
-    `Passing` in one mission.
+    The test is meant for a boat that passes beside a waypoint; a boat that turns round after switching triggers it too.
+    Use it in place of `Passing`, one object for each mission.
     """
 
     time_factor = None
@@ -123,8 +123,8 @@ class RangeRatePassing:
 def los_observer(angle, rate, command, gain, dt):
     """One step of the LOS observer with gain K_f (1/s): (angle, "rate"), rad.
 
-    The "rate" is the angle less its low-pass, so on a ramp it is dt/(1 − exp(−dt/T_f)) times the true rate with
-    T_f = 1/(K_f + 2√K_f + 1) in s: 0.44 of it for K_f = 0.3 at dt = 0.05 s. It has the unit of an angle.
+    The "rate" is the angle minus its low-pass. On a ramp it is dt/(1 − exp(−dt/T_f)) times the true rate, with
+    T_f = 1/(K_f + 2√K_f + 1) in s: 0.44 times for K_f = 0.3 and dt = 0.05 s. Its unit is that of an angle.
     """
     keep = math.exp(-dt * (gain + 2.0 * math.sqrt(gain) + 1.0))
     lagged = keep * (angle - rate) + (1.0 - keep) * angle
@@ -135,7 +135,8 @@ def los_observer(angle, rate, command, gain, dt):
 def reference_model(angle, rate, acceleration, command, bandwidth, damping, max_rate, dt):
     """One step of the third-order reference model by Euler's rule: (angle, rate, acceleration).
 
-    At its rate limit the acceleration goes on by itself and is no longer the rate's; the angle is not wrapped.
+    At the rate limit the acceleration is integrated further and no longer the derivative of the rate. The angle is not
+    wrapped.
     """
     spread = 2.0 * damping + 1.0
     jerk = -(bandwidth**3) * (angle - command) - spread * (bandwidth**2 * rate + bandwidth * acceleration)

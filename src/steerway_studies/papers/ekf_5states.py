@@ -1,5 +1,5 @@
-"""P0 Appendix A exactly as printed, over a whole record. Labelled: nothing is folded or wrapped, the process noise is
-h² Q_d and so changes with the rate, and the "LL" state is in radians. The product is `steerway.FiveStateFilter`.
+"""P0 Appendix A exactly as printed, over a whole record. Speed may become negative and course is not wrapped. The
+process noise is h² Q_d, which depends on the rate. The "LL" state is in radians. Elsewhere use `FiveStateFilter`.
 """
 
 import math
@@ -11,13 +11,13 @@ from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, Estimate, Input
 
 
 def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, return_covariance=False):
-    """The five-state EKF of P0 Table 1 as Appendix A runs it: corrected state at every z-th row, the prior between.
+    """The five-state EKF of P0 Table 1 as in Appendix A: corrected state at every z-th row, the prior at the others.
 
     Args:
-        pos1, pos2: (n,) north and east in m ("NED") or latitude and longitude in rad ("LL"), one row a step; rows
-            0, z, 2z, … are used, where they are known.
+        pos1, pos2: (n,) north and east in m ("NED") or latitude and longitude in rad ("LL"), one row a step; the finite
+            ones of rows 0, z, 2z, … are used.
         h: sampling time, s.
-        z: steps from one measurement to the next; None for a position at any row, NaN at the others.
+        z: steps from one measurement to the next; None uses every finite row.
         frame: "NED" or "LL".
         q_d: (2, 2) covariance of the speed and course-rate noise, or its diagonal.
         r_d: (2, 2) covariance of the measurement, or its diagonal.
@@ -38,10 +38,11 @@ def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_
 
 
 class Ekf5States:
-    """The same filter step by step, for a loop: what one call of Appendix A's function does. Parameters as there.
+    """`ekf_5states` step by step, for a loop: a step is one call of Appendix A's function. Same parameters.
 
-    Two forms that the text prints and Appendix A does not use, each wrong, for tests: `by_jacobian`, the predictor
-    A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34`, the meridian radius of P0 (34).
+    Two further parameters, for tests, choose forms that the text prints, wrongly, and Appendix A does not use:
+    `by_jacobian` the predictor A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34` the meridian radius of
+    P0 (34).
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class Ekf5States:
         self.covariance = self._identity
 
     def step(self, pos1=np.nan, pos2=np.nan) -> np.ndarray:
-        """(5,) corrected state where a position was read, the prior elsewhere; `covariance` is its (5, 5)."""
+        """(5,) corrected state if a position is used, else the prior; `covariance` is its (5, 5)."""
         x, p = self._prior, self._prior_covariance
         is_known = pos1 == pos1 and pos2 == pos2
         if x is None and not is_known:
@@ -95,7 +96,7 @@ class Ekf5States:
 
 
 def _ssa(angle):
-    """The mapping under (54), whose rounding to 4e-16 rad the published results contain; `angles.wrap` has none."""
+    """The mapping under (54). It rounds to 4e-16 rad, as the published results do; `angles.wrap` does not round."""
     return np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
 
 
@@ -112,7 +113,7 @@ def _north_east(x, alpha_1, alpha_2):
 
 
 def _latitude_longitude(x, alpha_1, alpha_2, meridian_of):
-    """Right-hand side and Jacobian of (35)–(36), (13)–(15); the radii at the current latitude, as Appendix A has it."""
+    """Right-hand side and Jacobian of (35)–(36), (13)–(15); radii at the present latitude, as in Appendix A."""
     parallel = radii(x[0])[1] * np.cos(x[0])
     meridian = meridian_of(x[0])
     rate, jacobian = _north_east(x, alpha_1, alpha_2)
@@ -128,7 +129,7 @@ def _meridian(latitude):
 
 
 def _printed_meridian(latitude):
-    """R_M of (34), with the square root that does not belong there: 0.27 % too short at 63.4°."""
+    """R_M of (34), with the printed square root, which is wrong: 0.27 % too short at 63.4°."""
     _, prime_vertical = radii(latitude)
     return prime_vertical * (1.0 - ECCENTRICITY_SQUARED) * prime_vertical / SEMI_MAJOR_AXIS
 
@@ -137,12 +138,12 @@ _UNSAID = (math.nan,) * 6
 
 
 class PrintedEstimator:
-    """P0 Appendix A in the loop, one step of it a step of the loop: course is always believed, whatever it is worth."""
+    """P0 Appendix A in the loop, a filter step for each step of the loop. Its course is used however inaccurate."""
 
     def __init__(self, ekf: Ekf5States):
         self.ekf = ekf
 
     def step(self, readings: Measurements, dt: float) -> Estimate:
-        """The filter's state; `dt` is the h that it was made with. The speed may be negative, as the paper lets it."""
+        """The filter's state. `dt` has to equal the filter's h. The speed may be negative, as in the paper."""
         north, east, speed, course, rate = self.ekf.step(readings.north, readings.east).tolist()
         return Estimate(north, east, speed, wrap(course), rate, *_UNSAID)

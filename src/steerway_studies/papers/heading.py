@@ -1,7 +1,7 @@
-"""P4's Kalman filter (5)–(7) as printed, of the compass alone with the heading for a known input; and a textbook's MPC.
+"""P4's Kalman filter (5)–(7) as printed, a filter of the compass whose input is the heading; and a textbook's MPC.
 
-The heading is what is sought, so that only a simulation can feed it. The studies' filter and the product's have four
-states, vehicle and compass, and the propellers' difference for an input.
+The heading is the quantity to be estimated, so only a simulation can supply this input. The filter of the studies and
+of `steerway` has four states, vehicle and compass; its input is the speed difference of the propellers.
 """
 
 import math
@@ -15,9 +15,9 @@ STATE_VARIANCE, READING_VARIANCE = 1.0, 2.0
 
 
 class PrintedCompassKalman:
-    """One step a tick of 1/40 s; angles in degrees. `covariance` is that of the two compass states, (2, 2).
+    """Filter of the compass, with a step every 1/40 s; angles in degrees. `covariance` (2, 2) is of the two states.
 
-    variances: that a tick adds to either state, and of a reading, deg².
+    variances: what a step adds to each state, and that of a reading, deg².
     """
 
     def __init__(self, model: CompassModel = TCM2, variances: tuple[float, float] = (STATE_VARIANCE, READING_VARIANCE)):
@@ -29,11 +29,11 @@ class PrintedCompassKalman:
 
     @property
     def heading(self) -> float:
-        """The estimated reading, which for a gain of 1 at rest is the heading, degrees."""
+        """The estimated reading, degrees; for a compass of gain 1 at rest it equals the heading."""
         return float(self._c @ self.state)
 
     def step(self, heading: float, reading: float) -> float:
-        """Predict with the `heading` for input, (5); correct by a `reading`, (6). Returns the estimate."""
+        """Predict with the input `heading`, (5); correct by a `reading`, (6). Returns the new estimated reading."""
         self.state = self._a @ self.state + self._b * heading
         self.covariance = self._a @ self.covariance @ self._a.T + self._added * np.eye(2)
         variance = float(self._c @ self.covariance @ self._c) + self._read
@@ -44,9 +44,9 @@ class PrintedCompassKalman:
 
 
 class OutputCorrectedMpc:
-    """A HeadingMpc whose plant states run free: the last output error is added to the prediction (step-response MPC).
+    """A HeadingMpc without an observer: the last output error is added to the open-loop prediction (step-response MPC).
 
-    On a plant that is not asymptotically stable the free states drift off, and with them the prediction.
+    If the plant is not asymptotically stable, the open-loop states drift off, and the prediction with them.
     """
 
     def __init__(self, mpc):

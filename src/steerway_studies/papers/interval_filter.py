@@ -1,6 +1,6 @@
-"""The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the matrices of the ordinary
-filter with every product and quotient taken on intervals. A number that occurs twice counts as two, so that the bounds
-diverge within seconds; the product has `steerway.estimation.heading.IntervalFilter`.
+"""The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the ordinary filter in
+interval arithmetic. A number that occurs twice counts as two independent ones, so that the bounds diverge within
+seconds. Elsewhere use `steerway.estimation.heading.IntervalFilter`.
 """
 
 import math
@@ -28,14 +28,14 @@ from steerway.estimation.heading.interval.arithmetic import (
 from steerway.sensors import STATE_VARIANCE, TICKS
 
 WIDEST = 1e6
-"""Degrees: bounds further apart count as diverged."""
+"""Degrees between the bounds above which they count as diverged."""
 WORKSPACE = (6, 4, 4, 2)
 
 
 class PrintedIntervalFilter:
-    """Bounds of the heading (rad) over a box of compasses, (14, 2) from `box_of`, second by second.
+    """Bounds of the heading (rad) over a box of compasses, (14, 2) from `box_of`, in steps of 1 s.
 
-    `low`, `high` bound the heading for the second that begins. `diverged`: bounds are lost, they are NaN from then on.
+    `low` and `high` bound the heading in the second that begins. Once `diverged` is true they stay NaN.
     """
 
     def __init__(self, box: np.ndarray):
@@ -47,13 +47,13 @@ class PrintedIntervalFilter:
 
     @property
     def width(self) -> float:
-        """rad; NaN once diverged."""
+        """Distance of the bounds, rad; NaN once diverged."""
         return self.high - self.low
 
     def step(self, difference: float, readings) -> tuple[float, float]:
-        """Take (40,) readings (rad) and advance a second by n_d (rad/s); returns (low, high), rad.
+        """Use (40,) readings (rad), then predict by 1 s with n_d (rad/s); returns (low, high), rad.
 
-        Raises InputError for another number of readings: the printed filter has no other.
+        Raises InputError for another number of readings, which the printed filter does not have.
         """
         degrees = np.degrees(readings)
         if degrees.shape != (TICKS,):
@@ -67,7 +67,7 @@ class PrintedIntervalFilter:
 
 @kernel
 def second(x, p, box, difference, readings_deg, work):
-    """A tick a reading, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is not a number."""
+    """A `tick` for each reading, then the vehicle; (low, high) of the heading, degrees; NaN if one is not finite."""
     for k in range(len(readings_deg)):
         tick(x, p, box, readings_deg[k], work)
         for i in range(4):
@@ -79,7 +79,7 @@ def second(x, p, box, difference, readings_deg, work):
 
 @kernel
 def compass_transition(box, out):
-    """A of one tick, (4, 4, 2); P4 (16) with the vehicle's heading for its input."""
+    """A of one tick, (4, 4, 2): P4 (16) with the vehicle's heading as input."""
     out[:] = 0.0
     for i in range(2):
         put(out, i, i, point(1.0))
@@ -91,7 +91,7 @@ def compass_transition(box, out):
 
 @kernel
 def transform(x, p, transition, work):
-    """x ← A x (11) and P ← A P Aᵀ (12), the noise still to come."""
+    """x ← A x (11) and P ← A P Aᵀ (12), without the noise."""
     matrix_multiply(transition, p, work[1])
     matrix_multiply_transposed(work[1], transition, p)
     moved = work[2, 0]
@@ -110,7 +110,7 @@ def disturb(p, i, variance):
 
 @kernel
 def tick(x, p, box, reading_deg, work):
-    """One tick: predict the compass, correct by a reading. x (4, 2), P (4, 4, 2), box (14, 2), work WORKSPACE."""
+    """One tick: predict the compass, correct by a reading. x (4, 2), P (4, 4, 2), box (14, 2), work `workspace()`."""
     compass_transition(box, work[0])
     transform(x, p, work[0], work)
     disturb(p, 2, entry(box, AT.compass_noise))

@@ -1,5 +1,5 @@
 """P2 as printed: the earth-fixed form (4)–(12), its linearisation (14)–(18), the saturation (20) and the control law
-(30). Labelled: for studies and tests. The product is `control.positioning` and `estimation.positioning`.
+(30). For studies and tests; elsewhere use `steerway.control.PositionPID` and `steerway.estimation.positioning`.
 """
 
 import numpy as np
@@ -11,14 +11,14 @@ def saturation(speed):
 
 
 class PrintedPositionPID:
-    """(30): τ = K_p x̃ + K_d dx̃/dt + K_i ∫x̃ dt with x̃ = x − x_d, positive gains and no turn into the body."""
+    """(30): τ = K_p x̃ + K_d dx̃/dt + K_i ∫x̃ dt with x̃ = x − x_d, positive gains and no rotation into body axes."""
 
     def __init__(self, gains):
         self._gains = gains
         self._integral = np.zeros(3)
 
     def step(self, desired, north, east, heading, velocity, dt) -> np.ndarray:
-        """Force (3,) within the limits; `velocity` is that of north, east and heading, for a resting x_d."""
+        """Force (3,) within the limits. `velocity`: rates of north, east and heading; x_d is assumed constant."""
         gains = self._gains
         error = np.array([north, east, heading]) - desired
         self._integral += dt * error
@@ -27,20 +27,20 @@ class PrintedPositionPID:
 
 
 def earth_fixed(heading, yaw_rate, inertia, damping):
-    """J(η), C(η, η̇) and F(η) of (4)–(7), (3, 3) each: (1)–(2) with ν = Rᵀη̇ put in and turned into north and east."""
+    """J(η), C(η, η̇) and F(η) of (4)–(7), (3, 3) each: (1)–(2) with ν = Rᵀη̇ inserted, rotated into north and east."""
     turn = _rotation(heading)
     turning = yaw_rate * turn @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     return turn @ inertia @ turn.T, turn @ inertia @ turning.T, turn @ damping @ turn.T
 
 
 def earth_fixed_force(heading, force, environment=(0.0, 0.0, 0.0), printed=True):
-    """τ* of (8), (3,): the printed one leaves the environment's force (north, east, yaw) out."""
+    """τ* of (8), (3,): as printed, without the environment's force (north, east, yaw)."""
     turned = _rotation(heading) @ np.asarray(force, float)
     return turned if printed else turned + environment
 
 
 def state_matrices(x, inertia, damping, printed=True):
-    """A(x) (6, 6) and B(x) (6, 3) of (9)–(12) for x = [η; η̇]; the printed B pushes the wrong way."""
+    """A(x) (6, 6) and B(x) (6, 3) of (9)–(12) for x = [η; η̇]; the printed B has the wrong sign."""
     mass, coriolis, drag = earth_fixed(x[2], x[5], inertia, damping)
     inverse = np.linalg.inv(mass)
     a, b = np.zeros((6, 6)), np.zeros((6, 3))
@@ -50,8 +50,8 @@ def state_matrices(x, inertia, damping, printed=True):
 
 
 def advance(x, force, inertia, damping, step, printed=True):
-    """The state a step later. Printed, (15), (17) and (26): A x + B u with the continuous A and B, whatever the step;
-    corrected: Heun's rule for ẋ = A x + B u.
+    """The state a step later. As printed, (15), (17) and (26): A x + B u with the continuous A and B, for any step.
+    Corrected: Heun's rule for ẋ = A x + B u.
     """
 
     def rates(state):
@@ -79,7 +79,7 @@ def linearised(x, force, inertia, damping):
 
 
 def observed(compass=False):
-    """C of (10), (16) and (18): position alone, (2, 6), as (13) says; with a `compass` (3, 6)."""
+    """C of (10), (16) and (18): of the position, (2, 6), as in (13); with a `compass` (3, 6)."""
     return np.eye(6)[: 3 if compass else 2]
 
 

@@ -1,10 +1,10 @@
 """P3's adaptive speed controller and its speed filter as printed.
 
-The controller has one γ for three unlike parameters, no limit, no feedback but adaptation.
+The controller has one γ for three parameters of different units, no limit, and no feedback except the adaptation.
 
 L. H. S. Caldas, Speed control and sensor fusion implementation for an autonomous surface vessel using adaptive control
-and extended Kalman filter: P3. (15) is read with the last term as â_u|u| u|u|, and a negative radicand as 0. For
-studies and tests, never for a boat: see `steerway.control.speed` and `steerway.estimation.speed.fusion`.
+and extended Kalman filter: P3. The last term of (15) is read as â_u|u| u|u|, a negative radicand as 0. For studies and
+tests; on a boat use `steerway.control.AdaptiveSpeed` and `steerway.estimation.speed.SurgeFusion`.
 """
 
 import math
@@ -18,11 +18,11 @@ PRINTED_GUESS = (0.0015, 0.01, 0.0049)
 
 
 class PrintedMrac:
-    """P3 (14)–(18). `step` gives the shaft speed, rev/s.
+    """P3 (14)–(18). `step` returns the shaft speed, rev/s.
 
-    `adaptation` is γ; 0 holds the parameters at the guess, as the published figures seem to have them. `sign` is
-    sgn(g). `adapt_first` lets the parameters of a step use its own error; otherwise the output comes first. `high`
-    limits n.
+    `adaptation` is γ; with 0 the parameters stay at the first guess, as they seem to do in the published figures.
+    `sign` is sgn(g). With `adapt_first` a step updates the parameters before it computes the output, else after it.
+    `high` limits n.
     """
 
     def __init__(self, adaptation=0.5, model_rate=0.1, sign=1.0, adapt_first=True, high=math.inf):
@@ -51,14 +51,14 @@ def _printed_step(a, model, setpoint, speed, dt, adaptation, model_rate, adapt_f
 
 
 SENSOR_STDS = (0.03, 0.002, 5e-6 * 9.80665)
-"""m/s of GPS, DVL and IMU: Table III, the accelerometer's 5 µg read as the paper uses it, as a speed."""
+"""1σ of GPS, DVL and IMU, m/s: Table III. The accelerometer's 5 µg is read as a speed, as the paper uses it."""
 
 
 class PrintedSpeedEkf:
-    """P3 (22)–(30), sensors taken one by one as they come, which for a diagonal R is the joint update.
+    """P3 (22)–(30), with an update by each sensor in turn, which for a diagonal R equals the joint update.
 
-    One state, three "speed sensors", the propeller model of (23) as its prediction. (28) as printed adds the expected
-    measurement and diverges; `printed=False` subtracts it, and takes the Jacobian (27) with |u|. The paper gives
+    One state, three "speed sensors", and the propeller model of (23) for the prediction. (28) as printed adds the
+    expected measurement and diverges; `printed=False` subtracts it, and uses |u| in the Jacobian (27). The paper states
     neither Q, P0, û0 nor the step: here q = 0.05² m²/s³, P0 = 1 m²/s², û0 = 0.
     """
 

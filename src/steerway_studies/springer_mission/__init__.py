@@ -24,8 +24,8 @@ LABELS = {
     "nominal": "nominal filter",
 }
 HARDER = {
-    "a": "(a) propellers off",
-    "b": "(b) and deviation card",
+    "a": "(a) propellers not as modelled",
+    "b": "(b) and a deviation card",
     "c": "(c) varying current",
 }
 
@@ -61,7 +61,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
 
 
 def lost_and_weighted(seed: int) -> tuple[dict, tuple]:
-    """Numbers of the weighted filter, and what is drawn: the voyage of the nominal one, its own and its navigator."""
+    """Numbers of the weighted filter, and for the figures: the nominal filter's voyage, its own, and its navigator."""
     weighted, voyage, navigator = bounds.tautology(seed)
     return weighted, (sail(World(), nominal(), seed), voyage, navigator)
 
@@ -86,7 +86,7 @@ PAPER_RUNS = {
 
 
 def paper_numbers(table) -> dict[str, float]:
-    """P4's mission: Table 1."""
+    """Numbers of P4's mission, as in Table 1."""
     n = {
         f"{name}_{field}": mean(table[name], field)
         for name in PAPER_RUNS
@@ -109,7 +109,7 @@ def paper_numbers(table) -> dict[str, float]:
 
 
 def unseen_numbers(table) -> dict[str, float]:
-    """Unseen compasses on random circuits, each estimator in the loop, and replayed on the ideal filter's voyage."""
+    """Numbers for unseen compasses on random circuits: each estimator in the loop, and on the ideal filter's voyage."""
     n = {}
     for name in LABELS:
         key = _unseen(name)
@@ -130,7 +130,7 @@ _TABLE = {
     "ideal": ("7/7", "840 (14 min)", "1338", "21", "5.4"),
     "nominal": ("3/7", "1020 (17 min)", "1540", "32", "6.6"),
 }
-"""P4's Table 1 by PAPER_FIELDS; its "wIKF" is the ideal filter, see the weighted estimate."""
+"""P4's Table 1 in the order of PAPER_FIELDS. Its "wIKF" is the ideal filter, see REMARKS."""
 _AIMS = {
     "ideal": ("≥ 7", "≤ 7", "869 ± 3", "< 0.05"),
     "nominal": ("≥ 3", "≤ 5", "892 ± 12", "> 15"),
@@ -197,11 +197,11 @@ QUANTITIES = [
     *(Quantity(f"{name}_s2_a_mean_reached", f"world (a): {LABELS[name]}, reached", "of 7") for name in BOXED),
 ]
 LEAD = (
-    "In world (a), where every compass lies in the box but the propellers are not as modelled, the learned weight "
+    "In world (a), every compass lies in the box but the propellers are not as modelled. The learned weight "
     "reaches {weight_net_s2_a_mean_reached:.1f} and the middle of the bank's hull {half_bank_s2_a_mean_reached:.1f} "
     "of 7 waypoints; GNSS without a compass reaches {gnss_s2_a_mean_reached:.1f}, the aided filter "
-    "{product_s2_a_mean_reached:.1f}. Table 1's times, deviations and energies are not reproduced by the decoded "
-    "model: they stand beside the measured ones with a verdict."
+    "{product_s2_a_mean_reached:.1f}. The decoded model does not reproduce the times, deviations and energies of "
+    "Table 1: published and measured values are compared below."
 )
 
 
@@ -247,8 +247,8 @@ def figures(lost, weighted, navigator, traces) -> dict:
         ),
         "widths": (
             series([Panel("width (°)", sizes, ylim=(1e-3, None), log=True)]),
-            "Width of the interval filters' bounds, and dotted the hull of 17 filters over the same box: what lies "
-            "between them is overestimation",
+            "Width of the interval filters' bounds, and (dotted) width of the hull of 17 filters over the same box; "
+            "the difference is overestimation",
         ),
     }
 
@@ -294,33 +294,33 @@ def summaries(unseen, worlds) -> dict:
 
 
 REMARKS = (
-    "The KF of this study is not the paper's (5)–(7), whose input is the heading that is sought, but a filter of four "
-    "states, vehicle and compass, driven by the propellers' difference; as printed it is `papers.heading`.",
-    "The weighted estimate with the weight of P4 (20) equals the ideal filter by definition, for any bounds "
-    "whatever: (20) solves (19) for the ideal estimate. The paper's 'wIKF' is therefore the ideal filter, and its"
-    " Table 1 compares a filter that knows the compass with one that does not. What bounds are worth without "
-    "knowing the answer is shown beside it: w = 0.5, and a learned weight.",
-    "Interval bounds hold the estimates of all filters in the box; they are not bounds of the heading. Most of "
+    "The KF of this study has four states, vehicle and compass, and the propellers' difference as input. The input of "
+    "the paper's KF (5)–(7) is the heading, which is the quantity to be estimated; as printed it is `papers.heading`.",
+    "With the weight of P4 (20) the weighted estimate equals the ideal filter's for any bounds, because (20) solves "
+    "(19) for the ideal estimate. The paper's 'wIKF' is therefore the ideal filter, and its Table 1 compares a filter "
+    "that is given the true compass with one that is not. Two weights that do not need the ideal estimate are shown "
+    "too: w = 0.5, and a learned weight.",
+    "Interval bounds contain the estimates of all filters in the box; they do not bound the true heading. Most of "
     "their width is overestimation: compare with the hull of 17 filters.",
     "The paper leaves out the circuit, the initial covariance, the input equation (1) and the units of (25). The "
-    "circuit is read from figure 7a; 1e-12 for each vehicle state at first gives Table 1's times; e is in degrees"
-    " and Δn_d in rpm.",
-    "Axes: the paper's x (east) and y (north), angles from x to y, stand for north and east in the loop; the "
+    "circuit is read from figure 7a; an initial variance of 1e-12 of each vehicle state gives Table 1's times; e is in "
+    "degrees and Δn_d in rpm.",
+    "Axes: the paper's x (east) and y (north), with angles from x to y, are north and east in the simulation. This "
     "mirror image changes no number.",
-    "The printed missed-waypoint test, a rising range, lets a boat turn round for a waypoint it left behind; the "
-    "normal plane ends the leg there. Savings of distance and time depend on it and on the circuit, and can "
-    "change sign.",
-    "The learned weight works inside the box it was trained in; the filter with one scale state needs neither box"
-    " nor training and is better in the paper's own world.",
+    "With the printed test for missed waypoints, a rising range, a boat turns round for a waypoint that it has passed; "
+    "with the normal plane the leg ends there. Savings of distance and time depend on this test and on the circuit, "
+    "and can change sign.",
+    "The learned weight works inside the box in which it was trained. The filter with one scale state needs neither "
+    "box nor training and is more accurate in the paper's own world.",
     "Harder worlds: pole 1.0, B ± 15 %, propeller bias ± 15 rpm, waves of (1e-4)² a second, a random compass in "
     "the box, an unknown current of 0.154 m/s; (b) adds a deviation card A–E with 1σ of 1, 3, 3, 1, 0.5°; (c) "
-    "adds to the current a Gauss–Markov part of 0.05 m/s and 900 s. Worst of (a) "
-    "to (c) is what has no letter.",
-    "The printed compass (8) scales the shift entry of A too, so it lies just outside a box whose shift is exact;"
-    " the ideal estimate lies inside the bounds all the same, which are wide.",
-    "The aided filter's walk of the deviation, and how strongly the current of (c) varies, were chosen on seeds 0 to "
-    "47. On seeds 1000 to 1023 every number of the harder worlds is met but one: in the worst run of (c) the "
-    "aided filter's median error is 0.66° above GNSS alone's, where 0.3° is allowed.",
+    "adds to the current a Gauss–Markov part of 0.05 m/s and 900 s. Numbers without a letter are the worst of (a) to "
+    "(c).",
+    "The printed compass (8) scales the shift entry of A too, so it lies just outside a box whose shift is exact. "
+    "The ideal estimate is inside the bounds nevertheless, because they are wide.",
+    "The random walk of the deviation in the aided filter, and the variation of the current in (c), were chosen on "
+    "seeds 0 to 47. On seeds 1000 to 1023 all targets of the harder worlds but one are met: in the worst run of (c) "
+    "the aided filter's median error is 0.66° above that of GNSS alone, where 0.3° is allowed.",
 )
 STUDY = Study(
     "springer-mission",

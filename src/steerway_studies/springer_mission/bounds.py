@@ -15,11 +15,11 @@ from steerway_studies.study import Quantity
 
 SECONDS = 860
 WIDTHS = {"1pct": (0.01, 1), "05pct": (0.005, 1), "01pct": (0.001, 1), "1pct_4x4": (0.01, 4)}
-"""Key → tolerance of the box, and into how many parts either side of it is cut."""
+"""Key → tolerance of the box, and the number of parts into which either side of the box is divided."""
 
 
 def decoding() -> dict[str, float]:
-    """Gains and limits of the decoded matrices, turn rates at 300 rpm."""
+    """Gains and stability limits of the decoded matrices, and turn rates at 300 rpm."""
     vessel, headings = Springer("paper"), []
     state = vessel.start()
     state[4] = 300.0 * RPM
@@ -37,7 +37,7 @@ def decoding() -> dict[str, float]:
 
 
 def offsets() -> dict[str, float]:
-    """What 10 rpm of bias leaves of a heading of 57.3°."""
+    """Remaining heading error (°) with a propeller bias of 10 rpm, for an ordered heading of 1 rad."""
     found = {}
     for key, autopilot in (("mpc", paper_mpc()), ("mpc_output_correction", OutputCorrectedMpc(paper_mpc()))):
         vessel = Springer("paper", bias=10.0 * RPM)
@@ -51,7 +51,7 @@ def offsets() -> dict[str, float]:
 
 
 def inclusion(voyage, models: int, seed: int) -> dict[str, float]:
-    """Estimates of every filter of the box that lie inside the bounds, at three boxes and in the worst of them, %."""
+    """Share (%) of the estimates of filters from the box that lie inside the bounds: of three boxes, and the least."""
     found = {}
     for key, tolerance in (("01", 0.001), ("05", 0.005), ("10", 0.01)):
         rng = np.random.default_rng(seed)
@@ -67,7 +67,7 @@ def inclusion(voyage, models: int, seed: int) -> dict[str, float]:
 
 
 def widths(voyage) -> dict[str, np.ndarray]:
-    """(n, 2) width of the bounds and of the hull of 17 filters over time, degrees, by key of WIDTHS."""
+    """By key of WIDTHS, (n, 2) widths over time, degrees: of the bounds, and of the hull of 17 filters."""
     traces = {}
     for key, (tolerance, parts) in WIDTHS.items():
         bounds, bank = IntervalFilter(interval_box(tolerance), parts=parts), ModelBank(corners(tolerance))
@@ -81,7 +81,7 @@ def widths(voyage) -> dict[str, np.ndarray]:
 
 
 def divergence(voyage) -> dict[str, float]:
-    """Seconds after which the literal interval filter reports that it diverged."""
+    """Seconds after which the interval filter as printed has diverged."""
     found = {}
     for key, tolerance, shift_too in (("1pct", 0.01, False), ("10pct", 0.1, True)):
         bounds, second = PrintedIntervalFilter(interval_box(tolerance, shift_too)), 0
@@ -93,7 +93,7 @@ def divergence(voyage) -> dict[str, float]:
 
 
 def tautology(seed) -> tuple[dict[str, float], object, WeightedBounds]:
-    """The weighted estimate with the ideal weight, in the loop; with its voyage and the bounds (rad)."""
+    """The weighted estimate with the ideal weight in the loop: (its numbers, the voyage, the navigator)."""
     navigator = WeightedBounds(IntervalFilter(interval_box(0.01, shift_too=False)), TRUE_TCM2)
     voyage = sail(World(), navigator, seed)
     low, high, weight, truth = np.array(navigator.record).T
@@ -106,7 +106,7 @@ def tautology(seed) -> tuple[dict[str, float], object, WeightedBounds]:
 
 
 _GAIN, _UNSTABLE = "gain of the compass", "factor on the compass at which it turns unstable"
-_OFFSET, _TURN = "heading offset that 10 rpm leave", "turn rate at 300 rpm after"
+_OFFSET, _TURN = "heading offset with a bias of 10 rpm", "turn rate at 300 rpm after"
 _MPC, _TEXTBOOK = "MPC with a bias state", "the textbook's output correction"
 _WIDTH, _HULL, _LITERAL = (
     "width of the bounds at 860 s",

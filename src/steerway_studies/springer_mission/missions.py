@@ -1,5 +1,5 @@
-"""Estimators of Springer's heading, and what they are tried in: the paper's mission, random circuits, unseen compasses,
-harder worlds; each mission a function of its seed.
+"""Estimators of Springer's heading, and the missions in which they are tried: the paper's, random circuits with unseen
+compasses, harder worlds. Each mission is a function of its seed.
 """
 
 import math
@@ -40,19 +40,19 @@ from steerway_studies.study import over_cases
 
 
 def ideal(compass: CompassModel, yaw: HeadingModel = PAPER_YAW) -> Blind:
-    """The filter that knows the true compass."""
+    """The filter with the model of the true compass."""
     return Blind(CompositeFilter(composite_model(compass, yaw)))
 
 
 def nominal(yaw: HeadingModel = PAPER_YAW) -> Blind:
-    """The filter of P4 (7)."""
+    """The filter with the nominal compass of P4 (7)."""
     return Blind(CompositeFilter(composite_model(TCM2, yaw)))
 
 
 class WeightedBounds:
-    """P4's estimate: bounds of an interval filter and a weight, from the ideal filter (20) or fixed.
+    """P4's estimate: the bounds of an interval filter, with a weight from the ideal filter (20) or a fixed one.
 
-    Once the bounds are lost so is the estimate: NaN, which the autopilot predicts over.
+    Once the bounds have diverged the estimate is NaN, and the autopilot continues by prediction.
     """
 
     def __init__(self, bounds: IntervalFilter, compass: CompassModel | None = None, weight: float = 0.5):
@@ -74,7 +74,7 @@ class WeightedBounds:
 
 
 class HalfBank(Blind):
-    """The middle of the hull of a bank."""
+    """The middle of the hull of a bank of filters."""
 
     def __init__(self):
         super().__init__(ModelBank(corners(0.01)))
@@ -89,16 +89,16 @@ def interval_box(tolerance: float, shift_too: bool = False):
 
 
 def scale_state() -> Blind:
-    """The aided filter with the compass's scale for its one unknown, and no GNSS velocity."""
+    """The aided filter with the compass's scale as its only unknown, without GNSS velocity."""
     return Blind(AidedHeadingFilter(SCALE_ONLY, TCM2, PAPER_YAW))
 
 
 KNOWN_SPEED = HeadingTuning(current=(0.3, 2e-3), water_speed=(0.0, 0.0))
-"""For worlds (a) to (c), in which the speed through the water is known."""
+"""Tuning for worlds (a) to (c), in which the speed through the water is known."""
 
 
 class ByBearing:
-    """The aided filter where the speed through the water is known, steering for a waypoint by its bearing."""
+    """The aided filter with known speed through the water, for steering by the bearing of a waypoint."""
 
     def __init__(self, has_compass: bool = True):
         self.estimator, self._has_compass = AidedHeadingFilter(KNOWN_SPEED), has_compass
@@ -118,12 +118,12 @@ RIVALS = {
     "half_bank": HalfBank,
     "scale_state": scale_state,
 }
-"""Estimators that know the box but not the compass in it, by the prefix of their keys."""
+"""Estimators that are given the box of compasses, not the compass, by the prefix of their keys."""
 
 
 @dataclass(frozen=True)
 class MissionResult:
-    """What one mission came to."""
+    """The results of one mission."""
 
     reached: int
     legs: int
@@ -158,7 +158,7 @@ class MissionResult:
 
 
 def paper_mission(seed: int) -> dict[str, MissionResult]:
-    """P4's mission with the ideal and the nominal filter; the nominal one with both missed-waypoint tests."""
+    """P4's mission with the ideal and the nominal filter, the latter with both tests for missed waypoints."""
     world = World()
     return {
         "ideal": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed)),
@@ -168,7 +168,7 @@ def paper_mission(seed: int) -> dict[str, MissionResult]:
 
 
 def unseen_mission(seed: int) -> dict[str, tuple[MissionResult, float]]:
-    """A random compass on a random circuit: for each rival its own mission, and its RMS (°) replayed on the ideal's."""
+    """A random compass and circuit, by estimator: its own mission, its RMS error (°) on the ideal filter's voyage."""
     rng = np.random.default_rng(seed)
     compass = random_compass(rng)
     circuit, world = random_circuit(rng), World(compass=compass)
@@ -182,7 +182,7 @@ def unseen_mission(seed: int) -> dict[str, tuple[MissionResult, float]]:
 
 
 def real_world(kind: str, seed: int) -> World:
-    """A harder world: (a) propellers off, (b) a deviation card too, (c) a current that varies instead."""
+    """A harder world: (a) propellers not as modelled, (b) also a deviation card, (c) as (a) with a varying current."""
     rng = np.random.default_rng((seed, 4))
     card = (0.0,) * 5
     effectiveness, bias = rng.uniform(0.85, 1.15), rng.uniform(-15.0, 15.0) * RPM
@@ -202,11 +202,11 @@ def real_world(kind: str, seed: int) -> World:
 
 
 BOXED = ("weight_net", "half_bank")
-"""Estimators whose box the compasses of world (a) lie in."""
+"""Estimators whose box contains the compasses of world (a)."""
 
 
 def real_mission(kind: str, seed: int) -> dict[str, object]:
-    """One harder world: product and nominal in the loop; product and GNSS alone on the product's own voyage."""
+    """One harder world: aided filter, nominal filter and GNSS alone in the loop; GNSS alone on the aided's voyage."""
     world, circuit = real_world(kind, seed), PAPER_CIRCUIT
     voyage = sail(world, ByBearing(), seed, circuit)
     alone = np.abs(turnless_deg(replayed(voyage, ByBearing(has_compass=False)), voyage.heading))
@@ -223,7 +223,7 @@ def real_mission(kind: str, seed: int) -> dict[str, object]:
 
 
 def many(run, seeds, progress=None) -> dict[str, list] | list:
-    """Results of many seeds, gathered by name where each is a dict."""
+    """Results of many seeds; lists by name if each result is a dict."""
     out = over_cases(run, seeds, progress=progress)
     return {name: [each[name] for each in out] for name in out[0]} if isinstance(out[0], dict) else out
 
@@ -234,7 +234,7 @@ def mean(runs, field) -> float:
 
 
 def world_numbers(worlds) -> dict[str, float]:
-    """The aided filter, the nominal one and GNSS alone in harder worlds; filters that count on their box in (a)."""
+    """Numbers of the aided filter, the nominal filter and GNSS alone in harder worlds; of filters with a box in (a)."""
     n = {}
     for kind, runs in worlds.items():
         errors, own = np.concatenate(runs["errors"]), np.array([np.median(each) for each in runs["errors"]])

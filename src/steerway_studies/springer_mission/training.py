@@ -2,9 +2,9 @@
 
     python -m steerway_studies.springer_mission.training -o DIRECTORY
 
-Compasses within ± 1 % of the TCM2's, random circuits, seeds that no study uses. Half of the voyages are steered by the
-true compass's filter, half by a blend with the nominal one, so that the networks have seen the turns that their own
-errors make. Takes a few minutes; needs scikit-learn (`pip install '.[studies]'`).
+Compasses within ± 1 % of the TCM2, random circuits, seeds that no study uses. Half of the voyages are steered by the
+ideal filter, half by a mean of the ideal and the nominal filter, so that the training data contain turns caused by
+heading errors. Takes a few minutes; needs scikit-learn (`pip install '.[studies]'`).
 """
 
 import argparse
@@ -21,16 +21,16 @@ from steerway.simulation import over_seeds
 from steerway_studies.springer_mission.world import World, random_circuit, sail
 
 FIRST_SEED = 1_000_000
-"""Studies and tests stay below."""
+"""Seeds of studies and tests are smaller."""
 VOYAGES = 400
 STRIDE = 3
-"""Seconds from one note that is learned from to the next: neighbours carry the same information."""
+"""Every so many seconds a note is used for training; notes in between carry nearly the same information."""
 INNOVATIONS_ONLY = 6
-"""The first features are the innovation's."""
+"""Number of features, the first ones, that are computed from the innovation."""
 
 
 class _Teacher:
-    """Steers by the ideal filter mixed with the nominal one, and takes notes: features, bounds, nominal, ideal (°)."""
+    """Steers by a mean of ideal and nominal filter, and notes features, bounds, nominal and ideal heading (°)."""
 
     def __init__(self, compass, mixed: float, tolerance: float, nominal: CompassModel):
         self.bank = ModelBank(corners(tolerance, nominal))
@@ -53,9 +53,8 @@ class _Teacher:
 
 
 def lesson(seed: int, tolerance: float = 0.01, nominal: CompassModel = TCM2) -> np.ndarray:
-    """(n, 16) notes of one voyage: 12 features, low, high, nominal and ideal heading in degrees.
-
-    With a compass within ± tolerance of the nominal one.
+    """(n, 16) notes of one voyage with a random compass within ± tolerance of `nominal`: 12 features, then low, high,
+    nominal and ideal heading in degrees.
     """
     rng = np.random.default_rng(seed)
     compass = random_compass(rng, tolerance, nominal)
@@ -65,7 +64,7 @@ def lesson(seed: int, tolerance: float = 0.01, nominal: CompassModel = TCM2) -> 
 
 
 def train(notes: np.ndarray, name: str, iterations: int = 60) -> Network:
-    """A 24–24 tanh network from notes (n, 16): squared errors of the heading in degrees² are what it minimises."""
+    """A 24–24 tanh network trained on notes (n, 16); it minimises the squared heading error in degrees²."""
     try:
         from sklearn.neural_network import MLPRegressor
     except ImportError:
@@ -101,7 +100,7 @@ def train(notes: np.ndarray, name: str, iterations: int = 60) -> Network:
 
 
 def main(directory: Path, voyages: int = VOYAGES, workers: int | None = None, compass=TCM2, tolerance: float = 0.01):
-    """Sail with compasses within ± tolerance of one, train, write."""
+    """Simulate voyages with compasses within ± tolerance of `compass`, train the networks and write them."""
     taught = partial(lesson, tolerance=tolerance, nominal=CompassModel(*compass))
     directory.mkdir(parents=True, exist_ok=True)
     notes = np.concatenate(over_seeds(taught, range(FIRST_SEED, FIRST_SEED + voyages), workers))[::STRIDE]

@@ -1,8 +1,8 @@
-"""Springer's mission of P4 §6 as a loop of blocks: world, navigator, autopilot, and what came of it.
+"""Springer's mission of P4 §6 as a loop of blocks: world, navigator, autopilot; and the track of a mission.
 
 Axes. The paper's x (east) and y (north), with angles from x to y, are north and east here, with headings from north to
-east: a mirror image, in which every number stays. Its current along y is an east current here. Position is known, as in
-the paper.
+east. This is a mirror image; no number changes. The paper's current along y is an east current here. The position is
+known, as in the paper.
 """
 
 import math
@@ -28,22 +28,22 @@ PAPER_CIRCUIT = np.array([(170, 10), (310, 120), (340, 290), (220, 410), (50, 40
 ACCEPTANCE = 4.0
 CURRENT = (0.0, 0.1 * SPEED)
 LONGEST = 1800
-"""Seconds after which a mission is given up."""
+"""Longest duration of a mission, s."""
 
 
 class HeadingSource(Protocol):
-    """What gives the autopilot the heading."""
+    """The source of the autopilot's heading."""
 
     @property
     def heading(self) -> float:
-        """rad, for the second that begins."""
+        """Heading (rad) for the second that begins."""
 
     def step(self, difference: float, readings: np.ndarray, velocity: tuple[float, float]) -> float:
-        """Take what the second brought."""
+        """Advance by a second, with its order (rad/s), compass readings (rad) and GNSS velocity (m/s)."""
 
 
 class Blind:
-    """A navigator that is given no GNSS velocity."""
+    """A navigator whose estimator does not use the GNSS velocity."""
 
     def __init__(self, estimator):
         self.estimator = estimator
@@ -58,7 +58,7 @@ class Blind:
 
 @dataclass(frozen=True)
 class World:
-    """What is really there. current_std and current_time: a Gauss–Markov part of the current, m/s and s."""
+    """True compass, boat and current. current_std and current_time: a Gauss–Markov part of the current, m/s and s."""
 
     compass: CompassModel = TRUE_TCM2
     plant: str = "paper"
@@ -74,7 +74,7 @@ class World:
 
 @dataclass
 class MissionTrack:
-    """One mission: a row a second, angles in rad unwrapped, and the log."""
+    """One mission: a row per second, angles unwrapped in rad, and the log."""
 
     position: np.ndarray
     heading: np.ndarray
@@ -90,7 +90,7 @@ class MissionTrack:
 
     @property
     def error_deg(self) -> np.ndarray:
-        """Estimate less truth, NaN while there is none: with what a full turn would be left in it, as the paper has."""
+        """Estimate minus truth, degrees, NaN without an estimate; full turns are left in it, as in the paper."""
         return np.degrees(self.estimate - self.heading)
 
     @property
@@ -100,7 +100,7 @@ class MissionTrack:
 
     @property
     def heading_median_deg(self) -> float:
-        """Median of the absolute error, a full turn left out: what steering feels."""
+        """Median of the absolute error without full turns, degrees: the error that affects the steering."""
         return float(np.nanmedian(np.abs(turnless_deg(self.estimate, self.heading))))
 
     @property
@@ -110,7 +110,7 @@ class MissionTrack:
 
     @property
     def deviation_printed(self) -> float:
-        """Mean distance from where the boat would be at the same step on the ideal path, m; P4 (23)."""
+        """Mean distance from the point of the ideal path at the same step, m; P4 (23)."""
         return float(np.mean(np.hypot(*(self.position - ideal_path(self.circuit, len(self.position))).T)))
 
     @property
@@ -119,7 +119,7 @@ class MissionTrack:
 
 
 def ideal_path(circuit: np.ndarray, steps: int) -> np.ndarray:
-    """(steps, 2) positions at 1 s of a boat that sails the legs at its speed, without a current; then the end."""
+    """(steps, 2) positions every 1 s on the legs, at the boat's speed without a current; then the last position."""
     corners = np.vstack([np.zeros(2), circuit])
     ends = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
     sailed = SPEED * np.arange(steps)
@@ -139,7 +139,7 @@ def paper_mpc(yaw: HeadingModel = PAPER_YAW, step: float = 1.0) -> HeadingMpc:
 
 
 def autopilot_parts(yaw: HeadingModel, step: float = 1.0) -> tuple[LinearPlant, InputLimits, BiasObserver]:
-    """What MPC and LQG share."""
+    """Plant, limits and observer, which MPC and LQG share."""
     plant = LinearPlant(*yaw.matrices(step))
     bias, reading = 0.01 * RPM**2 * step, 0.05 * math.radians(1.0) ** 2 / step
     observer = BiasObserver(plant, 1e-12 * step, bias, reading, (20.0 * RPM) ** 2)
@@ -154,8 +154,9 @@ def sail(
     passing=None,
     autopilot=None,
 ) -> MissionTrack:
-    """Sail a circuit from (0, 0), heading 0, by steps of 1 s. seed: waves, compass, current and GNSS; passing None: the
-    plane. Waypoints are steered for by their bearing; the compass reads at 40 Hz.
+    """Simulate a circuit from (0, 0), heading 0, in steps of 1 s; `seed` is for waves, compass, current and GNSS.
+
+    The boat steers by the bearing of the waypoint; without `passing` a waypoint is missed at its normal plane.
     """
     rng = np.random.default_rng(seed)
     vessel = Springer(world.plant, world.effectiveness, world.bias)
@@ -197,7 +198,7 @@ def sail(
 
 
 class _Flow:
-    """The current: a constant and a slowly varying part."""
+    """The current, with a constant and a slowly varying part."""
 
     def __init__(self, world: World, rng):
         self._world, self._rng = world, rng
@@ -222,7 +223,7 @@ def replayed(voyage: MissionTrack, navigator: HeadingSource) -> np.ndarray:
 
 
 def random_circuit(rng: np.random.Generator, corners: int = 7) -> np.ndarray:
-    """A closed circuit of some 1.3 km through (0, 0) that begins ahead of a boat at (0, 0) with heading 0; either hand.
+    """A closed circuit of some 1.3 km through (0, 0), to port or starboard, whose first leg is within 15° of north.
 
     Corners at uneven bearings around a centre, at 0.75 to 1.25 of 210 m; no leg shorter than 90 m, no turn over 110°.
     """

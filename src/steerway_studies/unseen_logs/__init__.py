@@ -1,7 +1,7 @@
-"""Study unseen-logs: recorded logs that had no part in development, against Doppler or better instruments.
+"""Study unseen-logs: recorded logs that were not used in development, judged by Doppler or better instruments.
 
-For every log the default estimate, causal and smoothed, and a plain EKF fitted to the same log. Half of the logs may be
-looked at (develop), the other half only judges (report).
+Every log is estimated with the defaults, causal and smoothed, and by a plain EKF fitted to the same log. Half of the
+logs may be used in development (develop); the other half is used for judging only (report).
 """
 
 import math
@@ -27,7 +27,7 @@ from steerway_studies.unseen_logs.recordings import FOLDER, opened, path_of
 
 @dataclass(frozen=True)
 class Judged:
-    """A log with all verdicts on it; `cpu` in s."""
+    """A log with the verdict on every contestant; lags and processor time (`cpu`) in s."""
 
     log: PublicLog | KnownLog
     verdicts: dict[str, Verdict]
@@ -39,7 +39,7 @@ class Judged:
 
 
 def judge(log) -> Judged | str:
-    """One log, or why it cannot be judged."""
+    """The result of one log, or a sentence that says why it cannot be judged."""
     began = time.process_time()
     try:
         recording = opened(log)
@@ -60,8 +60,8 @@ def judge(log) -> Judged | str:
 
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
-    """The study; of random there are the noises of rounded positions only. Logs are judged side by side."""
-    results = Results("Recorded logs that had no part in development", lead=LEAD)
+    """See Study. Only the noise of rounded positions is random (`first_seed`). Logs are judged in parallel."""
+    results = Results("Recorded logs that were not used in development", lead=LEAD)
     known = [*public_logs(), *KNOWN]
     logs = [log for log in known if path_of(log)]
     found = over_cases(judge, logs, progress=progress and (lambda share: progress(share, "")))
@@ -84,7 +84,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
 
 
 def missing(known, logs) -> list[str]:
-    """What is not on this machine, by name."""
+    """Remarks that name the logs which are not on this machine."""
     gone = [log for log in known if log not in logs]
     public = [log.name for log in gone if isinstance(log, PublicLog)]
     remarks = []
@@ -98,7 +98,7 @@ def missing(known, logs) -> list[str]:
 
 
 def summarise(results: Results, judged: list[Judged], half: str) -> None:
-    """The numbers of a half: those of the report half under their plain names and with targets."""
+    """Numbers of a half of the logs; those of the report half have targets and keys without a prefix."""
     prefix = "" if half == REPORT else f"{half}_"
     results.section = f"{half} half, {len(judged)} logs"
     for key, words in (("sog", "SOG"), ("cog", "COG"), ("rate", "course rate")):
@@ -120,8 +120,8 @@ def summarise(results: Results, judged: list[Judged], half: str) -> None:
     fixes = sum(each.fixes for each in judged)
     if fixes:
         pct = 100.0 * right / asked if asked else 0.0
-        what = f"refused fixes that the reference says were right ({right} of {asked} that it knows of)"
-        _compare(results, half, f"{prefix}right_refused_pct", pct, what, 5.0, "% of refused")
+        what = f"rejected fixes that were right by the reference ({right} of {asked} that it can judge)"
+        _compare(results, half, f"{prefix}right_refused_pct", pct, what, 5.0, "% of rejected")
         _compare(results, half, f"{prefix}right_refused_of_all_pct", 100.0 * right / fixes, what, 0.05, "% of all")
     covers = {
         f"{each.log.name}, {words}": 100.0 * cover
@@ -136,13 +136,13 @@ def summarise(results: Results, judged: list[Judged], half: str) -> None:
 
 
 def ratios_of(judged: list[Judged], key: str) -> dict[str, float]:
-    """Error of the default over that of the plain EKF, by log, where both are known."""
+    """By log, error of the default over that of the plain EKF; logs without either error are left out."""
     ratios = {each.log.name: getattr(each.verdicts[DEFAULT], key) / getattr(each.verdicts[EKF], key) for each in judged}
     return {name: ratio for name, ratio in ratios.items() if math.isfinite(ratio)}
 
 
 def _compare(results, half, key, value, what, limit, unit="", least=False):
-    """Only the report half has targets."""
+    """Add a line to the table; only the report half has targets."""
     met = value >= limit if least else value <= limit
     target = {"target": f"{'≥' if least else '≤'} {limit:g}", "met": met} if half == REPORT else {}
     results.compare(key, value, what, unit, **target)
@@ -151,7 +151,7 @@ def _compare(results, half, key, value, what, limit, unit="", least=False):
 _SUMMARY = (
     *("log", "fixes", "min", "lag s", "SOG m/s: default", "plain EKF", "ratio", "smoothed"),
     *("COG °: default", "plain EKF", "ratio", "smoothed", "rate °/s: default", "plain EKF", "ratio"),
-    *("cover % s/c/r", "refused", "right of known", "CPU s"),
+    *("cover % s/c/r", "rejected", "right, of judged", "CPU s"),
 )
 
 
@@ -180,19 +180,19 @@ def _percent(share) -> str:
 
 LEAD = (
     "Logs from public repositories, judged by the receiver's Doppler velocity or by a better instrument. The develop "
-    "half may be looked at and tuned on; the report half only judges, and the numbers without a prefix are its own. "
-    "The reference's lag is the one that brings the integral of its velocity closest to the displacements of the "
-    "positions over 5 s, without any filter's help, and is taken out for all contestants alike; that of the course "
-    "besides, where ways and directions show it, as instruments damp speed and course apart. Spikes of it "
-    "(above 30 m/s², or a stated accuracy above 1.5 m/s) are left out by the reference alone. Coverage counts the "
-    "reference's white noise, from its third differences. COG and rate are judged above 0.6 m/s. "
-    "A receiver's velocity is that of its antenna: on a boat in waves it swings, which the default takes for no motion "
-    "of the boat."
+    "half may be used for tuning; the report half is used for judging only, and the numbers without a prefix belong to "
+    "it. The reference's lag is found without any filter: with this lag the integral of its velocity is closest to the "
+    "displacements of the positions over 5 s. It is corrected for all contestants alike. If distances and directions "
+    "show that the reference's course has another lag than its speed, because instruments damp them differently, this "
+    "lag is corrected too. Spikes of the reference (above 30 m/s², or a stated accuracy above 1.5 m/s) are left out, "
+    "without regard to the estimates. Coverage includes the reference's white noise, from its third differences. COG "
+    "and rate are judged above 0.6 m/s. A receiver's velocity is that of its antenna, which swings on a boat in waves; "
+    "the default estimate leaves this swing out."
 )
 _FILES = (
-    "Each log stands in the folder STEERWAY_LOGS as NAME/NAME.csv, with the columns time_s, lat_deg, lon_deg, those of "
-    "accuracy (hacc_m, hdop) and of the receiver's own velocity (sog_mps, cog_deg) where the reference is another "
-    "instrument, and of the reference as far as there: ref_sog_mps, ref_cog_deg, ref_rate_dps, ref_heading_deg, "
-    "ref_sog_std_mps. A speed of 0 that means unknown is empty. Minutes are those of the file that are used."
+    "Each log is in the folder STEERWAY_LOGS as NAME/NAME.csv, with the columns time_s, lat_deg and lon_deg; accuracy "
+    "(hacc_m, hdop); the receiver's own velocity (sog_mps, cog_deg) if the reference is another instrument; and those "
+    "columns of the reference that exist: ref_sog_mps, ref_cog_deg, ref_rate_dps, ref_heading_deg, ref_sog_std_mps. A "
+    "speed of 0 that means unknown is empty. Minutes are those of the file that are used."
 )
 STUDY = Study("unseen-logs", "public logs with Doppler or better instruments, against a fitted plain EKF", run)

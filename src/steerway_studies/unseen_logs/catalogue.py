@@ -1,19 +1,19 @@
-"""Which logs the study knows: public ones by repository and path, and those of STEERWAY_DATA."""
+"""The logs of the study: public logs by repository and path, and logs in the folder STEERWAY_DATA."""
 
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 DEVELOP, REPORT = "develop", "report"
-"""The halves: what may be looked at and tuned on, and what only judges."""
+"""The halves: logs that may be used for tuning, and logs that are used for judging only."""
 
 
 @dataclass(frozen=True)
 class PublicLog:
     """A log in a public repository.
 
-    `minutes` of it are used, None for all; `independent` where the reference is another instrument's than the receiver;
-    `lasting` (m/s): known errors of the reference that last over several rows, along and across the course.
+    `minutes` of the log are used, None for all. `independent`: the reference is another instrument than the receiver.
+    `lasting` (m/s): 1σ of known errors of the reference that last over several rows, along and across the course.
     """
 
     name: str
@@ -33,10 +33,10 @@ class PublicLog:
 
 @dataclass(frozen=True)
 class KnownLog:
-    """A log in the folder `data` of STEERWAY_DATA. All had part in development, so all stand in the develop half.
+    """A log in the folder `data` of STEERWAY_DATA. All were used in development, so all are in the develop half.
 
-    `path` may be a pattern; `truth` is the log of a better instrument aboard, empty where the receiver's own velocity
-    is the reference; `turns` is a table with the yaw rate of a gyro in deg/s, in the column `rate_column`.
+    `truth` is the log of a better instrument aboard, empty if the receiver's own velocity is the reference. `turns` is
+    a table with the yaw rate of a gyro in deg/s, in the column `RATE_COLUMN`.
     """
 
     path: str
@@ -50,7 +50,7 @@ class KnownLog:
 
     @property
     def name(self) -> str:
-        """The stem of its file."""
+        """The stem of the file, in lower case with hyphens."""
         return Path(self.path).name.removesuffix("-2014-08-01").split(".")[0].replace("_", "-").lower()
 
 

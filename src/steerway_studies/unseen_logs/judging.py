@@ -1,5 +1,5 @@
-"""Who is judged on a log: the product as it comes, causal and smoothed; a plain EKF. What each is worth beside the
-reference: errors, coverage of its interval, and which fixes it refused.
+"""The contestants on a log: the default estimate, causal and smoothed, and a plain EKF. The reference judges their
+errors, the coverage of their intervals, and their rejected fixes.
 """
 
 import math
@@ -18,7 +18,7 @@ DEFAULT, SMOOTHED, EKF = "default", "smoothed", "plain_ekf"
 
 @dataclass(frozen=True, eq=False)
 class Reported:
-    """What a contestant says at every fix: (n,) each, NaN where nothing. `refused` are the fixes it did not believe."""
+    """A contestant's estimate at every fix: (n,) each, NaN where unknown. `refused`: the fixes that it rejected."""
 
     sog: np.ndarray
     cog: np.ndarray
@@ -30,7 +30,7 @@ class Reported:
 
 
 def contestants(recording: JudgedLog) -> dict[str, Reported]:
-    """All of them by name."""
+    """All contestants by name."""
     fixes, places = recording.fixes, recording.places
     profile, found = choose_profile(fixes), {}
     for name, smooth in ((DEFAULT, False), (SMOOTHED, True)):
@@ -51,15 +51,15 @@ def of_motion(time, motion: steerway.Motion) -> Reported:
 SETTLING = 20.0  # s, and
 SETTLING_FIXES = 10
 WAY = 0.6
-"""m/s by the reference above which course and rate are judged."""
+"""Speed (m/s) of the reference above which course and rate are judged."""
 FEWEST = 100
-"""Rows from which an error is worth a number."""
+"""Least number of rows for which an error is computed."""
 _RIGHT = 0.99
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """RMS errors (m/s, rad, rad/s), shares inside the 95 % interval; NaN where not known or too few rows."""
+    """RMS errors (m/s, rad, rad/s), shares inside the 95 % interval; NaN if unknown or from too few rows."""
 
     sog: float
     cog: float
@@ -78,7 +78,7 @@ class Verdict:
 def judged_rows(recording: JudgedLog, said: dict[str, Reported]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(n,) bool each, the same for every contestant: rows judged for SOG, for COG and for the rate.
 
-    After 20 s and ten fixes, where the reference is known and default and plain EKF both answer.
+    Rows after 20 s and ten fixes, where the reference, the default and the plain EKF all have a value.
     """
     time = recording.fixes.time
     sog, cog, rate = recording.reference.at(time)
@@ -90,7 +90,7 @@ def judged_rows(recording: JudgedLog, said: dict[str, Reported]) -> tuple[np.nda
 
 
 def verdict(recording: JudgedLog, said: Reported, rows) -> Verdict:
-    """One contestant on one log; `rows` as `judged_rows` gives them."""
+    """Verdict on one contestant on one log; `rows` from `judged_rows`."""
     reference, time = recording.reference, recording.fixes.time
     sog, cog, rate = reference.at(time)
     sog_noise, across_noise, rate_noise = reference.noise
@@ -120,10 +120,10 @@ def verdict(recording: JudgedLog, said: Reported, rows) -> Verdict:
 
 
 def right_refused(recording: JudgedLog, refused) -> tuple[int, int]:
-    """(of them right, of them judged): refused fixes that the reference says were good.
+    """(number that were right, number judged) of the rejected fixes, by the reference.
 
-    From the last fix that was taken to the refused one the boat moved as far as the reference's velocity says, no
-    worse than 99 of 100 steps between fixes that were taken, times the root of the intervals that passed.
+    A rejected fix was right if its displacement from the last used fix agrees with the reference's velocity at least as
+    well as 99 of 100 steps between used fixes do, times the root of the number of intervals in between.
     """
     time = recording.fixes.time
     rows = np.flatnonzero(refused)
@@ -143,7 +143,7 @@ def right_refused(recording: JudgedLog, refused) -> tuple[int, int]:
 
 
 def _disagreement(recording, first, last):
-    """Metres between what fixes and reference say of the way from one to the other."""
+    """Difference (m) between the displacements of fixes and those of the reference, from `first` to `last`."""
     time, places = recording.fixes.time, recording.places
     moved = places[last] - places[first]
     north, east = recording.reference.travelled(time[first], time[last])

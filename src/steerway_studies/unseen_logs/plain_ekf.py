@@ -1,7 +1,7 @@
-"""The rival: a plain five-state EKF, one motion model and white noise, its four numbers fitted to the log itself.
+"""The rival: a plain five-state EKF with one motion model and white noise; its four numbers are fitted to the log.
 
-State [north, east, U, χ, ω]: U a random walk, ω an Ornstein–Uhlenbeck process, no gate. What a careful engineer writes
-in an afternoon. (P0 §3 with spectral densities; maximum likelihood of the innovations.)
+State [north, east, U, χ, ω]: U is a random walk, ω an Ornstein–Uhlenbeck process; there is no gate. A careful engineer
+writes such a filter in an afternoon. (P0 §3 with spectral densities; maximum likelihood of the innovations.)
 """
 
 import math
@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from steerway.core import kernel
 
 _LONGEST_STEP = 1.0
-_START_SPAN = 5.0  # s of the straight line that starts it
+_START_SPAN = 5.0  # s of the straight line from which the filter starts
 _MOST_FITTED = 2500
 _EVALUATIONS = 250
 _FIRST_STEP = 1.5  # of the simplex, in logarithms
@@ -60,7 +60,7 @@ def _predict(x, p, f, q, dt, speed_noise, rate_noise, decay):
 
 @kernel
 def _correct(x, p, north, east, variance):
-    """Take a position; returns its −log likelihood, less the constant."""
+    """Correct by a position; returns its −log likelihood, without the constant."""
     v0, v1 = north - x[0], east - x[1]
     s00, s01, s11 = p[0, 0] + variance, p[0, 1], p[1, 1] + variance
     determinant = s00 * s11 - s01 * s01
@@ -75,7 +75,7 @@ def _correct(x, p, north, east, variance):
         for j in range(i, 5):
             p[i, j] -= gain[i, 0] * measured[0, j] + gain[i, 1] * measured[1, j]
             p[j, i] = p[i, j]
-    if x[2] < 0.0:  # backwards is forwards on the opposite course
+    if x[2] < 0.0:  # a negative speed is a positive one on the opposite course
         x[2] = -x[2]
         x[3] += math.pi
         p[2, :] = -p[2, :]
@@ -85,12 +85,12 @@ def _correct(x, p, north, east, variance):
 
 @kernel
 def run(time, places, speed_noise, rate_noise, decay, variance, said):
-    """Filter a record; −log likelihood of its innovations.
+    """Filter a record; returns the −log likelihood of its innovations.
 
     Args:
         time: (n,) s. places: (n, 2) north, east, m.
         speed_noise: S_U, m²/s³. rate_noise: S_ω, rad²/s³. decay: of ω, 1/s. variance: of a fix, m².
-        said: (n, 6) filled with U, χ, ω and their standard deviations; NaN until it has started.
+        said: (n, 6), filled with U, χ, ω and their standard deviations; NaN until the filter has started.
     """
     first = 1
     while first < len(time) - 1 and time[first] - time[0] < _START_SPAN:
@@ -115,9 +115,9 @@ def run(time, places, speed_noise, rate_noise, decay, variance, said):
 
 
 def fitted(time, places) -> np.ndarray:
-    """(n, 6) U, χ (not wrapped), ω and their standard deviations, by the four likeliest numbers for this record.
+    """(n, 6) U, χ (not wrapped), ω and their standard deviations, with the four numbers of greatest likelihood.
 
-    Fitted to at most 2,500 rows from its middle. time: (n,) s, never backwards; places: (n, 2) m.
+    Fitted to at most 2,500 rows in the middle. time: (n,) s, not decreasing; places: (n, 2) north and east, m.
     """
     places = np.ascontiguousarray(places)
     start = max((len(time) - _MOST_FITTED) // 2, 0)
@@ -141,6 +141,6 @@ def fitted(time, places) -> np.ndarray:
 
 
 def _numbers(logarithms):
-    """The four numbers, within what makes sense."""
+    """The four numbers from their logarithms, within plausible ranges."""
     speed_noise, rate_noise, decay, variance = np.exp(np.clip(logarithms, *_LOG_RANGE)).tolist()
     return speed_noise, rate_noise, min(max(decay, _DECAY_RANGE[0]), _DECAY_RANGE[1]), variance

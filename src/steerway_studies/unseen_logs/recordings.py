@@ -1,4 +1,4 @@
-"""The logs as they are judged: fixes, places in a plane, and the reference with its lag."""
+"""Logs ready to be judged: fixes, positions in a plane, and the reference with its lag."""
 
 import os
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from steerway_studies.unseen_logs.catalogue import RATE_COLUMN, KnownLog, Public
 from steerway_studies.unseen_logs.reference import VelocityReference, course_lag, rate_lag, velocity_lag
 
 FOLDER = "STEERWAY_LOGS"
-_HEADING_SPAN = 1.0  # s, of the heading differences that stand for a rate
+_HEADING_SPAN = 1.0  # s over which the heading is differenced for a rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +27,12 @@ class JudgedLog:
 
 
 def _known(path: str) -> Path:
-    """In the folder of recorded logs."""
+    """The path of a log in the folder of recorded logs."""
     return Path(os.environ["STEERWAY_DATA"]) / "data" / path
 
 
 def path_of(log: PublicLog | KnownLog) -> Path | None:
-    """Where the log lies on this machine; None where it does not."""
+    """Path of the log on this machine; None if it is not there."""
     if isinstance(log, KnownLog):
         path = _known(log.path) if os.environ.get("STEERWAY_DATA") else None
     else:
@@ -58,7 +58,7 @@ def opened(log: PublicLog | KnownLog) -> JudgedLog:
 
 
 def plane(latitude, longitude) -> np.ndarray:
-    """(n, 2) north and east (m), added up from fix to fix with the radii of curvature between them. Angles in rad."""
+    """(n, 2) north and east (m) of positions (rad), summed from fix to fix with the radii of curvature between them."""
     middle = 0.5 * (latitude[1:] + latitude[:-1])
     w = 1.0 - ECCENTRICITY_SQUARED * np.sin(middle) ** 2
     prime_vertical = SEMI_MAJOR_AXIS / np.sqrt(w)
@@ -68,7 +68,7 @@ def plane(latitude, longitude) -> np.ndarray:
 
 
 def _of_columns(path, log) -> VelocityReference:
-    """The columns ref_* of a table: what stands there under the names that the page gives."""
+    """The reference from the columns ref_* of a table; the study's page lists their names."""
     table = pl.read_csv(path, infer_schema_length=None)
     _, once = np.unique(table["time_s"].to_numpy(), return_index=True)
 
@@ -87,7 +87,7 @@ def _of_columns(path, log) -> VelocityReference:
 
 
 def heading_rate(time, heading) -> np.ndarray:
-    """(n,) rad/s: the heading's mean rate over the second around each row."""
+    """(n,) mean rate of the heading over the second around each row, rad/s; NaN near the ends."""
     known = np.flatnonzero(np.isfinite(heading))
     lifted = np.unwrap(heading[known])
     ends = [np.interp(time + side * 0.5 * _HEADING_SPAN, time[known], lifted) for side in (-1.0, 1.0)]

@@ -1,9 +1,9 @@
-"""What is known of a motion beside the positions: where it is believed, and how noisy it is at least.
+"""The reference of a log, a velocity that does not come from its positions: its spikes, its noise and its lags.
 
 Lags of a reference behind the positions are found without any filter's estimate, so that they favour no filter.
 
-A displacement is the integral of the velocity over the same time. The lag brings the two closest (mean of clipped
-differences), if it gains at least 1 %.
+A displacement is the integral of the velocity over the same time. With the lag that is found, the mean of the clipped
+differences between the two is least. A lag is used only if it lowers this mean by at least 1 %.
 """
 
 import math
@@ -16,23 +16,23 @@ import numpy as np
 from steerway.core import wrap_array
 
 MOST_ACCELERATION = 30.0
-"""m/s². A reference that changes faster is a spike of its receiver: three times gravity is beyond a boat and who sails
-it, and what receivers recorded as spikes is ten times beyond that."""
+"""m/s². A reference that changes faster is a spike of its receiver: neither boats nor sailors accelerate at three times
+gravity, and recorded spikes are ten times larger."""
 WORST_ACCURACY = 1.5  # m/s, as the receiver states it
 _AROUND_SPIKES = 1.0  # s
-_WAY = 0.6  # m/s, above which the noise of a course is determined
+_WAY = 0.6  # m/s: the noise of a course is determined above this speed
 _QUARTILE_OF_NORMAL = 0.3186
 _THIRD_DIFFERENCE = math.sqrt(20.0)
 _FEWEST = 30
-_LONGEST_LINE = 1.0  # s between rows that are joined by a line, at least
+_LONGEST_LINE = 1.0  # s: rows that are not farther apart are interpolated, whatever the usual interval
 
 
 @dataclass(frozen=True, eq=False)
 class VelocityReference:
-    """Speed, course and rate by another instrument than the positions', or by the same receiver (`own`).
+    """Speed, course and rate of another instrument than the one that gives the positions, or of the same (`own`).
 
-    Shapes: all (n,); time ascends strictly. NaN where unknown. The speed is late by `lag` s, the course by `course_lag`
-    more, the rate by `rate_lag`. `lasting`: standard deviation (m/s) of errors that last over rows, where known.
+    Shapes: all (n,); time ascends strictly. NaN where unknown. The speed is late by `lag` s, the course by another
+    `course_lag` s, the rate by `rate_lag` s. `lasting`: 1σ (m/s) of errors that last over several rows, if known.
     """
 
     time: np.ndarray
@@ -46,9 +46,9 @@ class VelocityReference:
     lasting: float = 0.0
 
     def believed(self, accuracy: np.ndarray | None = None) -> Self:
-        """Without the rows around spikes, and those whose stated accuracy (m/s) is poor.
+        """The reference without the rows around spikes and without those of poor stated accuracy (m/s).
 
-        Judged by the reference alone: agreement with positions plays no part.
+        The decision uses the reference alone, not its agreement with the positions.
         """
         known = np.flatnonzero(np.isfinite(self.sog))
         time, sog, cog = self.time[known], self.sog[known], self.cog[known]
@@ -60,22 +60,22 @@ class VelocityReference:
         return replace(self, sog=np.where(bad, np.nan, self.sog), cog=np.where(bad, np.nan, self.cog))
 
     def at(self, time) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """SOG, COG and rate at other times, by lines between rows, the lags taken out."""
+        """SOG, COG and rate at other times, interpolated linearly and corrected for the lags."""
         moved = time + self.lag
         rate = line(time + self.rate_lag, self.time, self.rate)
         return line(moved, self.time, self.sog), self._course(moved), rate
 
     def _course(self, time):
-        """COG when the speed is that of the row of this time."""
+        """COG, corrected for the course's additional lag, at times of the speed."""
         east, north = (line(time + self.course_lag, self.time, f(self.cog)) for f in (np.sin, np.cos))
         return np.arctan2(east, north)
 
     def travelled(self, begin, end) -> tuple[np.ndarray, np.ndarray]:
-        """North and east (m) between two times by its velocity, the lag taken out; NaN without a course."""
+        """North and east (m) travelled between two times, from the velocity corrected for lag; NaN without a course."""
         return tuple(each.between(begin + self.lag, end + self.lag) for each in self._ways[:2])
 
     def way(self, begin, end) -> np.ndarray:
-        """Metres sailed between two times by its speed alone, the lag taken out."""
+        """Distance (m) travelled between two times, from the speed corrected for lag."""
         return self._ways[2].between(begin + self.lag, end + self.lag)
 
     @cached_property
@@ -86,10 +86,10 @@ class VelocityReference:
 
     @cached_property
     def noise(self) -> tuple[float, float, float]:
-        """Standard deviations of its noise: SOG (m/s), velocity across the course (m/s), rate (rad/s).
+        """1σ of the reference's noise: SOG (m/s), velocity across the course (m/s), rate (rad/s).
 
-        The white part is from third differences, by the quartile of their size: in the calm quarter of a log motion
-        plays no part. No smaller than rounding makes it. Of errors that last over several rows only `lasting` is in it.
+        The white part is from the lower quartile of the size of third differences: in the calm quarter of a log motion
+        does not matter. It is at least the rounding error. Errors that last over several rows are `lasting` only.
         """
         fast = np.where(self.sog > _WAY, self.sog, np.nan)
         changes = np.diff(self.sog), wrap_array(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
@@ -98,7 +98,7 @@ class VelocityReference:
 
 
 class Integral:
-    """The integral of (n,) values over (n,) times by trapezoids, with account of its holes."""
+    """The integral of (n,) values over (n,) times by trapezoids, which also counts gaps."""
 
     def __init__(self, time, values):
         step = np.diff(time)
@@ -109,7 +109,7 @@ class Integral:
         self._holes = np.concatenate([[0], np.cumsum(hole)])
 
     def between(self, begin, end) -> np.ndarray:
-        """Its growth between times; NaN over a hole and outside the record."""
+        """The integral from `begin` to `end`; NaN over a gap and outside the record."""
         time = self._time
         first = (np.searchsorted(time, begin, side="right") - 1).clip(0)
         last = np.searchsorted(time, end, side="left").clip(0, len(time) - 1)
@@ -119,7 +119,7 @@ class Integral:
 
 
 def near(time, moments, reach) -> np.ndarray:
-    """(n,) bool: which times are within `reach` s of any of the moments. Both ascend."""
+    """(n,) bool: whether each time is within `reach` s of one of the moments. Times and moments ascend."""
     if not len(moments):
         return np.zeros(len(time), dtype=bool)
     after = np.searchsorted(moments, time).clip(0, len(moments) - 1)
@@ -128,7 +128,7 @@ def near(time, moments, reach) -> np.ndarray:
 
 
 def line(at, time, values) -> np.ndarray:
-    """Values at other times by lines between known rows; NaN outside them and in gaps."""
+    """Values at other times, interpolated linearly between known rows; NaN outside the record and in gaps."""
     known = np.isfinite(values)
     if known.sum() < 2:
         return np.full(len(at), np.nan)
@@ -164,27 +164,27 @@ _HALF_TURN = 2.0  # s of each of the displacements that show a turn
 _WAY = 0.6  # m/s
 _LEAST_GAIN = 0.01
 _APART = 0.1
-"""Gain of displacements when speed and course have a lag each. Chosen: it is at most 0.04 in the developing half."""
+"""Least gain for which speed and course get separate lags. In the develop half the gain is at most 0.04."""
 _CLIP = 3.0
 _FEWEST = 30
 _SURE, _BLOCK = 4.0, 10.0
-"""Standard errors of its gain from which on a lag of the rate is determined, and s of a block. Chosen: of rates that
-are not late the likeliest of 200 lags gains up to 2.5, of recorded turns of a motor boat 3.3 at −2.05 s; one of 1 s
-gains 6 in the scene `sea` and 4 in `tacks`."""
+"""A lag of the rate is used if its gain exceeds this many standard errors; length of a block, s. Compared: for rates
+without lag the best of 200 lags gains up to 2.5 standard errors, in recorded turns of a motor boat 3.3 at −2.05 s; a
+true lag of 1 s gains 6 in the scene `sea` and 4 in `tacks`."""
 
 
 def velocity_lag(reference: VelocityReference, time, places) -> float:
-    """s by which the velocity is late, by displacements over five seconds or two fixes; 0 where it is not found.
+    """Lag (s) of the velocity, from displacements over five seconds or two fixes; 0 if it is not determined.
 
-    `reference` with its lag at 0; time: (n,) s; places: (n, 2) m. Without a course the ways are compared.
+    `reference` with lag 0; time: (n,) s; places: (n, 2) m. Without a course, distances are compared.
     """
     return _least(_off(reference, time, places))[0]
 
 
 def course_lag(reference: VelocityReference, time, places) -> float:
-    """s by which the course is later than the speed: instruments damp them apart. 0 where that brings nothing closer.
+    """Lag (s) of the course behind the speed, because instruments damp them differently; 0 if it improves nothing.
 
-    The ways over five seconds or two fixes are compared for the speed, their directions for the course.
+    The speed is compared with distances over five seconds or two fixes, the course with their directions.
     """
     rows, ahead, moved = _displacements(time, places)
     way = np.hypot(*moved.T)
@@ -204,7 +204,7 @@ def course_lag(reference: VelocityReference, time, places) -> float:
 
 
 def _off(reference, time, places):
-    """Metres between displacements and what the reference travelled meanwhile, by its lag."""
+    """A function of the lag that returns the distances (m) between displacements of fixes and of the reference."""
     rows, ahead, moved = _displacements(time, places)
     directed = np.isfinite(reference.travelled(time[rows], time[ahead])[0]).sum() >= _FEWEST
 
@@ -218,7 +218,7 @@ def _off(reference, time, places):
 
 
 def _displacements(time, places):
-    """Rows, those five seconds or two fixes ahead of them, and the displacements (m) between; not over gaps."""
+    """Rows, the rows five seconds or two fixes ahead of them, and the displacements (m) between; without gaps."""
     ahead = np.maximum(np.searchsorted(time, time + _SPAN - 1e-6), np.arange(len(time)) + 2)
     rows = np.flatnonzero(ahead < len(time))
     ahead = ahead[rows]
@@ -228,9 +228,9 @@ def _displacements(time, places):
 
 
 def rate_lag(reference: VelocityReference, time, places) -> float:
-    """The same of its rate, by the turn from the displacement before a fix to the one behind it, two seconds each.
+    """Lag (s) of the rate, from the turn between the displacements in the two seconds before and after each fix.
 
-    0 where the turns do not determine it.
+    0 if the turns do not determine it.
     """
     back = np.searchsorted(time, time - _HALF_TURN - 1e-6)
     ahead = np.searchsorted(time, time + _HALF_TURN - 1e-6)
@@ -251,7 +251,7 @@ def rate_lag(reference: VelocityReference, time, places) -> float:
 
 
 def _sureness(difference, lag, time) -> float:
-    """Gain of a lag against none in its standard errors; what rows of the same ten seconds say counts once."""
+    """Gain of a lag against no lag, in standard errors; rows of the same ten seconds count as one sample."""
     most = _most(difference)
     gain = np.minimum(difference(0.0), most) - np.minimum(difference(lag), most)
     known = np.isfinite(gain)
@@ -261,13 +261,13 @@ def _sureness(difference, lag, time) -> float:
 
 
 def _most(difference) -> float:
-    """The difference that counts at most."""
+    """The difference at which larger ones are clipped."""
     unmoved = difference(0.0)
     return _CLIP * float(np.nanmedian(unmoved)) if np.isfinite(unmoved).sum() >= _FEWEST else math.nan
 
 
 def _least(difference, most=None) -> tuple[float, float]:
-    """The lag of the least mean difference, 0 where it is not found, and that mean."""
+    """(lag with the least mean difference, this mean); lag 0 if no lag gains enough."""
     most = _most(difference) if most is None else most
     costs = np.full(len(LAGS), np.inf)
     for k, lag in enumerate(LAGS):

@@ -1,7 +1,7 @@
-"""Scene set `rounded`: generated records whose positions are written with few digits, with known truth.
+"""Scene set `rounded`: generated records with known truth, whose positions are written with few digits.
 
-A cell is a last digit and an interval between fixes; in it a boat lies moored, drifts, goes straight on eight courses
-or turns, and its receiver has white noise or a slow error besides.
+A cell is a last digit and a rate of fixes. Its records are of boats that are moored, drift, go straight on eight
+courses or turn; their receivers have white noise, half of them a slow error too.
 """
 
 import math
@@ -21,14 +21,14 @@ DIGITS = {"0.01'": 0.01 / 60.0, "0.001'": 0.001 / 60.0, "4 decimals": 1e-4, "5 d
 """Last digit of a position, degrees."""
 RATES = 0.1, 0.5, 1.0, 5.0  # fixes a second
 FIXES, LONGEST, SETTLING = 300, 1200.0, 0.1
-"""Fixes of a record and its length (s), at most; share of it that is not judged."""
+"""Most fixes and greatest length (s) of a record; share at its beginning that is not judged."""
 SPEEDS = 0.3, 0.7, 1.3, 2.0, 3.0, 5.0, 7.5, 10.0
-"""m/s, of the eight straight courses."""
+"""Speeds (m/s) on the eight straight courses."""
 WHITE, SLOW = 0.1, (0.5, 60.0)
 """White noise (m); slow error: standard deviation (m) and time constant (s)."""
 RESOLVED = 3.0
-"""Digits that a boat has to make between the first and the last fix for its speed to be judged by its bias."""
-_FINE = 0.02  # s, in which a boat is sailed
+"""The bias of SOG is judged if the boat moves by more than this many last digits from the first to the last fix."""
+_FINE = 0.02  # s, step of the simulation
 
 
 class Case(NamedTuple):
@@ -47,7 +47,7 @@ MOTIONS = ("moored", "drifting", *(f"straight {k}" for k in range(len(SPEEDS))),
 @dataclass(frozen=True)
 class Verdict:
     """A causal or smoothed estimate's RMS and mean error of SOG (m/s), RMS error of COG (rad), shares inside the 95 %
-    intervals, the least σ of SOG, and what that may not be below; NaN where there is no course."""
+    intervals, the least σ of SOG, and the floor below which this σ may not be; NaN without a course."""
 
     sog: float
     bias: float
@@ -79,7 +79,7 @@ def sailed(case: Case):
 
 
 def written(case: Case, time, places) -> steerway.Fixes:
-    """The fixes as they are written."""
+    """The fixes with noise and rounded positions."""
     random = np.random.default_rng([case.seed, MOTIONS.index(case.motion), int(10.0 * case.rate)])
     error = WHITE * random.standard_normal(places.shape)
     if case.is_slow:
@@ -95,7 +95,7 @@ def written(case: Case, time, places) -> steerway.Fixes:
 
 
 def geodetic(places):
-    """Latitude and longitude (n,) rad of places (n, 2), added up from one to the next."""
+    """Latitude and longitude (n,) rad of places (n, 2) m, summed from one to the next."""
     w = 1.0 - ECCENTRICITY_SQUARED * math.sin(HOME[0]) ** 2
     prime_vertical = SEMI_MAJOR_AXIS / math.sqrt(w)
     latitude = HOME[0] + places[:, 0] * w / (prime_vertical * (1.0 - ECCENTRICITY_SQUARED))
@@ -104,7 +104,7 @@ def geodetic(places):
 
 
 def judge(case: Case) -> tuple[Verdict, Verdict]:
-    """The default on a record, causal and smoothed."""
+    """Verdicts on the default estimate of a record, causal and smoothed."""
     time, places, sog, cog = sailed(case)
     fixes = written(case, time, places)
     profile = choose_profile(fixes)
@@ -146,7 +146,7 @@ def cells(seed: int = 0, progress=None) -> dict[tuple[str, float], list[tuple[Ca
 
 
 def bias(of_cell, which: int) -> float:
-    """Largest mean error of SOG in the speed, of the straight records of a cell that resolve it; 0 where none does."""
+    """Largest |mean error| of SOG over the speed, of a cell's straight records that resolve it; 0 if none does."""
     shares = [0.0]
     for case, verdicts in of_cell:
         if case.motion.startswith("straight"):
@@ -157,7 +157,7 @@ def bias(of_cell, which: int) -> float:
 
 
 def add_to(results: Results, seed: int) -> None:
-    """The numbers of all cells and a table of them."""
+    """Add the numbers of all cells and their table to the results."""
     found = cells(seed)
     results.section = f"Rounded positions, {sum(map(len, found.values()))} generated records"
     for which, prefix, words in ((0, "", "causal"), (1, "smoothed_", "smoothed")):
@@ -175,7 +175,7 @@ def add_to(results: Results, seed: int) -> None:
         value = biases[worst]
         results.compare(f"rounded_{prefix}bias_max_pct", value, told, "% of it", target="≤ 2", met=value <= 2.0)
         below = sum(both[which].least_std < both[which].floor for each in found.values() for _, both in each)
-        told = f"{words}: records with a σ of SOG below what their fixes can tell"
+        told = f"{words}: records with a σ of SOG below the floor that their fixes allow"
         results.compare(f"rounded_{prefix}below_floor", below, told, target="0", met=below == 0)
     results.tables.append(
         ("Rounded positions: RMS error of SOG (m/s), coverage (%)", _COLUMNS, list(map(_row, found.items())))
@@ -193,7 +193,7 @@ def _row(item) -> tuple:
 
 
 def covered(of_cell, which: int, key: str) -> float:
-    """Mean coverage (%) of SOG or COG over the records of a cell that have it; NaN where none has."""
+    """Mean coverage (%) of SOG or COG over the records of a cell that have it; NaN if none has."""
     known = [share for _, both in of_cell if math.isfinite(share := getattr(both[which], f"{key}_cover"))]
     return 100.0 * float(np.mean(known)) if known else math.nan
 
