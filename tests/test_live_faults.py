@@ -1,4 +1,4 @@
-"""The fault matrix end to end: how the service bears each fault, and that docs/service.md says so."""
+"""The fault matrix end to end: the service's reaction to each fault is the one in docs/service.md."""
 
 import math
 import re
@@ -16,7 +16,7 @@ SEEN = (
     *("every fix 0.3 s late, --latency 0", "status V with a position for 20 s"),
     *("… the first silent for 20 s", "… the same with --source GP --source GN"),
 )
-"""Faults that are noticed; of all others nobody may notice anything."""
+"""Faults that show in the outputs; no other fault may show."""
 measure = cache(running.measure)
 
 
@@ -62,5 +62,5 @@ def test_with_the_latency_given_the_present_is_stated():
 
 
 def _numbers(row, first=5):
-    """What is measured in a line, from a cell on."""
+    """The numbers in a line of a table, from cell `first` on."""
     return [float(each) for each in re.findall(r"[\d.]+", "|".join(row.split("|")[first:]))]
