@@ -32,8 +32,8 @@ def test_a_fault_is_borne_as_the_docs_say(fault, documented):
     assert discrete(row) == discrete(documented[fault.name])
     for measured, written in zip(*(_numbers(each) for each in (row, documented[fault.name])), strict=True):
         assert measured == pytest.approx(written, rel=0.15, abs=0.15)
-    assert found.time == pytest.approx(fault.latency - fault.delay, abs=0.15), "the time said is the receiver's"
-    assert found.silence < 0.11, "a row of the present is said all the time"
+    assert found.time == pytest.approx(fault.latency - fault.delay, abs=0.15), "output times are the receiver's"
+    assert found.silence < 0.11, "rows follow one another without a gap"
     if fault.name not in SEEN:
         assert found.rmc == "A" and found.cog == "always" and found.recovery == 0.0
         assert found.position < 0.5 and found.sog < 0.15 and found.course < math.radians(7.0)

@@ -87,7 +87,7 @@ def until(condition, seconds=20.0):
             found = condition()
             if found:
                 return found
-        assert time.monotonic() < end, "it did not come about"
+        assert time.monotonic() < end, "the condition was not true in time"
         time.sleep(0.05)
 
 

@@ -89,7 +89,7 @@ def _run(fault, folder):
         )
         while fault.until is not None and not fault.until(folder):
             if process.poll() is not None or time.monotonic() - began > 120.0:
-                raise RuntimeError(f"{fault.name}: did not come so far")
+                raise RuntimeError(f"{fault.name}: the command did not reach the moment for the signal")
             time.sleep(0.02)
         peak = _peak(process.pid)
         if fault.number:

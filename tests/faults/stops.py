@@ -32,7 +32,7 @@ class Stop(NamedTuple):
 
 
 def line(name: str, found: list[Stop]) -> str:
-    """One line of the table: the largest numbers of several runs, and the reason of the longest one."""
+    """One line of the table: the largest numbers of several runs, and the reason of the longest run."""
     seconds, off = (max(getattr(each, key) for each in found) for key in ("seconds", "off"))
     after = "not begun" if math.isnan(seconds) else f"{seconds:.0f} s"
     why = max(found, key=lambda each: each.seconds).why

@@ -83,7 +83,7 @@ LINKS = {
 
 
 def garbage(sound: list[bytes], rng: random.Random) -> Iterator[bytes]:
-    """Endless mutated messages, sound ones and random bytes."""
+    """An endless mixture of mutated messages, sound messages and random bytes."""
     lines = [each for each in sound if 0 < len(each) <= _LONGEST]  # whole packets, which may contain line ends
     lines += [line for each in sound for line in each.split(b"\n") if 0 < len(line) <= _LONGEST]
     kept = [mutated(rng.choice(lines), lines, rng)[:_LONGEST] for _ in range(_DIFFERENT)]

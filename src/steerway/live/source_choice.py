@@ -58,9 +58,9 @@ class SourceChoice:
     """The source of positions, and the source of each aid.
 
     wanted: names in order of priority, as in `formats.sources.rank`. Without names the first source is used until it is
-        silent or another one is `_QUICKER`. As in a log, an aid comes from the source of positions if that reports it
-        at half of its fixes or more, else from the source that reports it most often: the first one, until it is silent
-        or another is `_QUICKER`. SOG and COG never come from another receiver.
+        silent or another one has more than `_QUICKER` times its rate. As in a log, an aid comes from the source of
+        positions if that reports it at half of its fixes or more. Otherwise the aid's source is chosen in the same way
+        as a source of positions without names. SOG and COG never come from another receiver.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
