@@ -53,8 +53,7 @@ class Outcome(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """A fault. `prepare(folder)` makes the files; once `until(folder)` is true, signal `number` is sent; `limit`:
-    largest size of a file, bytes."""
+    """`prepare(folder)` makes the files; signal `number` follows once `until(folder)`; `limit`: file size, bytes."""
 
     name: str
     command: str
