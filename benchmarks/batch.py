@@ -11,7 +11,7 @@ _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
 
 
 class Batch:
-    """Tracks one after another in arrays, and arrays for their estimates."""
+    """Arrays that contain the tracks one after another, and arrays for their estimates."""
 
     def __init__(self, tracks):
         each = winding(_ROWS * 50)  # fifty tracks with different starts, repeated

@@ -19,7 +19,7 @@ from steerway.vessels import Otter
 from steerway.vessels.environment import Current, Environment
 from steerway.vessels.otter import BOAT as OTTER
 
-_DURATION, _STEP, _ROUNDS, _SEEDS = 600.0, 0.02, 5, 1000
+_DURATION, _STEP, _ROUNDS = 600.0, 0.02, 5
 
 
 def mission(seed: int) -> float:

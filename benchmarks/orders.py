@@ -1,4 +1,4 @@
-"""Latency of orders and of STOP up to the wire, with all local kinds of outputs open.
+"""Latency of orders and of STOP up to the wire, with sentences, JSON lines, a table and the helm page open too.
 
 A simulated receiver sends over UDP (5 Hz, a boat at 2 m/s); propeller commands come back over UDP. The latency of an
 order is the time from its tick, by the receiver's clock, to its arrival; the latency of STOP is the time from the

@@ -1,4 +1,4 @@
-"""Plain boats for the tests of guidance and control, and a weaving Springer with a compass, velocities and readings."""
+"""Simple boats for tests of guidance and control, and records of a weaving Springer with compass and velocities."""
 
 import math
 
@@ -9,7 +9,7 @@ from steerway.vessels import RPM, Springer, conditions
 
 
 class Nomoto:
-    """T ω̇ + ω = K u + disturbance, the course turning at ω and the boat moving at a constant speed along it."""
+    """T ω̇ + ω = K u + disturbance: course rate ω, and constant speed along the course."""
 
     def __init__(self, gain, time_constant, speed=0.0, course=0.0, north=0.0, east=0.0, disturbance=0.0):
         self.gain, self.time_constant, self.speed, self.disturbance = gain, time_constant, speed, disturbance
@@ -23,7 +23,7 @@ class Nomoto:
 
 
 class Hull:
-    """Surge, sway and yaw of an Otter-sized hull with linear drag through water that moves (current north, east)."""
+    """Surge, sway and yaw of an Otter-sized hull with linear drag, in a current (north, east; m/s)."""
 
     def __init__(self, heading=0.0, surge=0.0, current=(0.0, 0.0), north=0.0, east=0.0, yaw_disturbance=0.0):
         self.heading, self.yaw_rate, self.surge, self.sway = heading, 0.0, surge, 0.0
@@ -56,7 +56,7 @@ class Hull:
 
 
 def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, **vessel):
-    """(differences, readings, headings, velocities) of a weaving run."""
+    """(propeller speed differences, compass readings, headings, velocities) of a weaving run, one per second."""
     rng = np.random.default_rng(seed)
     boat, stream = Springer(plant, **vessel), DynamicCompass(compass).start(heading, rng)
     state, around, rows = boat.start(heading=heading), conditions(current), []

@@ -1,4 +1,4 @@
-"""A boat on a desk: the live service, without sockets and without waiting, around an Otter that obeys its orders."""
+"""A boat on a desk: the live service with a simulated Otter that obeys its orders, without sockets or waiting."""
 
 import asyncio
 import math
@@ -47,7 +47,7 @@ def square(corners=SQUARE, fence=(), limits=None, safe="stop", **settings):
 
 
 def led(supervisor, leg):
-    """The leg to steer along from now on, wherever the boat is."""
+    """Make the supervisor follow this leg from now on, wherever the boat is."""
     seen = LegState(1, leg.direction, 0.0, leg.cross_track, leg.distance, leg.distance, leg.bearing, leg.speed)
     supervisor.guide.step = lambda north, east, dt: seen
     supervisor.guide.given_course = leg.course_to_steer
@@ -59,9 +59,9 @@ OTTER = BoatTable(
 
 
 class Desk:
-    """Otter, receiver and the live service on a hastened loop. `by` says what she obeys: "yaw-rate" or "propellers".
+    """Otter, receiver and live service on a hastened loop. `by`: the boat's orders, "yaw-rate" or "propellers".
 
-    `fixes(time, north, east)` is what the receiver says at an epoch; tests put their faults there.
+    `fixes(time, north, east)` gives the receiver's rows at an epoch; tests replace it to insert faults.
     """
 
     afloat: ClassVar[list["Desk"]] = []
@@ -98,13 +98,13 @@ class Desk:
         return self.service.latest.leg
 
     def sail(self, seconds):
-        """So long; the orders said meanwhile."""
+        """Sail for `seconds`; return the orders given meanwhile."""
         first = len(self.output)
         self.loop.run_until_complete(asyncio.sleep(seconds))
         return self.output[first:]
 
     def until(self, happens, most=60.0):
-        """Sail until something happens; s it took."""
+        """Sail until something happens; return the time it took, s."""
         begun = self.time
         while not happens():
             assert self.time < begun + most, self.order
@@ -121,11 +121,11 @@ class Desk:
         return self
 
     def hang(self, seconds):
-        """Nothing happens for so long, but time goes on."""
+        """Halt the service for `seconds` while time goes on."""
         self.loop.hastened.ahead += seconds
 
     def close(self):
-        """Also called by the service."""
+        """See Output; the service calls it."""
 
     def dock(self):
         self.running.cancel()
@@ -150,7 +150,7 @@ class Desk:
     def _propeller_speeds(self):
         order = self.order
         if order is None or not order.engaged:
-            return OTTER_PROPELLERS.step(self.drive, 0.0)[:2]  # someone drives her straight on
+            return OTTER_PROPELLERS.step(self.drive, 0.0)[:2]  # somebody else drives the boat straight on
         if self.by == "propellers":
             return order.port * OTTER_PROPELLERS.max_speed, order.starboard * OTTER_PROPELLERS.max_speed
         error = order.yaw_rate - self.state[5]
@@ -159,6 +159,6 @@ class Desk:
 
 
 def dock_all():
-    """At the end of a test."""
+    """End the services of all boats, after a test."""
     while Desk.afloat:
         Desk.afloat.pop().dock()

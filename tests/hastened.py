@@ -1,7 +1,7 @@
-"""An event loop without waiting: whenever nothing is to be read, its clock goes on to what is due next.
+"""An event loop that never waits: when there is nothing to read, its clock jumps to the next event.
 
-Sockets on this machine hand over at once what is written, so services and links run as they always do, only without the
-pauses, and a minute of silence takes as long as what is done in it.
+Sockets on this machine pass data on at once. So services and links run as usual, but without pauses, and a minute of
+silence takes only the time of its computations.
 """
 
 import asyncio
@@ -22,19 +22,19 @@ class _Selector(selectors.DefaultSelector):
 
 
 class HastenedLoop(asyncio.SelectorEventLoop):
-    """Its time begins at 0."""
+    """An event loop on a virtual clock that begins at 0."""
 
     def __init__(self):
         self.hastened = _Selector()
         super().__init__(self.hastened)
 
     def time(self) -> float:
-        """s since it began."""
+        """Virtual time since the loop began, s."""
         return self.hastened.ahead
 
 
 def run(work, start=None):
-    """`asyncio.run` on a hastened loop, whose time is also that of the clocks of `time`; `start` is Unix time."""
+    """`asyncio.run` on a hastened loop, which also drives `time.time` (from `start`, Unix) and `time.monotonic`."""
     begun = time.time() if start is None else start
     with asyncio.Runner(loop_factory=HastenedLoop) as runner:
         now = runner.get_loop().time

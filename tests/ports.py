@@ -1,4 +1,4 @@
-"""Free ports of this machine, and waiting for what comes over them."""
+"""Free ports on this machine, and waiting for a condition."""
 
 import asyncio
 import os
@@ -6,7 +6,7 @@ import random
 import socket
 
 _PORTS = iter(random.Random(os.getpid()).sample(range(20_000, 32_000), 12_000))
-"""Below those that the system gives to sockets by itself, none twice in a process."""
+"""Below the system's ephemeral ports; no port is given twice in a process."""
 
 
 def free_port(kind=socket.SOCK_STREAM):
@@ -21,9 +21,9 @@ def free_port(kind=socket.SOCK_STREAM):
 
 
 async def until(condition, patience=5.0):
-    """Wait for something to become true."""
+    """Wait until a condition is true."""
     for _ in range(int(patience / 0.01)):
         if condition():
             return
         await asyncio.sleep(0.01)
-    raise AssertionError("it never came true")
+    raise AssertionError(f"the condition was not true within {patience:g} s")

@@ -1,4 +1,4 @@
-"""Numbers that no vessel can report, from every link: the service goes on, the autopilot steers on or stops."""
+"""Impossible numbers from every link: the service goes on, and the autopilot steers or stops."""
 
 import json
 import math
@@ -64,7 +64,7 @@ MESSAGES = [
 
 
 def test_no_number_of_any_link_ends_the_service_or_stays():
-    """All of them, from the link whose fixes are used, one after another while the boat is steered."""
+    """All messages one after another, as from the receiver in use, while the autopilot steers."""
     desk = Desk(square())
     desk.start()
     desk.sail(2.0)

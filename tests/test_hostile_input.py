@@ -1,4 +1,4 @@
-"""Inputs made to take time or memory: less than 1 MB is read or refused within 5 s, an archive within --max-size."""
+"""Inputs made to waste time or memory: less than 1 MB is read or refused within 5 s, an archive within --max-size."""
 
 import gzip
 import io
@@ -79,7 +79,7 @@ def test_an_archive_is_unpacked_to_the_size_that_is_allowed():
         InputError, match=r"unpacks to more than 100000 bytes, expected less \(or a larger --max-size\)"
     ):
         read(packed, max_size=100_000)
-    # Archives one after another are one log, and what precedes the damage in the last is kept.
+    # Concatenated archives are one log; the rows before the damage in the last one are kept.
     first, second = gzip.compress(TABLE + log[:100_000], 9), gzip.compress(log[100_000:])
     assert len(read(first + second)) == 20_000
     assert 4_000 < len(read(first + second[: len(second) // 2])) < 20_000
@@ -178,5 +178,5 @@ print("a warning", file=sys.stderr)
 
 def test_a_damaged_parquet_file_is_one_sentence():
     done = subprocess.run([sys.executable, "-c", PANICS], capture_output=True, text=True)
-    # Panics occurred, and were quiet.
+    # Panics of polars occurred, and printed nothing.
     assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "a warning\n")

@@ -1,4 +1,4 @@
-"""What may be asked of a run while it runs: a course or a position that is held, legs, marks; and the control port."""
+"""Requests to a running service: hold a course or a position, change legs, set marks; and the control port."""
 
 import asyncio
 import contextlib
@@ -19,7 +19,7 @@ TOKEN = "a token for programs"
 
 
 def holding_desk(corners=SQUARE, limits=None, at_end="stop", **settings):
-    """A desk whose guide can hold."""
+    """A desk with a boat that can hold a position."""
     route = square(corners, limits=limits, at_end=at_end)
     desk = Desk(route, noise=0.2, **settings)
     desk.route = route
@@ -47,7 +47,7 @@ def test_a_course_is_held_and_adjusted():
 
 
 def test_dodging_leads_off_the_leg_and_back_to_it():
-    """The distance from the leg is beyond the mission's limit then, and no reason to stop on the way back."""
+    """While the boat dodges and returns, a cross-track error beyond the mission's limit does not stop it."""
     desk = holding_desk(((0.0, 0.0), (200.0, 0.0), (200.0, 60.0)), Limits(cross_track=12.0)).start()
     desk.sail(15.0)
     asks(desk, "dodge", math.radians(30.0))
@@ -66,7 +66,7 @@ def test_dodging_leads_off_the_leg_and_back_to_it():
 
 
 def test_the_boat_follows_the_route_from_beside_it():
-    """Also behind a corner; what is off the route counts from the route itself."""
+    """Also after a corner; the leg shown is the shifted one, so its cross-track error is small."""
     desk = holding_desk(((0.0, 0.0), (80.0, 0.0), (80.0, 80.0)), current=0.3, limits=Limits(cross_track=12.0)).start()
     asks(desk, "offset", -4.0)
     assert desk.service.controls.state()["offset"] == -4.0
@@ -113,7 +113,7 @@ def from_place(desk, rows):
 
 @pytest.mark.parametrize(("by", "kind"), [("propellers", "pole-placement"), ("yaw-rate", "lqg")])
 def test_a_position_is_held_by_thrust(by, kind):
-    """In a current of 0.4 m/s, in which she lies with her bow; least speed and leg are no limits then."""
+    """In a current of 0.4 m/s, bow into the current. The limits of speed and cross-track error do not apply."""
     desk = holding_desk(by=by, kinds=(kind, "pi"), current=0.4, limits=Limits(min_sog_mps=0.6)).start()
     desk.sail(10.0)
     asks(desk, "hold-position")
@@ -126,7 +126,7 @@ def test_a_position_is_held_by_thrust(by, kind):
 
 
 def test_other_autopilots_are_led_round_a_circle():
-    """Clockwise about the position."""
+    """The course to steer leads clockwise about the position."""
     desk = holding_desk().start()
     asks(desk, "hold-position")
     guide, here = desk.autopilot.guide, desk.rows[-1]
@@ -160,7 +160,7 @@ def test_the_route_goes_on_from_any_leg():
 
 @pytest.mark.parametrize(("current", "stops"), [(0.0, True), (0.9, False)])
 def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(current, stops):
-    """With compass and gyro: at rest positions do not show where the bow is."""
+    """With compass and gyro, because at rest positions do not show the heading."""
     boat = OTTER.model_copy(update={"pivot_angle_deg": 60.0, "max_yaw_rate_dps": 30.0})
     desk = Desk(square(((0.0, 0.0), (50.0, 0.0), (50.0, 60.0)), boat=boat), current=current, seed=3)
     honest = desk.fixes
@@ -205,7 +205,7 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(what, value, why):
 
 
 class Steered:
-    """Controls that only remember."""
+    """Controls that only record requests."""
 
     def __init__(self):
         self.done = []
@@ -221,7 +221,7 @@ class Steered:
 
 @asynccontextmanager
 async def listening(steered):
-    """A control port."""
+    """An open control port."""
     port = free_port()
     task = asyncio.create_task(ControlPort(steered, Address("127.0.0.1", port, TOKEN)).run())
     await asyncio.sleep(0.1)

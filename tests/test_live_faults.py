@@ -1,4 +1,4 @@
-"""The fault matrix end to end: how the service bears each fault, and that docs/service.md says so."""
+"""The fault matrix end to end: the service's reaction to each fault is the one in docs/service.md."""
 
 import math
 import re
@@ -16,7 +16,7 @@ SEEN = (
     *("every fix 0.3 s late, --latency 0", "status V with a position for 20 s"),
     *("… the first silent for 20 s", "… the same with --source GP --source GN"),
 )
-"""Faults that are noticed; of all others nobody may notice anything."""
+"""Faults that show in the outputs; no other fault may show."""
 measure = cache(running.measure)
 
 
@@ -32,8 +32,8 @@ def test_a_fault_is_borne_as_the_docs_say(fault, documented):
     assert discrete(row) == discrete(documented[fault.name])
     for measured, written in zip(*(_numbers(each) for each in (row, documented[fault.name])), strict=True):
         assert measured == pytest.approx(written, rel=0.15, abs=0.15)
-    assert found.time == pytest.approx(fault.latency - fault.delay, abs=0.15), "the time said is the receiver's"
-    assert found.silence < 0.11, "a row of the present is said all the time"
+    assert found.time == pytest.approx(fault.latency - fault.delay, abs=0.15), "output times are the receiver's"
+    assert found.silence < 0.11, "rows follow one another without a gap"
     if fault.name not in SEEN:
         assert found.rmc == "A" and found.cog == "always" and found.recovery == 0.0
         assert found.position < 0.5 and found.sog < 0.15 and found.course < math.radians(7.0)
@@ -62,5 +62,5 @@ def test_with_the_latency_given_the_present_is_stated():
 
 
 def _numbers(row, first=5):
-    """What is measured in a line, from a cell on."""
+    """The numbers in a line of a table, from cell `first` on."""
     return [float(each) for each in re.findall(r"[\d.]+", "|".join(row.split("|")[first:]))]

@@ -1,4 +1,4 @@
-"""What a Foxglove client receives, read back over its WebSocket by another hand."""
+"""What a Foxglove client receives over its WebSocket, decoded by independent code."""
 
 import asyncio
 import json
@@ -20,7 +20,7 @@ ROW = Row(NOON, math.radians(54.5), math.radians(-10.25), 2.0, -math.pi / 6.0, 0
 
 
 async def by_client(rows, wanted, period=0.1):
-    """Subscribe to everything, tell rows, and take what comes: a list of (topic, moment, payload) for each topic."""
+    """Subscribe to all topics, output rows and receive `wanted` messages: a list of (topic, moment, payload)."""
     text = f"foxglove://127.0.0.1:{free_port()}?period={period}"
     output, server = addresses.output(text)
     serving = asyncio.create_task(server.run())
@@ -41,7 +41,7 @@ async def _read(address, output, rows, wanted):
             await asyncio.sleep(0.05)
     async with socket:
         info = json.loads(await socket.recv())
-        assert info["op"] == "serverInfo" and info["capabilities"] == []  # nothing can be said to it
+        assert info["op"] == "serverInfo" and info["capabilities"] == []  # clients cannot send anything
         channels = {}
         while len(channels) < 2:
             message = json.loads(await socket.recv())
@@ -101,7 +101,7 @@ def test_a_client_reads_position_and_estimate():
     assert fix[1] == pytest.approx(54.5, abs=1e-12) and fix[2] == pytest.approx(-10.25, abs=1e-12)
     covariance = struct.unpack("<9d", fix[4])
     assert covariance[0] == covariance[4] == pytest.approx(0.09) and covariance[1] == 0.0 and fix[5] == 1
-    assert math.isnan(fix[3]) and math.isnan(covariance[8])  # height is not known
+    assert math.isnan(fix[3]) and math.isnan(covariance[8])  # the height is unknown
     assert fields(fix[6]) == {1: 1_719_835_200}
     velocity = next(fields(each) for number, each in fix.items() if number > 7 and isinstance(each, bytes))
     assert velocity[1] == pytest.approx(-1.0) and velocity[2] == pytest.approx(math.sqrt(3.0))  # east, north
@@ -111,7 +111,7 @@ def test_once_a_period_and_nothing_false():
     rows = [ROW._replace(time=NOON + 0.02 * k) for k in range(50)] + [lost(NOON + 1.0), lost(NOON + 1.02)]
     _, received = asyncio.run(by_client(rows, 21))
     topics = [topic for topic, *_ in received]
-    assert topics.count(link.POSITION) == 10 and topics.count(link.ESTIMATE) == 11  # one that says "lost"
+    assert topics.count(link.POSITION) == 10 and topics.count(link.ESTIMATE) == 11  # including one with status "lost"
     _, received = asyncio.run(by_client([lost(math.nan), lost(NOON)], 1))
     ((topic, _, payload),) = received
     assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None

@@ -1,4 +1,4 @@
-"""The helm page without a browser: what is shown of what is known, who may pass the gate, and the pipe between."""
+"""The helm page without a browser: its view, its drawings, access control, and the pipe to the service."""
 
 import asyncio
 import importlib.util
@@ -56,11 +56,11 @@ ROUTE = GeodeticRoute(np.radians([54.0, 54.001, 54.001]), np.radians([10.0, 10.0
 TOKEN = "a long enough token"
 
 
-# --- what is shown
+# --- the view
 
 
 def known(row=ROW, leg=LEG, fix=FIX):
-    """A service that knows this."""
+    """A service in this state."""
     navigator = SimpleNamespace(last_fix=fix, position_covariance=(4.0, 0.0, 1.0), counts={"taken": 7, "late": 1})
     navigator.choice = SimpleNamespace(present="GP")
     latest, controls = SimpleNamespace(row=row, leg=leg, order=ORDER), Controls()
@@ -114,7 +114,7 @@ def test_the_ellipse_lies_as_the_covariance_does():
     assert ellipse((north, both, east)) == pytest.approx((2.0 * 2.447747, 2.447747, 135.0), rel=1e-6)
 
 
-# --- what is drawn
+# --- drawings
 
 
 def drawn(text, kind):
@@ -136,7 +136,7 @@ def test_north_is_up_east_is_right_and_the_scale_bar_is_as_long_as_it_says():
     [((100.0, 0.0), (10.0, 7.0), "207.0,140.0 200.0,140.0"), ((0.0, 100.0), (-7.0, 10.0), "210.0,157.0 210.0,150.0")],
 )
 def test_the_offset_ends_on_the_leg(end, boat, points):
-    """Starboard of a leg to the north is east, of one to the east south."""
+    """Starboard of a leg to the north is east; starboard of a leg to the east is south."""
     shown = View(north=boat[0], east=boat[1], cross_track=7.0, target=1)
     moving = chart.moving(chart.Window(0.0, 0.0, 1.0, 400.0, 300.0), shown, [(0.0, 0.0), end])
     assert [each.attrib["points"] for each in drawn(moving, "offset")] == [points]
@@ -173,7 +173,7 @@ def test_the_track_breaks_where_she_was_lost_and_stays_short():
     assert history.track[-1] is None and history.track[-2] is not None
 
 
-# --- where it is served
+# --- addresses and tokens
 
 
 def test_this_computer_needs_no_token_and_others_need_one():
@@ -202,7 +202,7 @@ def test_a_token_is_long_enough_and_never_printed(tmp_path, monkeypatch):
 
 
 def test_the_page_asks_for_nothing_else(monkeypatch):
-    """Whatever comes from its process is a request of `Controls`, or refused; what those change is in this list."""
+    """The page's process can only send requests of `Controls`; this test lists all of them."""
     service, asked_for = Service(Navigator(), []), []
     monkeypatch.setattr(service.controls, "do", lambda *given: asked_for.append(given))
     helm = HelmPage(service, Address("127.0.0.1", 8080))
@@ -216,11 +216,11 @@ def test_the_page_asks_for_nothing_else(monkeypatch):
     assert set(named) == steering | {"mob", "mob-over"}
 
 
-# --- who may pass
+# --- access control
 
 
 async def _inside(scope, receive, send):
-    """The page, for a test: it answers anything."""
+    """A substitute for the page that answers every request."""
     if scope["type"] == "websocket":
         await send({"type": "websocket.accept"})
         return
@@ -238,7 +238,7 @@ def asked(gate, method="GET", path="/", host="127.0.0.1:8080", **options):
 
 
 def knocked(gate, headers):
-    """What a WebSocket is answered."""
+    """The answer to a WebSocket."""
     kinds = []
 
     async def send(message):
@@ -287,7 +287,7 @@ def test_a_foreign_name_for_this_computer_does_not(alone):
 
 @pytest.mark.parametrize("host", ["boat.example", "127.0.0.1:8080"])
 def test_behind_a_tls_proxy_browsers_see_another_origin(host):
-    """Some proxies pass on the host that browsers name, others their own name for this computer."""
+    """Some proxies pass on the host that browsers name, others their own name for the computer."""
     gate = Gate(_inside, address("127.0.0.1:8080", TOKEN, "https://boat.example"))
     here = {"origin": "https://boat.example"}
     reply = asked(gate, "POST", "/login", host, headers=here, data={"token": TOKEN})
@@ -327,7 +327,7 @@ def test_the_token_opens(guarded):
     assert knocked(guarded, {"host": BOAT} | kept | BOATS) == ["websocket.accept"]
     assert knocked(guarded, {"host": BOAT, "origin": "http://evil.example"} | kept) == ["websocket.close"]
     later = Gate(_inside, Address("0.0.0.0", 8080, TOKEN))
-    assert asked(later, host=BOAT, headers=kept).text == "inside"  # a restart asks nobody again
+    assert asked(later, host=BOAT, headers=kept).text == "inside"  # nobody has to log in again after a restart
     other = Gate(_inside, Address("0.0.0.0", 8080, "another long token"))
     assert asked(other, host=BOAT, headers=kept).status_code == 303
 
@@ -345,9 +345,9 @@ def test_a_wrong_token_costs_time(guarded):
             tries = [client.post("/login", data={"token": each}) for each in ["a", "b", TOKEN]]
             return [reply.status_code for reply in await asyncio.gather(*tries)]
 
-    assert sorted(hastened.run(many())) == [401, 429, 429]  # of tries at once one is looked at
+    assert sorted(hastened.run(many())) == [401, 429, 429]  # only one of simultaneous attempts is checked
     assert login("x" * 10000, "10.0.0.8") == 401
-    assert asked(guarded, "GET", f"/login?token={TOKEN}", "boat.local:8080").status_code == 200  # never by GET
+    assert asked(guarded, "GET", f"/login?token={TOKEN}", "boat.local:8080").status_code == 200  # a GET does not log in
 
 
 def test_cookies_are_not_forged():
@@ -358,10 +358,10 @@ def test_cookies_are_not_forged():
     for forged in ("", ".", "x.y", expiry, f"{int(expiry) + 1}.{seal}", f"{expiry}.{seal[:-1]}0x", "²." + seal):
         assert not sessions.knows(forged)
     with mock.patch("time.time", lambda: int(expiry) + 1.0):
-        assert not sessions.knows(cookie)  # long over
+        assert not sessions.knows(cookie)  # expired
 
 
-# --- the pipe between
+# --- the pipe to the service
 
 
 def test_without_its_package_there_is_no_page(monkeypatch):
@@ -371,7 +371,7 @@ def test_without_its_package_there_is_no_page(monkeypatch):
 
 
 def test_a_page_that_fails_is_begun_again(caplog):
-    """Whatever goes wrong in what is shown: it is logged, and the service never fails by it."""
+    """Any failure of the page is logged, and the service goes on."""
     service = Service(Navigator(), [])
     service.latest = None
     helm = HelmPage(service, Address("127.0.0.1", 0))
@@ -386,7 +386,7 @@ def test_a_page_that_fails_is_begun_again(caplog):
 
 
 def test_a_page_that_hangs_delays_nothing_and_misses_views(tmp_path, monkeypatch):
-    """It neither reads nor ends."""
+    """This page neither reads its input nor ends."""
     hung = tmp_path / "hung"
     hung.write_text("#!/bin/sh\nexec sleep 60\n")
     hung.chmod(0o700)

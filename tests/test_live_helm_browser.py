@@ -1,4 +1,4 @@
-"""The helm page in a real browser: values move, the boat is started and stopped, strangers stay outside."""
+"""The helm page in a real browser: values change, the autopilot is started and stopped, a login is needed."""
 
 import contextlib
 import http.client
@@ -31,14 +31,14 @@ PHONE, LAPTOP = (390, 844), (1280, 800)
 
 @pytest.fixture(scope="module")
 def browser():
-    """Headless Chromium that writes down what it asks for."""
+    """Headless Chromium that logs its requests."""
     with chromium(height=800, log=True) as driver:
         yield driver
 
 
 @pytest.fixture(scope="module")
 def sea(tmp_path_factory):
-    """A folder with twenty minutes of a boat going north at 2 m/s, and a route that she follows."""
+    """A folder with a log of twenty minutes of a boat going north at 2 m/s, and the route that it follows."""
     folder = tmp_path_factory.mktemp("sea")
     warm()
     lines = []
@@ -52,7 +52,7 @@ def sea(tmp_path_factory):
 
 @contextlib.contextmanager
 def sailing(sea, port, *more):
-    """`steerway live` with a helm page that answers."""
+    """A running `steerway live` with an open helm page."""
     surroundings = {name: value for name, value in os.environ.items() if name != "STEERWAY_HELM_TOKEN"}
     command = (
         *(sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"),
@@ -80,19 +80,19 @@ def answers(port):
 
 
 def until(condition, seconds=20.0):
-    """Wait until it holds; what it was then."""
+    """Wait until the condition is true; return its value."""
     end = time.monotonic() + seconds
     while True:
         with contextlib.suppress(WebDriverException, StaleElementReferenceException):
             found = condition()
             if found:
                 return found
-        assert time.monotonic() < end, "it did not come about"
+        assert time.monotonic() < end, "the condition was not true in time"
         time.sleep(0.05)
 
 
 class Page:
-    """What stands where on the page."""
+    """The page's texts and buttons by name."""
 
     def __init__(self, browser):
         self.browser = browser
@@ -119,14 +119,14 @@ class Page:
         self.find(name).click()
 
     def press(self, name, condition):
-        """Click until it shows, as a person does: the page refuses a click while it is late."""
+        """Click until the condition is true, as a person does: the page refuses a click while it is out of date."""
         for left in (3, 2, 1):
             self.click(name)
             with contextlib.nullcontext() if left == 1 else contextlib.suppress(AssertionError):
                 return until(condition, 8.0)
 
     def hosts(self):
-        """Whom the browser asked, since last asked."""
+        """Hosts of the browser's requests since the last call."""
         found = set()
         for entry in self.browser.get_log("performance"):
             message = json.loads(entry["message"])["message"]
@@ -146,7 +146,7 @@ def page(browser):
 
 
 def test_the_helm(page, sea):
-    """One voyage: what is seen, start, stop, another service in the place of the first."""
+    """One run: values, start, stop, and a restarted service on the same port."""
     port = free_port()
     mission = ("--mission", str(sea / "route.toml"))
     motors = ("--to", f"udp://127.0.0.1:{free_port()}?format=propellers")
@@ -157,7 +157,7 @@ def test_the_helm(page, sea):
         sees_what_is(page)
         works(page)
         fits(page)
-        assert page.hosts() == {f"127.0.0.1:{port}"}  # fonts, scripts and tiles: nothing comes from elsewhere
+        assert page.hosts() == {f"127.0.0.1:{port}"}  # fonts and scripts too come from the boat
         assert not [each for each in page.browser.get_log("browser") if each["level"] == "SEVERE"]
         process.kill()
         process.wait()
@@ -190,17 +190,17 @@ def sees_what_is(page):
 
 def works(page):
     late = "kept = helmBeat; helmBeat = () => { helmLast = Date.now() }; helmSeq = Math.max(helmSeq - 100, 0)"
-    page.browser.execute_script(late)  # a page that sees what was twenty seconds ago
+    page.browser.execute_script(late)  # now the page is twenty seconds late
     page.click("start")
     until(lambda: page.find("sure").is_displayed())
     page.click("sure")
     until(lambda: "This page was out of date" in page.browser.find_element(By.TAG_NAME, "body").text)
     assert page.text("state") == "ready"
     seen = page.browser.execute_script("helmBeat = kept; return helmSeq")
-    until(lambda: page.browser.execute_script("return helmSeq") > seen)  # else it may still be late
+    until(lambda: page.browser.execute_script("return helmSeq") > seen)  # before this the page may still be late
     until(lambda: not page.browser.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
     page.click("start")
-    assert page.text("state") == "ready"  # it asks first
+    assert page.text("state") == "ready"  # a dialog asks first
     until(lambda: page.find("sure").is_displayed())
     page.click("sure")
     until(lambda: page.text("state") == "running")
@@ -224,13 +224,13 @@ def works(page):
     page.click("start")
     until(lambda: page.find("sure").is_displayed())
     time.sleep(0.4)
-    page.click("stop")  # also above the question
+    page.click("stop")  # STOP works while the dialog is open
     until(lambda: not page.browser.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
     assert page.text("state") == "stopped"
 
 
 def fits(page):
-    """On both screens nothing sticks out and the stop button is large and in sight."""
+    """Nothing exceeds the width of the screen, and the stop button is large and visible."""
     for width, height in (LAPTOP, PHONE):
         page.size(width, height)
         until(lambda width=width: page.find("still").find_element(By.TAG_NAME, "svg").size["width"] <= width)

@@ -1,4 +1,4 @@
-"""Connections to the page: idle ones keep nobody out, and who has logged in keeps the place."""
+"""Limits on connections to the page: idle ones lock nobody out, and clients with a login keep their connections."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""Speed controllers and autopilots aboard, by the keys of the settings."""
+"""Speed controllers, autopilots and estimators aboard, chosen by keys of the settings."""
 
 import math
 
@@ -23,7 +23,7 @@ pytest.importorskip("daqp")
     ],
 )
 def test_every_controller_sails_two_legs_in_a_current_of_half_the_speed(autopilot, speed, heading, by):
-    """A heading filter without a compass knows nothing; the steering filter has to."""
+    """Without a compass a heading filter has no input, so that the steering filter has to give the heading."""
     table = HeadingEstimatorTable(kind=heading)
     desk = Desk(
         square(boat=OTTER),
@@ -44,7 +44,7 @@ def test_every_controller_sails_two_legs_in_a_current_of_half_the_speed(autopilo
 
 
 def test_speed_from_whatever_the_links_report():
-    """GNSS at 1 Hz, a log that is 0.5 % off, a biased accelerometer at 20 Hz; a time that goes back does no harm."""
+    """GNSS at 1 Hz, a log with an error of 0.5 %, a biased accelerometer at 20 Hz; their times are not in order."""
     measured, draws = MeasuredSpeed(), np.random.default_rng(1)
     assert math.isnan(measured.speed(0.0))
     for k in range(2400):

@@ -1,4 +1,4 @@
-"""Links and what is said on them: bytes in pieces, sockets on this machine, sentences and deltas as they are read."""
+"""Links and their data: bytes in pieces, sockets on this machine, sentences and deltas read back."""
 
 import asyncio
 import json
@@ -139,7 +139,7 @@ def test_addresses_as_users_write_them():
 
 
 async def listened(text, feed, n, to=(), source="GP"):
-    """What a service with one listener says of n fixes that `feed` brings about."""
+    """The rows of a service with one input, for n fixes that `feed` sends."""
     kept = Kept()
     pairs = [addresses.output(each) for each in to]
     service = Service(Navigator("small-usv", sources=(source,)), [kept, *(output for output, _ in pairs)])
@@ -220,7 +220,7 @@ async def datagrams(port, parts):
 
 @pytest.mark.parametrize(("scheme", "source"), [("tcp", "UBX"), ("udp", "GP")])
 def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
-    """Sentences of the same moments, some of either damaged."""
+    """Both for the same epochs, with some messages of each kind damaged."""
     places = list(zip(*track(40), strict=True))
     frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
     frames[20], lines[13] = frames[20][:50], lines[13][:50]
@@ -252,7 +252,7 @@ def test_every_client_receives_and_one_that_does_not_read_stops_nobody():
     async def feed():
         deaf = await asyncio.open_connection("127.0.0.1", out)
         reader, writer = await asyncio.open_connection("127.0.0.1", out)
-        writer.write(sortie(5, lat=0.0, lon=0.0) * 1000 + b"\0" * 100_000)  # what a client sends is dropped
+        writer.write(sortie(5, lat=0.0, lon=0.0) * 1000 + b"\0" * 100_000)  # data from a client are dropped
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
             for place in zip(*track(5), strict=True):
                 sender.sendto(rmc(*place), ("127.0.0.1", into))
@@ -270,7 +270,7 @@ def test_every_client_receives_and_one_that_does_not_read_stops_nobody():
 
 
 def test_ten_times_a_second_is_every_tenth_of_a_second():
-    """At Unix times, whose last digit is coarser than one might think."""
+    """At Unix times, which float64 resolves to a quarter of a microsecond only."""
     for rate in (10.0, 50.0, 100.0):
         rhythm, first = Rhythm(0.1), round(NOON * rate) + 7
         struck = [k for k in range(10_000) if rhythm.is_due((first + k) / rate)]
@@ -304,7 +304,7 @@ def test_a_boat_handed_back_is_commanded_nothing():
 
 
 def test_times_of_gpsd_and_signal_k_are_those_of_tables():
-    """The quick way against the one of any form, dates that do not exist included."""
+    """The quick parser against the general one, also for dates that do not exist."""
     chance = random.Random(1)
     for _ in range(300):
         parts = [chance.randrange(n) for n in (3000, 14, 33, 25, 61, 62)]

@@ -1,4 +1,4 @@
-"""NMEA 2000 on the wire: messages against another implementation, fast packets, address claim, a bus and a gateway."""
+"""NMEA 2000 devices: messages against another implementation, fast packets, address claim, a bus and a gateway."""
 
 import asyncio
 import math
@@ -118,7 +118,7 @@ def test_a_bus_in_and_out():
                 )
                 await asyncio.sleep(0.05)
                 device.tick(ROW._replace(time=1.7e9 + 0.05 * k), LEG, next(orders))
-                if k == 20:  # another device with a lower name wants the address
+                if k == 20:  # another device with a lower NAME claims the address
                     claim = identifier_of(CLAIM, device.claim.address, priority=6)
                     other.send(can.Message(arbitration_id=claim, data=struct.pack("<Q", 1), is_extended_id=True))
                 while (message := other.recv(0.0)) is not None:

@@ -1,4 +1,4 @@
-"""The estimate aboard: equal to `estimate` on what was recorded, whatever late, disordered or foreign rows come."""
+"""The estimate aboard equals `estimate` on the recorded log, also with rows that are late, out of order or foreign."""
 
 import asyncio
 import math
@@ -33,7 +33,7 @@ def received_from(fixes, source="GP"):
 
 @pytest.mark.parametrize("rate", [None, 3.0])
 def test_a_replay_is_the_estimate(fixes, rate):
-    """Fixes of one of two receivers: they are never mixed."""
+    """With two receivers: only one receiver's fixes are used."""
     other = Fixes(fixes.time + 0.05, fixes.latitude + 1e-6, fixes.longitude)
     at_fixes, at_ticks = replayed({"GP": fixes, "GN": other}, rate, sources=("GP",))
     assert_equal(at_fixes if rate is None else at_ticks, estimate(fixes, "small-usv", rate=rate, causal=True))
@@ -66,7 +66,7 @@ def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
     for received in rows:
         in_order.add(received)
     shuffled = list(rows)
-    for k in range(10, len(rows) - 4, 7):  # every seventh comes three places late
+    for k in range(10, len(rows) - 4, 7):  # every seventh row comes three rows late
         shuffled[k : k + 4] = [*rows[k + 1 : k + 4], rows[k]]
     for received in shuffled:
         late.add(received)
@@ -108,7 +108,7 @@ def test_the_clock_goes_by_the_least_delayed_fix():
     assert clock.now(60.0) == pytest.approx(1009.9)
     assert FixClock(0.2).latency == 0.2
     for k in range(60):
-        clock.add(1100.0 + k, 160.0 + k)  # ten seconds slow: the old offset holds for its window only
+        clock.add(1100.0 + k, 160.0 + k)  # ten seconds later than before: the old offset counts until its window ends
     assert clock.now(220.0) == pytest.approx(1160.0)
 
 
@@ -119,7 +119,7 @@ def test_a_table_that_was_cut_off_is_continued(fixes, tmp_path):
     first, second = TableFile(out), TableFile(out)
     for row in rows[:100]:
         first.fix(row)
-    first._sink.close()  # the process is gone
+    first._sink.close()  # as if the process had ended
     with open(f"{out}.part", "ab") as part:
         part.write(b"torn")
     for row in rows[100:]:

@@ -1,4 +1,4 @@
-"""One epoch, one source: what a live link gives is what `estimate` makes of a log of it."""
+"""Start of a live run: source and rows of a link are those of `estimate` on a log of the same data."""
 
 import asyncio
 import json
@@ -28,7 +28,7 @@ from tests.sentences import START, gga, rmc, track
 
 
 async def received(epochs, pace, sources=()):
-    """What a service makes of epochs that a TCP server sends at a pace (s), line by line."""
+    """Rows (and outcome) of a service that reads epochs from a TCP server, one per `pace` s, line by line."""
     kept, port = Kept(), free_port()
     service = Service(Navigator("small-usv", sources=sources), [kept])
     ((address,), _) = addresses.sources([f"tcp://127.0.0.1:{port}"])
@@ -53,7 +53,7 @@ async def received(epochs, pace, sources=()):
 
 
 def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data):
-    """A Zeus whose RMC has the position of the second before: `estimate` takes RMC, and so does live."""
+    """RMC of a Zeus plotter has the position of the second before. `estimate` uses RMC, and so does `live`."""
     path = shared_data / "data" / "gpsd_logs" / "bundg_zeus_9.log"
     epochs = re.split(rb"(?=\$GPGGA)", path.read_bytes())
     rows, _ = hastened.run(received(epochs, 1.0))
@@ -64,7 +64,7 @@ def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data):
 
 
 def test_a_position_that_another_formatter_gave_before_a_pause_is_not_lost():
-    """RMC mostly has the position of the second before; where it has GGA's, and a pause parts them, it counts too."""
+    """RMC first has the position of the second before, later GGA's own position, with a pause between the two."""
     places, used = list(zip(*track(40), strict=True)), []
     decoder, opening = ReceiverDecoder(), StartupBuffer(("GP RMC",))
     for k, (place, before) in enumerate(zip(places[1:], places, strict=False)):

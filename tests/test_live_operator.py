@@ -1,4 +1,4 @@
-"""Why the autopilot does not steer, and what is done when the operator is lost or the route left."""
+"""Reasons why the autopilot does not steer, and its reaction to a lost operator or a boat off the route."""
 
 import logging
 import math
@@ -68,7 +68,7 @@ def test_handed_back_once_she_is_not_when_stopped_by_hand():
 def test_a_boat_off_her_route_holds_where_the_mission_says_so():
     desk = Desk(square(limits=Limits(cross_track=15.0), on_stop=OnStop(off_route="hold"))).start()
     desk.sail(20.0)
-    desk.state[7] += 25.0  # set aside
+    desk.state[7] += 25.0  # displaced sideways
     desk.until(lambda: desk.autopilot.guide.mode == "position" or desk.order.state is State.STOPPED, 20.0)
     assert desk.autopilot.guide.mode == "position" or "do not fit" in desk.order.reason
 

@@ -1,4 +1,4 @@
-"""Real parts on this machine: gpsd, a Signal K server and a serial line. Skipped where they are not installed."""
+"""Real gpsd, a real Signal K server and a real serial line on this machine; skipped if not installed."""
 
 import asyncio
 import contextlib
@@ -30,12 +30,12 @@ Server.prototype.listen = function (port, ...rest) {
   return typeof port === 'object' ? listen.call(this, port, ...rest) : listen.call(this, port, '127.0.0.1', ...rest)
 }
 """
-"""The Signal K server listens on all interfaces; a test is nobody's business outside of this machine."""
+"""Makes the Signal K server listen on the loopback only, instead of all interfaces."""
 PILOTS = "/signalk/v2/api/vessels/self/autopilots"
 
 
 def installed(name):
-    """The path of a program, of an npm package in STEERWAY_NODE_MODULES too; the test is skipped without it."""
+    """The path of a program, also from npm packages in STEERWAY_NODE_MODULES; without it the test is skipped."""
     beside = Path(os.environ.get("STEERWAY_NODE_MODULES", "node_modules"), ".bin", name).absolute()
     path = shutil.which(name) or (str(beside) if beside.exists() else None)
     if path is None:
@@ -45,7 +45,7 @@ def installed(name):
 
 @contextlib.contextmanager
 def running(*command, **options):
-    """A process of this test, gone afterwards."""
+    """A process that ends with the test."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options)
     try:
         yield process
@@ -87,7 +87,7 @@ def signalk_server(folder, off=()):
 
 
 class Asked:
-    """Controls that note what they are asked."""
+    """Controls that record requests."""
 
     def __init__(self):
         self.asked, self.engaged = [], False
@@ -104,7 +104,7 @@ class Asked:
 
 
 def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
-    """`integrations/signalk`, installed into a server, against the control port."""
+    """The plugin of `integrations/signalk`, installed in a server, connected to the control port."""
     plugin = Path(__file__).parents[1] / "integrations" / "signalk"
     installed("signalk-server")
     token, control = "token of the control port", free_port()
@@ -173,7 +173,7 @@ def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
 
 @contextlib.asynccontextmanager
 async def serving(listen, say, sources=()):
-    """A live service; what it says besides."""
+    """A running live service with these inputs and outputs; gives its rows."""
     kept = Kept()
     found, _ = addresses.sources(listen)
     inputs = [addresses.opened(each, len(found)) for each in found]
@@ -189,13 +189,13 @@ async def serving(listen, say, sources=()):
 
 
 def exact_log(n):
-    """Epochs whose positions are whole in degrees and in minutes: no format between rounds them."""
+    """Epochs with positions that are exact in degrees and in minutes, so that no format rounds them."""
     places = [(START + k, 54.0 + 3e-5 * k, 10.0 + 6e-5 * k) for k in range(n)]
     return [gga(*place) + rmc(*place) for place in places]
 
 
 def in_signal_k(motion, k):
-    """What a Signal K server should hold of a row."""
+    """The values that a Signal K server should have after a row."""
     return {
         "navigation.position": {
             "latitude": math.degrees(motion.latitude[k]),
@@ -208,7 +208,7 @@ def in_signal_k(motion, k):
 
 
 def assert_held(value, wanted):
-    """Within 1e-6, and a position to a tenth of a millimetre; null is unknown."""
+    """Equal within 1e-6, positions within 1e-9° (0.1 mm); null for NaN."""
     if isinstance(wanted, dict):
         assert value == pytest.approx(wanted, abs=1e-9)
     else:
@@ -253,7 +253,7 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
     kept, rest = asyncio.run(chain())
     (fixes,) = nmea0183.read(log.read_bytes()).sources.values()
     motion = estimate(fixes.between(kept.fixes[0].time - 0.5), "small-usv", causal=True)
-    assert len(kept.fixes) == len(motion) >= 30  # gpsd takes some to find out how to read them
+    assert len(kept.fixes) == len(motion) >= 30  # gpsd uses the first sentences to find the receiver's protocol
     for path, wanted in in_signal_k(motion, -1).items():
         held = rest[path.removeprefix("navigation.")]
         assert held["$source"] == "steerway" and held["timestamp"] == "2024-07-01T12:00:59Z"

@@ -1,4 +1,4 @@
-"""Recordings: what is recorded is repeated to the last bit, also after a cut; messages of ROS 2 in and out."""
+"""Recordings: a replay repeats every bit, also of a file that was cut off; ROS 2 messages read and written."""
 
 import asyncio
 import contextlib
@@ -38,11 +38,11 @@ SETTINGS = {
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """(path of a recording, the rows that the run gave, the log it got)."""
+    """(path of a recording, rows of the run, its input log)."""
     path, kept = tmp_path_factory.mktemp("recorded") / "run.mcap", Kept()
     recorder = Recorder(path, dict(SETTINGS))
     log, decoder = sortie(120), ReceiverDecoder()
-    # Compiled before, as by `live`: a service that computes for seconds gets epochs in pieces.
+    # Compile first, as `live` does: while a service compiles for seconds, its links deliver epochs in pieces.
     compiling = Service(Navigator("small-usv", ("sog", "cog")), [Kept()], 50.0, 0.1)
     asyncio.run(compiling.replay(decoder.feed(log) + decoder.complete_on_silence()))
     service = Service(Navigator("small-usv", ("sog", "cog")), [kept, recorder], 50.0, 0.1, recorder=recorder)
@@ -84,7 +84,7 @@ def test_it_holds_every_byte_row_estimate_and_order(recorded):
 
 
 def test_a_run_that_learns_is_repeated_too(tmp_path):
-    """The profile is inferred in a thread, and taken up when that is done: at the same row again."""
+    """A thread infers the profile; the replay changes to it at the same row."""
     path, kept, took = tmp_path / "run.mcap", Kept(), []
     recorder = Recorder(path, SETTINGS | {"profile": None, "learns": True, "aid": []})
     learning = RecordedLearning(background=True)
@@ -117,7 +117,7 @@ def test_last_digits_are_those_of_another_processor(recorded):
 
 
 def test_the_command_says_whether_the_estimates_are_the_same(recorded, tmp_path):
-    """Here of a recording of one profile, with settings that name another."""
+    """Here they differ: the settings in the recording name another profile."""
     path, rows, log = recorded
     recorder = Recorder(tmp_path / "other.mcap", SETTINGS | {"profile": Profile.named("otter").toml()})
     for row in rows_of({"GP": nmea0183.read(log).sources["GP"]}):
@@ -162,7 +162,7 @@ def test_a_recording_is_a_log_too(recorded):
 
 
 def nav_sat_fix(time, latitude, longitude, status=0, variance=0.25, frame="gps"):
-    """A message as a ROS 2 node writes it."""
+    """A NavSatFix message as a ROS 2 node writes it."""
     data = bytearray(struct.pack("<BBBBiI", 0, 1, 0, 0, int(time), round(time % 1.0 * 1e9)))
     data += struct.pack("<I", len(frame) + 1) + frame.encode() + b"\0"
     data += struct.pack("<b", status)
@@ -195,7 +195,7 @@ def test_a_bag_of_ros_2(tmp_path):
     fixes = read(path)
     assert fixes.source == "/gps/fix" and len(fixes) == 19 and fixes.position_std[0] == 0.5
     np.testing.assert_allclose(np.degrees(fixes.latitude[:3]), [54.0, 54.00001, 54.00002], atol=1e-12)
-    (path.parent / "metadata.yaml").touch()  # as ROS 2 keeps bags: a directory
+    (path.parent / "metadata.yaml").touch()  # a ROS 2 bag is a directory
     np.testing.assert_array_equal(read(path.parent).latitude, fixes.latitude)
     with contextlib.closing(sqlite3.connect(tmp_path / "other.db3")) as other, other:
         other.execute("CREATE TABLE a(b)")

@@ -1,4 +1,4 @@
-"""Routes and missions, their fences, and steering sentences: nothing is said which is not known."""
+"""Routes, missions, fences and steering sentences; unknown values are never sent as known."""
 
 import json
 import math
@@ -22,7 +22,7 @@ def at(north, east, time=NOON, cog=0.0, sog=2.0):
 
 
 class Led:
-    """The legs that a pilot aboard shows, engaged or not."""
+    """The legs that a supervisor shows, without being started."""
 
     def __init__(self, route):
         self.supervisor = Supervisor(route)
@@ -119,7 +119,7 @@ def test_a_mission_file(tmp_path):
     ],
 )
 def test_a_mission_is_guided_as_a_scenario_is(law, gains):
-    """By the same laws and gains."""
+    """With the same guidance law and gains."""
     table = GuidanceTable(law=law, **gains)
     assert Supervisor(square(guidance=table)).pilot.law == table.design(8.0, 1.2)
 
@@ -218,7 +218,7 @@ def test_she_slows_down_before_the_end():
 
 
 def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):
-    """The example: a waypoint, then eight of four lines; its corners are curves, and the fence holds it."""
+    """The example route: one waypoint, then four lines with eight waypoints; the boat stays inside the fence."""
     text = (EXAMPLES / "survey.toml").read_text()
     path = tmp_path / "survey.toml"
     path.write_text(text)

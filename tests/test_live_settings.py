@@ -1,4 +1,4 @@
-"""The settings of `steerway live` in a file, and the one strictness and wording of all files of settings."""
+"""The settings file of `steerway live`, and the checks and messages that all settings files share."""
 
 import json
 import math
@@ -84,7 +84,7 @@ def test_mistakes_end_in_one_sentence(monkeypatch, tmp_path):
 
 
 def test_the_example_sails(tmp_path):
-    """As it stands, but for the links: a log in place of the receiver, and no page."""
+    """The example with changed links: a log instead of the receiver, and no page."""
     settings = Settings.load(EXAMPLES / "boat.toml")
     route = GeodeticRoute.load(settings.mission)
     lines = []
@@ -98,7 +98,7 @@ def test_the_example_sails(tmp_path):
     code, said, _ = run("live", tmp_path / "boat.toml", "--from", log, "--to", "stdout:")
     rows = [json.loads(line) for line in said.splitlines()]
     assert code in (0, None)
-    assert len(rows) == pytest.approx(600, abs=12)  # at the file's rate, not one a fix
+    assert len(rows) == pytest.approx(600, abs=12)  # at the file's rate, not one per fix
     assert rows[-1]["lat_deg"] == pytest.approx(math.degrees(place[0]), abs=1e-5) and rows[-1]["status"] != "lost"
 
 
@@ -107,7 +107,7 @@ ROUTE = "[route]\nwaypoints = [{north = 0.0, east = 0.0}, {north = 90.0, east = 
 
 
 def said(kind, text, folder):
-    """What the command line says of a file, with its exit code."""
+    """Exit code and message of the command line for a settings file."""
     path = folder / f"{kind}.toml"
     if kind == "scenario":
         path.write_text(text + ROUTE)
@@ -144,7 +144,7 @@ def test_a_syntax_error_has_one_wording(tmp_path):
 
 
 def numbers_of(model, seen):
-    """(table, key, type) of every key of a file that takes no text."""
+    """(table, key, type) of every key whose value is not a text."""
     if model in seen:
         return
     seen.add(model)

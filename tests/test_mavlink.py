@@ -1,4 +1,4 @@
-"""The conversation of a companion with a MAVLink vehicle, in packets but without sockets or clocks."""
+"""A companion computer and a MAVLink vehicle that exchange packets, without sockets or clocks."""
 
 import math
 import random
@@ -18,7 +18,7 @@ READY = Order(State.READY)
 
 
 class Pair:
-    """A companion and a vehicle, 20 looks a second."""
+    """A companion and a vehicle, stepped at 20 Hz."""
 
     def __init__(self):
         self.rover = Rover(messages, cruise=2.0, unix=NOON)
@@ -26,9 +26,9 @@ class Pair:
         self.up, self.down = Wire(1, 191), Wire(1, 1)
         self.time = 0.0
         self.order = READY
-        self.received = []  # what the vehicle received, with the time
+        self.received = []  # (time, message) of messages that the vehicle received
         self.connected = True
-        self.unheard = ()  # kinds of messages that the vehicle does not send
+        self.unheard = ()  # types of the vehicle's messages that are lost
 
     def run(self, seconds):
         for _ in range(round(seconds / 0.05)):
@@ -93,7 +93,7 @@ def test_stopping_gives_her_back(order, mode):
     pair.run(5.0)
     assert pair.rover.mode is mode and pair.guided.phase is Takeover.FREE and pair.rover.target(pair.time) is None
     assert all(each.thrust == 0.0 for each in pair.output("SET_ATTITUDE_TARGET", stopped))
-    pair.rover.mode = RoverMode.GUIDED  # by another ground station: not ours to steer, nor to stop
+    pair.rover.mode = RoverMode.GUIDED  # by another ground station: then neither steer nor stop it
     quiet = pair.time
     pair.run(5.0)
     assert pair.rover.mode is RoverMode.GUIDED and not pair.output("SET_ATTITUDE_TARGET", quiet)
@@ -142,7 +142,7 @@ def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwi
 
 
 def test_a_silent_link_is_lost_and_so_is_one_without_heartbeats():
-    """After 2.5 s, less than the 3 s after which the vehicle drops an order; or five heartbeats that stay away."""
+    """After 2.5 s of silence, before the vehicle drops an order at 3 s; or after five missing heartbeats."""
     pair = Pair().run(3.0)
     assert pair.guided.alive(pair.time)
     pair.connected = False

@@ -1,4 +1,4 @@
-"""What a vehicle's messages become: rows of her receiver, their times, and her own estimate where there is no other."""
+"""Rows decoded from a vehicle's messages: its receiver's fixes, their times, and its own estimate without fixes."""
 
 import math
 import time
@@ -93,7 +93,7 @@ def test_compass_and_gyro_come_with_the_fix_and_make_none_late():
 
 @pytest.mark.parametrize("delay", [0.0, 0.35])
 def test_a_late_receiver_is_found_by_the_vehicles_own_estimate(delay):
-    """In a circle at 2 m/s, with fixes of 0.1 m; the row is as old as the fix when it comes in."""
+    """On a circle at 2 m/s, with 0.1 m noise of fixes; a row's age is found to be the receiver's delay."""
     decoder, wire, random = MavlinkDecoder(), Wire(1, 1), np.random.default_rng(3)
 
     def place(time):
@@ -125,7 +125,7 @@ def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():
     assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.0, abs=1e-6)
     clock.set(NOON + 1.016, 10.0)
     assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.001, abs=1e-6)
-    clock.set(NOON + 10.0, 2.0)  # she started anew
+    clock.set(NOON + 10.0, 2.0)  # the vehicle restarted
     assert clock.unix(2.0, 106.0) - NOON == pytest.approx(10.0, abs=1e-6)
     for boot, arrival in ((9.0, 104.0), (2.0, 106.0)):
         clock.sent(boot, arrival)
@@ -171,7 +171,7 @@ def test_the_speed_of_the_motors_that_turn(rpm, shaft):
     ],
 )
 def test_the_throttle_of_a_vehicle_that_tells_it(kind, autopilot, armed, throttle):
-    """It has no time of its own. In other vehicles' VFR_HUD it may be that of something else."""
+    """VFR_HUD has no time of its own, and on other kinds of vehicles its throttle may drive something else."""
     decoder, wire = MavlinkDecoder(), Wire(1, 1)
     kinds = getattr(messages, f"MAV_TYPE_{kind}"), getattr(messages, f"MAV_AUTOPILOT_{autopilot}")
     beat = messages.MAVLink_heartbeat_message(*kinds, armed, 0, 4, 3)

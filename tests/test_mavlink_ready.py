@@ -1,4 +1,4 @@
-"""When a vehicle may be taken over, what a refusal means, and signed packets."""
+"""Conditions to take over a vehicle, reasons of a refusal, and signed packets."""
 
 import pytest
 

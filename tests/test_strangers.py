@@ -1,4 +1,4 @@
-"""Strangers on a MAVLink port, and a Signal K server's plugin without its token, with a line of null, started again."""
+"""Foreign senders on a MAVLink port; the Signal K plugin without its token, after a line `null`, and restarted."""
 
 import asyncio
 import json
@@ -22,7 +22,7 @@ BEGINNINGS = (b"\xfd\xff\x00\x00\x00\x01\x01\x00\x00\x00", b"\xfe\xff\x00\x01\x0
 @pytest.mark.parametrize("is_signed", [True, False])
 @pytest.mark.parametrize("stranger", BEGINNINGS)
 def test_a_stranger_costs_no_message_of_the_vehicle(is_signed, stranger, tmp_path):
-    """Ten bytes, the beginning of a packet that never ends, before every fifth datagram."""
+    """A stranger sends ten bytes, such as the start of an incomplete packet, before every fifth datagram."""
     port = free_port(socket.SOCK_DGRAM)
     m, heard = dialect("a test"), []
     (tmp_path / "key").write_text(KEY.hex())
@@ -78,7 +78,7 @@ def test_a_boat_takes_the_place_of_a_drone_and_no_drone_that_of_a_boat():
     guided.receive(heartbeat(m, 7, drone), 0.0)
     assert guided.vehicle == (7, 1)
     guided.receive(heartbeat(m, 3, boat), 0.5)
-    assert guided.vehicle == (7, 1)  # heard once
+    assert guided.vehicle == (7, 1)  # after one heartbeat
     guided.receive(heartbeat(m, 3, boat), 1.5)
     assert guided.vehicle == (3, 1) and guided.is_rover
     for k in range(20):

@@ -1,6 +1,6 @@
-"""What befalls a log: faults of its fixes, and odd places.
+"""Troubles of a log: faults of its fixes, and unusual places on the Earth.
 
-Every trouble takes (voyage, fixes, generator) and returns both anew; it begins at `BEGIN`.
+Every trouble takes (voyage, fixes, generator) and returns changed (voyage, fixes); faults begin at `BEGIN`.
 """
 
 import math
@@ -13,7 +13,7 @@ from steerway_studies.testing import TrueMotion
 
 BEGIN = 150.0
 _POLAR_RADIUS = 6_399_593.6
-"""m: of curvature at the pole, WGS-84."""
+"""Radius of curvature at the pole (WGS-84), m."""
 _FROM_POLE = 1000.0
 
 
@@ -54,12 +54,12 @@ def _displaced(voyage, fixes, chance, by, duration):
 
 
 def antimeridian(voyage, fixes, chance):
-    """Where 180° E meets 180° W."""
+    """A track across 180° of longitude."""
     return voyage, replace(fixes, longitude=wrap_array(fixes.longitude + math.pi - fixes.longitude[len(fixes) // 2]))
 
 
 def pole(voyage, fixes, chance):
-    """A kilometre from the North Pole, where north itself turns."""
+    """A track a kilometre from the North Pole, where the direction of north changes along it."""
     meridian, prime_vertical = radii(0.0)
     away, aside = _FROM_POLE - fixes.latitude * meridian, fixes.longitude * prime_vertical
     there = replace(

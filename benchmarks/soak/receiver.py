@@ -60,7 +60,7 @@ class Receiver:
         os.close(self._port)
 
     def _damaged(self, message):
-        """The message; sometimes with one byte changed, or cut short, so that the next message follows directly."""
+        """The message; sometimes with one byte changed, or cut off before its end and followed by the next one."""
         if self._rng.random() > _DAMAGED:
             return message
         at = int(self._rng.integers(1, len(message) - 2))

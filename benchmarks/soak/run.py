@@ -16,7 +16,7 @@ from benchmarks.soak.receiver import Receiver
 from benchmarks.support.harness import Result
 
 SETTLED = 60.0
-"""s from the start after which memory may not grow, at most half of the run."""
+"""Memory may not grow after this time (s), or after half of the run if that is shorter."""
 _NUMBER = r"([\d.e+-]+)"
 _SPREAD = rf"{_NUMBER} ms \(99\.9 %: {_NUMBER}, at most {_NUMBER}\)"
 _PULSE = re.compile(
@@ -63,7 +63,7 @@ class Soak(NamedTuple):
 
     @property
     def growth(self) -> float:
-        """Growth of memory after the first `SETTLED` s, bytes."""
+        """Growth of memory after start-up (see `SETTLED`), bytes."""
         end = self.memory[-1][0]
         before = [size for when, size in self.memory if when >= min(SETTLED, end / 2.0)]
         return float(before[-1] - before[0])
@@ -178,7 +178,7 @@ def results(done: Soak):
         yield Result(what, getattr(boat, name), "ms", at_most=limit, note=note)
     yield Result("ticks later than 50 ms", boat.missed, at_most=idle.missed, note=f"idle loop {idle.missed:.0f}")
     yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
-    yield Result(f"… growth after the first {SETTLED:.0f} s", done.growth / 1e6, "MB", at_most=5.0)
+    yield Result("… growth after start-up", done.growth / 1e6, "MB", at_most=5.0)
     unused, unwritten = abs(done.reported - done.used), abs(done.rows - done.states.height)
     yield Result("valid fixes sent but not used", unused, at_most=1.0, note=f"of {done.reported}")
     yield Result("rows output but not in the table", unwritten, at_most=0.0, note=f"of {done.rows}")

@@ -14,7 +14,7 @@ PROFILE = Profile(
     course_rate_noise=1e-3,
     course_rate_decay=0.2,
     position_std=0.2,
-    steerageway=1e-3,  # as in the paper's filter: no drift mode at the speeds of the record
+    steerageway=1e-3,  # as in the paper's filter: no drift at the speeds of the record
     outlier_rate=0.0,  # every fix counts fully
 )
 

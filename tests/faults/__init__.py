@@ -1,4 +1,4 @@
-"""The fault matrix: what the service reports when something is wrong with its inputs.
+"""The fault matrix: the service's output when something is wrong with its inputs.
 
-`python -m tests.faults` measures every fault and writes the table of docs/service.md anew.
+`python -m tests.faults` measures every fault and rewrites the table of docs/service.md.
 """

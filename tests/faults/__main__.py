@@ -1,4 +1,4 @@
-"""python -m tests.faults: measures every fault and writes the table of docs/service.md anew."""
+"""python -m tests.faults: measures every fault and rewrites the table of docs/service.md."""
 
 from tests.faults.measured import measure
 from tests.faults.sorties import FAULTS

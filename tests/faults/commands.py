@@ -1,6 +1,6 @@
-"""Faults of files, disks and processes: a command each, what it says, how it ends, and what that takes.
+"""Faults of files, disks and processes: for each a command, its message, its exit code, its time and memory.
 
-`python -m tests.faults.commands` tries every fault and writes the table of docs/faults.md anew.
+`python -m tests.faults.commands` tries every fault and rewrites the table of docs/faults.md.
 """
 
 import gzip
@@ -40,9 +40,9 @@ LOG = "log.nmea"
 
 
 class Outcome(NamedTuple):
-    """What came of a command: its last line on standard error, exit code, time, MB, and processes that are left.
+    """Result of a command: last line on standard error, exit code, time, peak memory (MB), number of processes left.
 
-    `seconds`: of the processor, or from the signal until the last process is gone.
+    `seconds`: processor time, or for a signal the time until the last process has ended.
     """
 
     said: str
@@ -53,7 +53,7 @@ class Outcome(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """`prepare(folder)` makes the files. `until(folder)`: then `number` is sent; `limit` bytes a file may have."""
+    """`prepare(folder)` makes the files; signal `number` follows once `until(folder)`; `limit`: file size, bytes."""
 
     name: str
     command: str
@@ -65,7 +65,7 @@ class Fault(NamedTuple):
 
 
 def tried(fault: Fault) -> Outcome:
-    """Try a fault in a folder of its own."""
+    """Try a fault in a temporary folder."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         fault.prepare(folder)
@@ -88,7 +88,7 @@ def _run(fault, folder):
         )
         while fault.until is not None and not fault.until(folder):
             if process.poll() is not None or time.monotonic() - began > 120.0:
-                raise RuntimeError(f"{fault.name}: did not come so far")
+                raise RuntimeError(f"{fault.name}: the command did not reach the moment for the signal")
             time.sleep(0.02)
         peak = _peak(process.pid)
         if fault.number:
@@ -109,7 +109,7 @@ def _run(fault, folder):
 
 
 def _peak(process: int) -> float:
-    """Peak memory of a process so far, MB; that of `wait4` begins with the process it was forked from."""
+    """Peak memory of a process so far, MB; `wait4` would include that of the process it was forked from."""
     try:
         status = (Path("/proc") / str(process) / "status").read_text()
     except OSError:
@@ -118,7 +118,7 @@ def _peak(process: int) -> float:
 
 
 def _of_session(leader: int) -> list[int]:
-    """Processes that are left of a session."""
+    """Processes of a session that still run."""
     found = []
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
@@ -138,7 +138,7 @@ def _packed_zeros(folder):
 
 
 def _packed_headers(folder):
-    """Headers of UBX frames without frames, which take longest, among what does not pack."""
+    """UBX headers without frames: of all data that unpack within the limit, these take longest to read."""
     (folder / "log.gz").write_bytes(gzip.compress(b"\xb5\x62\x01\x07\x5c\x00" * 2_650_000))
 
 
@@ -217,13 +217,13 @@ def _size(path):
 ESTIMATE_TO = f"steerway estimate {LOG} --profile small-usv -o"
 CAMPAIGN = "steerway simulate leg.toml --seeds 4000 -o many"
 FAULTS = (
-    Fault("1.5 MB of gzip that unpack to 1.5 GB", "steerway info log.gz", _packed_zeros),
-    Fault("16 MB of headers of UBX frames in a small gzip", "steerway info log.gz", _packed_headers),
-    Fault("1 MB of ZIP that unpacks to 1 GB", "steerway archive run day.zip -o archive", _packed_table),
-    Fault("a chunk of MCAP that unpacks to 0.5 GB", "steerway info run.mcap", _chunk),
-    Fault("a bag of ROS 2 whose messages are a query without end", "steerway info bag.db3", _endless_bag),
+    Fault("a gzip file of 1.5 MB that unpacks to 1.5 GB", "steerway info log.gz", _packed_zeros),
+    Fault("a small gzip file of 16 MB of UBX headers", "steerway info log.gz", _packed_headers),
+    Fault("a ZIP file of 1 MB that unpacks to 1 GB", "steerway archive run day.zip -o archive", _packed_table),
+    Fault("an MCAP chunk that unpacks to 0.5 GB", "steerway info run.mcap", _chunk),
+    Fault("a ROS 2 bag with an endless query for messages", "steerway info bag.db3", _endless_bag),
     Fault(
-        "1 MB of GPX, every point within text without end",
+        "1 MB of GPX, every point in a CDATA section without end",
         "steerway info log.gpx",
         _text("log.gpx", b"<gpx>" + b"<trkpt><![CDATA[ " * 59_000),
     ),
@@ -251,7 +251,7 @@ FAULTS = (
 
 
 def line(fault: Fault, found: Outcome) -> str:
-    """A line of the table: counts that depend on the moment are left out."""
+    """A line of the table, without counts that depend on the time of the signal."""
     said = found.said.removeprefix("steerway: ").replace("|", "\\|")
     said = re.sub(r"\b\d+( of \d+)? (seeds|parts)\b", r"… \2", said)
     ended = f"signal {-found.code}" if found.code < 0 else f"{found.code}"
@@ -263,7 +263,7 @@ def line(fault: Fault, found: Outcome) -> str:
 
 
 def in_docs() -> list[str]:
-    """The lines that stand in the docs."""
+    """The table's lines in the docs."""
     return table.in_docs(*TABLE_IN_DOCS)
 
 

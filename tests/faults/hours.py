@@ -1,7 +1,7 @@
-"""Hours of squares, surveys and places that are held, in which nothing is wrong: whether the autopilot goes on.
+"""Hours of squares, surveys and station keeping without any fault: does the autopilot go on?
 
-`python -m tests.faults.hours [HOURS] [FIRST_SEED]` sails on a virtual clock, and ends with 1 if receiver or boat were
-taken to be faulty.
+`python -m tests.faults.hours [HOURS] [FIRST_SEED]` sails on a virtual clock. Its exit code is 1 if the receiver or the
+boat was reported as faulty.
 """
 
 import logging
@@ -17,17 +17,17 @@ from steerway.vessels import conditions
 from tests.desk import OTTER, SQUARE, Desk, square
 
 SPEED, STRONGEST = 1.2, 0.8
-"""m/s of the routes, and the strongest current as a share of that."""
-LONGEST, HELD = 400.0, 120.0  # s of a route, and of a place that is held
+"""Speed on the routes, m/s, and the strongest current as a fraction of it."""
+LONGEST, HELD = 400.0, 120.0  # longest time on a route and time of station keeping, s
 FAULTY = "stands still", "turn as ordered"
-"""Words of the checks of receiver and boat."""
+"""Words in the reasons of the checks of receiver and boat."""
 FINISHED, WENT_ON = "the route is finished", "went on"
 _WANDER_TIME = 8.0  # s
 SURVEY = tuple((70.0 * ((k + 1) // 2 % 2), 12.0 * (k // 2)) for k in range(8))
 
 
 class Sailed(NamedTuple):
-    """A route: of which kind, for how many s, and why it ended."""
+    """One run: its kind, its time (s), and why it ended."""
 
     kind: str
     seconds: float
@@ -35,7 +35,7 @@ class Sailed(NamedTuple):
 
 
 def sailed(seed: int) -> Sailed:
-    """One route with another current, receiver and way to be steered for every seed."""
+    """One run; the seed sets kind of route, current, receiver and kind of orders."""
     rng = np.random.default_rng(seed)
     kind = ("square", "survey", "hold")[seed % 3]
     speed, direction = STRONGEST * SPEED * rng.uniform(), math.tau * rng.uniform()
@@ -68,7 +68,7 @@ def sailed(seed: int) -> Sailed:
 
 
 def _set_in(desk, current):
-    """The current changes within a minute from what it was at the start."""
+    """Change the current from its initial value within a minute."""
     before, steps = np.array((0.2 * math.cos(0.7), 0.2 * math.sin(0.7))), 60
     for k in range(steps):
         if desk.order.state in UNDER_WAY:
@@ -77,7 +77,7 @@ def _set_in(desk, current):
 
 
 def main() -> int:
-    """Sail; 1 if the boat or the receiver were taken to be faulty."""
+    """Sail; return 1 if the boat or the receiver was reported as faulty."""
     logging.disable(logging.CRITICAL)
     hours = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
     seed, seconds, stops, false = int(sys.argv[2]) if len(sys.argv) > 2 else 10_000, 0.0, Counter(), 0

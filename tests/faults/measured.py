@@ -1,4 +1,4 @@
-"""A fault through a running service: sentences over UDP in, sentences over UDP and rows at 50 Hz out, judged."""
+"""Measures a fault in a running service: sentences over UDP in, sentences over UDP and rows at 50 Hz out."""
 
 import asyncio
 import math
@@ -21,30 +21,30 @@ BOUNDS = 1.0, 0.3, math.radians(10.0)
 
 
 class TimedRow(NamedTuple):
-    """A row said at a second of the sortie."""
+    """A row, and the time of its output in the sortie, s."""
 
     second: float
     row: tuple
 
 
 class Measured(NamedTuple):
-    """What was said from a fault's beginning to the end of the sortie. SI, rad; errors NaN where nothing was said."""
+    """The output from the beginning of a fault to the end of the sortie. SI, rad; errors are NaN without output."""
 
-    statuses: tuple[str, ...]  # in order of appearance, of fixes and, without fixes, of ticks
-    rmc: str  # the letters of status received
-    cog: str  # always, gaps, never
+    statuses: tuple[str, ...]  # in order of appearance: of fixes and, without fixes, of ticks
+    rmc: str  # all letters of status in RMC
+    cog: str  # whether RMC had a COG: always, gaps, never
     silence: float  # longest time between two rows
     unknown: float  # longest time without a position
-    position: float  # greatest errors
+    position: float  # largest errors
     sog: float
     course: float
-    recovery: float  # from the end of the fault; inf: never
-    time: float  # the time said at the end, as far as it is ahead of the receiver's clock
-    astern: float  # how far behind the boat the positions are on the average
+    recovery: float  # time from the end of the fault; inf: never
+    time: float  # lead of the last row's time over the receiver's clock
+    astern: float  # mean distance of the positions behind the boat
 
 
 class _Rows:
-    """An output that remembers when what was said."""
+    """An output that records rows and their times."""
 
     def __init__(self):
         self.output: list[TimedRow] = []
@@ -61,7 +61,7 @@ class _Rows:
 
 
 def measure(fault: Fault) -> Measured:
-    """Sail a fault."""
+    """Run a fault through a service."""
     return _judged(fault, *hastened.run(_sail(fault), fault.start))
 
 
@@ -125,7 +125,7 @@ def _astern(fault, timed):
 
 
 def _errors(fault, timed):
-    """Errors of position, SOG and COG; NaN where not said."""
+    """Errors of position, SOG and COG; NaN for unknown values."""
     row = timed.row
     apart = displacement(row.latitude, row.longitude, *fault.truth(timed.second)) if row.valid else (math.nan,) * 2
     return math.hypot(*apart), abs(row.sog - SPEED), abs(wrap(row.cog - COURSE)) if row.cog == row.cog else math.nan

@@ -1,4 +1,4 @@
-"""What a receiver tells of a boat on a straight line, epoch by epoch, and the faults that alter it."""
+"""Epochs of a receiver on a boat that sails straight on, and the faults that change them."""
 
 import math
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from tests.sentences import KNOT, clock, place, sealed
 SPEED, COURSE = 2.0, math.radians(60.0)
 RATE, STD, DELAY, JITTER = 5.0, 0.1, 0.08, 0.03  # Hz, m, s, s
 BEGIN, LENGTH, END = 60.0, 20.0, 140.0
-"""s into the sortie: when a fault begins, how long it lasts where it lasts, and when the sortie is over."""
+"""Begin of a fault, length of faults that last, and end of the sortie, s from its start."""
 NOON = 1_719_835_200.0  # 2024-07-01 12:00 UTC
 MIDNIGHT = 1_719_878_400.0 - BEGIN
 HOME = math.radians(54.0), math.radians(10.0)
@@ -23,14 +23,14 @@ BY_THE_LINE = math.radians(0.0), math.radians(180.0) - SPEED * math.sin(COURSE) 
 
 @dataclass(frozen=True)
 class Epoch:
-    """One fix as it is sent; `time` and `date` are the receiver's, `sent` is s into the sortie."""
+    """One fix as sent; `time` and `date` are the receiver's, `sent` is s from the start of the sortie."""
 
     sent: float
     time: float
     latitude: float
     longitude: float
     valid: bool = True
-    keeps_place: bool = False  # where not valid
+    keeps_place: bool = False  # whether an invalid fix has a position
     cog: bool = True
     date: float = 0.0  # s by which the date of RMC is wrong
     link: int = 0
@@ -51,9 +51,9 @@ class Epoch:
 
 @dataclass(frozen=True)
 class Fault:
-    """What befalls the epochs, and until when; `wanted` sources by priority; `moved` m east the boat truly is after
-    BEGIN, `stepped` s the receiver's clock has stepped by
-    then; `delay` s of every fix at the least, `latency` what the service is given for it."""
+    """A change of the epochs, which lasts until `until`. `wanted`: sources by priority; `moved`: true displacement of
+    the boat to the east at BEGIN, m; `stepped`: step of the receiver's clock, s; `delay`: smallest delay of fixes, s;
+    `latency`: the setting of the service, s."""
 
     name: str
     alter: Callable[[list[Epoch]], list[Epoch]] = list
@@ -68,12 +68,12 @@ class Fault:
     latency: float = DELAY
 
     def truth(self, second: float) -> tuple[float, float]:
-        """Where the boat is, latitude and longitude in rad."""
+        """Latitude and longitude of the boat, rad."""
         east = SPEED * math.sin(COURSE) * second + (self.moved if second >= BEGIN else 0.0)
         return displaced(*self.home, SPEED * math.cos(COURSE) * second, east)
 
     def epochs(self) -> list[Epoch]:
-        """What is sent, in this order."""
+        """The epochs in the order in which they are sent."""
         rng = np.random.default_rng(20240701)
         made = []
         for k in range(round(END * RATE)):
@@ -84,7 +84,7 @@ class Fault:
 
 
 def _during(length, change):
-    """Changes the epochs of the fault's time; None leaves one out."""
+    """Change the epochs from BEGIN on for `length` s; a change to None drops the epoch."""
 
     def alter(epochs):
         begin = epochs[0].time + BEGIN - 1e-6
@@ -141,7 +141,7 @@ def _one_stray(by):
 
 
 def _two_receivers(stops=None):
-    """A second, coarser receiver 20 m to the east, half an interval later; the first may stop for the fault's time."""
+    """Add a second, noisier receiver 20 m to the east, half an interval later; stop the first for `stops` s."""
 
     def alter(epochs):
         second = [

@@ -1,6 +1,6 @@
-"""python -m tests.faults.stops: when the autopilot stops, and how far off the route: a table of docs/steering.md.
+"""python -m tests.faults.stops: how soon the autopilot stops and how far off the route, a table of docs/steering.md.
 
-A motorboat of 2 m/s over MAVLink (`tests.bench`), and an Otter on the desk (`tests.desk`), on virtual clocks.
+Measured with a motorboat of 2 m/s over MAVLink (`tests.bench`) and an Otter (`tests.desk`), on virtual clocks.
 """
 
 import math
@@ -16,15 +16,15 @@ from tests.faults.table import DOCS, written
 
 PAGE = DOCS.with_name("steering.md")
 BEGIN, END = "<!-- stops: python -m tests.faults.stops -->", "<!-- end of stops -->"
-HEAD = ("| what happens | what is said | after | off the route |", "|---|---|---|---|")
+HEAD = ("| what happens | reason | after | off the route |", "|---|---|---|---|")
 LEG = ((0.0, 0.0), (200.0, 0.0))
-FULL_SPEED, DEAD = 2.0, 40.0  # m/s of the motorboat; s after its start at which its motor dies
-AGAINST, ABEAM = 180.0, 45.0  # degrees towards which the current sets, of the first leg
-BEFORE, AFTER, FAR = 20.0, 90.0, 5000.0  # s of a sortie before and after the answer; m
+FULL_SPEED, DEAD = 2.0, 40.0  # top speed of the motorboat, m/s; time after its start at which its motor fails, s
+AGAINST, ABEAM = 180.0, 45.0  # direction towards which the current sets, degrees from the first leg
+BEFORE, AFTER, FAR = 20.0, 90.0, 5000.0  # time before and after the operator is lost, s; distance of the route, m
 
 
 class Stop(NamedTuple):
-    """Why it stopped, after how long (s), and the largest distance (m) from the route; NaN: it did not begin."""
+    """Why the autopilot stopped, after how long (s; NaN: not started), and the largest distance off the route, m."""
 
     why: str
     seconds: float
@@ -32,21 +32,21 @@ class Stop(NamedTuple):
 
 
 def line(name: str, found: list[Stop]) -> str:
-    """One line of the table: the largest numbers of several runs, and the reason of the one that took longest."""
+    """One line of the table: the largest numbers of several runs, and the reason of the longest run."""
     seconds, off = (max(getattr(each, key) for each in found) for key in ("seconds", "off"))
     after = "not begun" if math.isnan(seconds) else f"{seconds:.0f} s"
     why = max(found, key=lambda each: each.seconds).why
-    return f"| {name} | {why} | {after} | {f'{off:.1f} m' if off > 0.0 else 'it was not on it'} |"
+    return f"| {name} | {why} | {after} | {f'{off:.1f} m' if off > 0.0 else 'never on the route'} |"
 
 
 def too_strong(share: float) -> list[Stop]:
-    """In a current of this share of the boat's speed against the first leg, with and without compass."""
+    """In a current against the first leg, a fraction `share` of the boat's speed, with and without compass."""
     cases = [Case(share * FULL_SPEED, AGAINST, compass) for compass in (True, False)]
     return [Stop(_reason(found.why), found.seconds, found.off) for found in map(sail, cases)]
 
 
 def dead_motor() -> list[Stop]:
-    """From `DEAD` s on, in a current of 0.5 m/s."""
+    """The motor fails at `DEAD` s, in a current of 0.5 m/s."""
     cases = [Case(0.5, each, compass, dead=DEAD) for compass in (True, False) for each in (AGAINST, ABEAM)]
     return [Stop(_reason(found.why), found.seconds - DEAD, found.off) for found in map(sail, cases)]
 
@@ -56,7 +56,7 @@ def _reason(stopped):
 
 
 def lost_operator(answer: str) -> list[Stop]:
-    """Nobody is heard from `BEFORE` s on, with a limit of 10 s; off: from the leg, or from the place that is held."""
+    """No operator is heard after `BEFORE` s, the limit is 10 s. `off` is from the leg, or from the held position."""
     more = {"rally": corner(0.0, 0.0)} if answer == "return" else {}
     limits, on_stop = Limits(operator_lost=10.0), OnStop(operator=answer)
     desk = Desk(square(LEG, limits=limits, on_stop=on_stop, **more), current=0.3).start()
@@ -97,7 +97,7 @@ ON_THE_BENCH: dict[str, Callable[[], list[Stop]]] = {
 
 
 def lines() -> Iterator[str]:
-    """The table's lines as they are measured."""
+    """Measure the table's lines one by one."""
     for name, measure in (ON_THE_BENCH | ON_THE_DESK).items():
         yield line(name, measure())
 

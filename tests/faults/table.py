@@ -1,4 +1,4 @@
-"""The table of the faults in docs/service.md: between two marks, one line a fault."""
+"""The table of faults in docs/service.md: between two marks, one line per fault."""
 
 import math
 from pathlib import Path
@@ -15,7 +15,7 @@ HEAD = (
 
 
 def line(fault: Fault, found: Measured) -> str:
-    """One line: what is discrete as it is, what is measured in round numbers."""
+    """One line of the table; measured numbers are rounded."""
     unknown = f"{found.unknown:.0f} s" if found.unknown > 0.5 else "never"
     recovers = "at once" if found.recovery < 0.05 else f"{found.recovery:.1f} s" if found.recovery < 60 else "not"
     errors = f"{found.position:.1f} m | {found.sog:.2f} m/s | {math.degrees(found.course):.0f}°"
@@ -24,19 +24,19 @@ def line(fault: Fault, found: Measured) -> str:
 
 
 def discrete(row: str) -> tuple[str, ...]:
-    """The cells of a line that do not depend on the noise: name, status, RMC, COG."""
+    """The cells of a line that do not depend on noise: name, status, RMC, COG."""
     return tuple(cell.strip() for cell in row.strip("|").split("|")[:4])
 
 
 def in_docs(docs: Path = DOCS, begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD) -> list[str]:
-    """The lines of a table that stand in the docs."""
+    """A table's lines in the docs."""
     return docs.read_text(encoding="utf-8").split(begin)[1].split(end)[0].strip().splitlines()[len(head) :]
 
 
 def written(
     lines: list[str], docs: Path = DOCS, begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD
 ) -> None:
-    """Put the lines of a table into the docs."""
+    """Write a table's lines into the docs."""
     before, rest = docs.read_text(encoding="utf-8").split(begin)
     table = "\n".join((*head, *lines))
     docs.write_text(f"{before}{begin}\n\n{table}\n\n{end}{rest.split(end)[1]}", encoding="utf-8")

@@ -1,2 +1,2 @@
-"""Fuzzing, for long by `make fuzz`: mutations of generated and recorded inputs go to everything that reads what others
-wrote (`tests/test_fuzz.py`). Findings become tests there."""
+"""Fuzzing: mutations of generated and recorded inputs go to every reader of foreign data. `tests/test_fuzz.py` runs it
+briefly, `make fuzz` for long. Findings become tests there."""

@@ -1,4 +1,4 @@
-"""A boat that is steered while its links say anything: the service lives, and every order is a number."""
+"""A boat under autopilot whose links deliver anything: the service has to go on, and every order to be a number."""
 
 import contextlib
 import math
@@ -7,12 +7,12 @@ from steerway.core import InputError
 from steerway.live.testing import UNDER_WAY, InputRow
 from tests.desk import NOON, OTTER, Desk, square
 
-_PATIENCE = 30.0  # s of a boat that cannot be started again, before another is put to sea
-_AS_SAID = 4  # every so many rows keep the time that they give
+_PATIENCE = 30.0  # s for which a boat may fail to start again before another one replaces it
+_AS_SAID = 4  # one row in so many keeps its own time; the others get the present time
 
 
 class Aboard:
-    """`take` rows of a link, as of the receiver whose fixes are used, beside a sound fix of every 0.2 s."""
+    """A boat that receives foreign rows as from its own receiver, beside a sound fix every 0.2 s."""
 
     def __init__(self):
         self.desk, self._rows, self._taken = Desk(square(boat=OTTER)), [], 0
@@ -21,8 +21,8 @@ class Aboard:
         self.desk.start()
 
     def take(self, rows: list[InputRow]) -> str:
-        """Whether the autopilot steers after them, and why not. AssertionError for a service that ended, or an order
-        that is no number.
+        """Receive rows; return the autopilot's state after them. Raises AssertionError if the service has ended or an
+        order is not a number.
         """
         self._rows += [self._present(row) for row in rows]
         self.desk.sail(0.2)
@@ -36,11 +36,11 @@ class Aboard:
 
     @property
     def is_spent(self) -> bool:
-        """Whether this boat has been led so far astray that it cannot be started again."""
+        """Whether this boat has failed to start again for `_PATIENCE` s."""
         return self.desk.time - self._idle_since > _PATIENCE
 
     def dock(self) -> None:
-        """The end."""
+        """End the service."""
         self.desk.afloat.remove(self.desk)
         self.desk.dock()
 
@@ -66,7 +66,7 @@ _afloat: list[Aboard] = []
 
 
 def said_aboard(rows: list[InputRow]) -> str:
-    """What `Aboard.take` says of a boat that is kept between calls."""
+    """The result of `Aboard.take` on a boat that lasts over many calls."""
     if not rows:
         return "nothing"
     if _afloat and _afloat[0].desk.loop.is_closed():  # docked at the end of a test

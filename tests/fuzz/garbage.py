@@ -1,6 +1,6 @@
-"""A million messages of garbage through every link of a boat that is steered.
+"""A million garbage messages through every link of a boat under autopilot.
 
-`python -m tests.fuzz.garbage [MESSAGES]` says what came of them, and ends with 1 if the service did.
+`python -m tests.fuzz.garbage [MESSAGES]` prints the results; its exit code is 1 if the service ended.
 """
 
 import logging
@@ -27,12 +27,12 @@ from tests.fuzz.mutation import mutated
 
 MESSAGES = 1_000_000
 _LONGEST, _TOGETHER, _DIFFERENT, _SOUND, _CONNECTED = 2000, 500, 20_000, 0.3, 1000
-"""Bytes of a message; how many come within 0.2 s; how many mutations there are, which come in any order; the share of
-sound messages among them; messages of a connection."""
+"""Largest size of a message, bytes; messages per 0.2 s; number of different mutations, drawn at random; sound messages
+per mutation; messages per connection."""
 
 
 def _decoded(decoder) -> Callable[[bytes], list[InputRow]]:
-    """A link that is opened anew now and then."""
+    """A reader of messages that reopens its link every `_CONNECTED` messages."""
     opened = count()
 
     def read(message):
@@ -83,8 +83,8 @@ LINKS = {
 
 
 def garbage(sound: list[bytes], rng: random.Random) -> Iterator[bytes]:
-    """Mutated messages, sound ones and random bytes, without end."""
-    lines = [each for each in sound if 0 < len(each) <= _LONGEST]  # packets, which may have any byte
+    """An endless mixture of mutated messages, sound messages and random bytes."""
+    lines = [each for each in sound if 0 < len(each) <= _LONGEST]  # whole packets, which may contain line ends
     lines += [line for each in sound for line in each.split(b"\n") if 0 < len(line) <= _LONGEST]
     kept = [mutated(rng.choice(lines), lines, rng)[:_LONGEST] for _ in range(_DIFFERENT)]
     kept += rng.choices(lines, k=int(_SOUND * _DIFFERENT)) + [rng.randbytes(rng.randrange(100)) for _ in range(500)]
@@ -93,7 +93,7 @@ def garbage(sound: list[bytes], rng: random.Random) -> Iterator[bytes]:
 
 
 def endured(link: str, messages: int = MESSAGES, seed: int = 1) -> dict[str, int]:
-    """Counts of what a link made of garbage. AssertionError for a service that ended, or an order that is no number."""
+    """Counts after garbage on a link. Raises AssertionError if the service has ended or an order is not a number."""
     sound, reader = LINKS[link]
     boats, read, counts = [Aboard()], reader(), {"messages": 0, "rows": 0, "failed": 0, "boats": 1}
     source = garbage(sound(), random.Random(seed))
@@ -114,8 +114,8 @@ def endured(link: str, messages: int = MESSAGES, seed: int = 1) -> dict[str, int
 
 
 def main() -> int:
-    """Every link; 1 if one ended the service or an order was no number."""
-    logging.disable(logging.CRITICAL)  # vehicles may say anything
+    """Try every link; return 1 if one ended the service or an order was not a number."""
+    logging.disable(logging.CRITICAL)  # texts of vehicles would be logged
     messages, missed = int(sys.argv[1]) if len(sys.argv) > 1 else MESSAGES, 0
     for link in LINKS:
         began = time.process_time()

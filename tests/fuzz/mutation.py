@@ -1,4 +1,4 @@
-"""Mutations of bytes: of any input, and of the numbers and words of text."""
+"""Mutations of any bytes, and of numbers and words in text."""
 
 import random
 import re
@@ -17,7 +17,7 @@ LONGEST = 20_000
 
 
 def mutated(data: bytes, others: list[bytes], rng: random.Random) -> bytes:
-    """A few mutations of `data`, some of which bring in pieces of `others`."""
+    """`data` after a few mutations, some of which insert pieces of `others`."""
     for _ in range(rng.choice((1, 1, 2, 3, 5, 8))):
         data = rng.choice(_KINDS)(data, others, rng)
     return data[:LONGEST]

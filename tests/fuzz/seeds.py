@@ -1,4 +1,4 @@
-"""Sound inputs to begin from: generated here, examples of the project, and windows of recorded logs where they are."""
+"""Sound inputs to mutate: generated ones, the project's examples, and parts of recorded logs if these are installed."""
 
 import gzip
 import io
@@ -24,13 +24,13 @@ from tests.sentences import sealed, sortie
 from tests.ubx_frames import pvt
 
 ROOT = Path(__file__).parents[2]
-_WINDOW = 1500  # bytes of a recorded log
+_WINDOW = 1500  # bytes of a part of a recorded log
 _WINDOWS = 12
 
 
 @cache
 def recorded() -> list[bytes]:
-    """Windows of every recorded log below STEERWAY_DATA: its beginning, and places within it."""
+    """Parts of every recorded log below STEERWAY_DATA: its beginning, and others within it."""
     folder = os.environ.get("STEERWAY_DATA")
     rng, found = random.Random(0), []
     for path in sorted(Path(folder, "data").rglob("*")) if folder else ():
@@ -48,7 +48,7 @@ def _recorded_with(*signs: bytes) -> list[bytes]:
 
 
 def nmea():
-    """NMEA 0183, with every formatter that is read."""
+    """NMEA 0183 with every formatter that the reader knows."""
     others = ("GPGNS,120000.00,5400.0,N,01000.0,E,AA,10,0.9,1.0,47.0,,", "GPZDA,120000.00,01,07,2024,00,00")
     others += ("GPTHS,350.0,A", "HCHDM,350.0,M", "VWVHW,350.0,T,348.0,M,5.0,N,9.3,K", "TIROT,3.5,A")
     others += ("GPGST,120000.00,1.0,1.0,0.5,45.0,0.9,0.8,2.0", "HEHDT,350.0,T")
@@ -57,7 +57,7 @@ def nmea():
 
 
 def ubx():
-    """Frames of NAV-PVT."""
+    """UBX frames NAV-PVT."""
     return [b"".join(pvt(second) for second in range(1, 8)), *_recorded_with(b"\xb5\x62")]
 
 
@@ -69,18 +69,18 @@ def canboat():
 
 
 def ais():
-    """Reports with and without a tag block."""
+    """AIS reports with and without a tag block."""
     reports = [tagged(1565222400 + each, *sentences(mmsi=each + 1, second=each)) for each in range(8)]
     return [b"".join(reports), *_recorded_with(b"!AIVDM", b"!BSVDM", b"VDO,")]
 
 
 def gpx():
-    """A track."""
+    """A GPX track."""
     return [WHOLE]
 
 
 def csv():
-    """Tables."""
+    """CSV tables."""
     plain = b"time,lat,lon,sog,cog,hdg\n" + b"".join(b"%d,54.%03d,10,2,90,91\n" % (k, k) for k in range(8))
     dated = b"# comment\ntimestamp;latitude;longitude;mmsi\n" + b"".join(
         b"01/07/2024 12:00:%02d;54,%03d;10,5;211000001\n" % (k, k) for k in range(8)
@@ -92,7 +92,7 @@ def csv():
 
 
 def parquet():
-    """Small tables, compressed in three ways."""
+    """Small Parquet tables with three compressions."""
     found = []
     for kind in ("zstd", "snappy", "uncompressed"):
         file = io.BytesIO()
@@ -104,7 +104,7 @@ def parquet():
 
 
 def examples(pattern: str):
-    """Files of the project's examples."""
+    """Example files of the project."""
     return [path.read_bytes() for path in sorted((ROOT / "examples").rglob(pattern))]
 
 
@@ -116,7 +116,7 @@ def profiles():
 
 
 def settings():
-    """Settings of `live`."""
+    """Settings files of `live`."""
     keys = {
         "from": '["udp://:10110", "serial:/dev/ttyUSB0?baud=38400"]', "to": '"stdout:"', "profile": '"otter"',
         "aid": '["sog", "water-speed"]', "rate": "10.0", "mission": '"route.toml"', "engage": "false", "helm": "true",
@@ -146,18 +146,18 @@ acceptance = 5.0
 
 
 def missions_toml():
-    """A route with everything that a file may set."""
+    """A mission file with every key."""
     return [_MISSION.encode(), *examples("live/*.toml")]
 
 
 def missions_gpx():
-    """A route of two points."""
+    """A GPX route of two points."""
     points = '<rtept lat="54.0" lon="10.0"><name>a</name></rtept><rtept lat="54.001" lon="10.0"/>'
     return [f'<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><rte>{points}</rte></gpx>'.encode()]
 
 
 def missions_geojson():
-    """A line and a fence."""
+    """A GeoJSON route and a fence."""
     line_ = {"type": "LineString", "coordinates": [[10.0, 54.0], [10.0, 54.001]]}
     fence = {"type": "Polygon", "coordinates": [[[9.9, 53.9], [10.1, 53.9], [10.0, 54.1], [9.9, 53.9]]]}
     features = [{"type": "Feature", "properties": {"speed_mps": 1.0}, "geometry": each} for each in (line_, fence)]
@@ -165,12 +165,12 @@ def missions_geojson():
 
 
 def mixed():
-    """NMEA 0183 and UBX on one line."""
+    """NMEA 0183 and UBX on one serial line."""
     return [sortie(2) + pvt(1) + sortie(1) + pvt(2), *nmea(), *ubx()]
 
 
 def signalk():
-    """Deltas."""
+    """Signal K deltas."""
     values = [
         ("navigation.position", {"latitude": 54.0, "longitude": 10.0}), ("navigation.speedOverGround", 2.0),
         ("navigation.courseOverGroundTrue", 1.0), ("navigation.rateOfTurn", None),
@@ -186,7 +186,7 @@ def signalk():
 
 
 def gpsd():
-    """Reports of gpsd."""
+    """JSON reports of gpsd."""
     device = {"class": "DEVICE", "path": "/dev/ttyACM0", "driver": "u-blox"}
     tpv = {
         "class": "TPV", "device": "/dev/ttyACM0", "mode": 3, "time": "2024-07-01T12:00:00.000Z", "lat": 54.0, "lon": 10,
@@ -201,7 +201,7 @@ def gpsd():
 
 
 def mavlink():
-    """Packets of a vehicle."""
+    """MAVLink packets of a vehicle."""
     from pymavlink.dialects.v20 import ardupilotmega as messages
 
     codec = messages.MAVLink(None, 1, 1)
@@ -224,7 +224,7 @@ def mavlink():
 
 
 def requests():
-    """Requests to the helm page: read, log in, act, from here and from elsewhere."""
+    """HTTP requests to the helm page: to read, to log in, to act; from its own and from foreign origins."""
     cookie = b"cookie: steerway_helm=99999999999.0123456789abcdef"
     host = b"host: boat.local:8080"
     return [
@@ -271,7 +271,7 @@ def mcap():
 
 
 def bags():
-    """A bag of SQLite."""
+    """A ROS 2 bag in SQLite."""
     base = sqlite3.connect(":memory:")
     base.execute("PRAGMA page_size = 512")
     base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
@@ -283,7 +283,7 @@ def bags():
 
 
 def ais_tables():
-    """Tables of the Danish authority and of MarineCadastre, plain and packed."""
+    """AIS tables of the Danish authority and of MarineCadastre, plain and packed."""
     danish = b"# Timestamp,Type of mobile,MMSI,Latitude,Longitude,SOG,COG,Heading,Width,Length\n" + b"".join(
         b"01/07/2024 12:00:%02d,Class A,211000001,54.%03d,10.5,5.5,90.0,91,10,80\n" % (k, k) for k in range(8)
     )
@@ -297,7 +297,7 @@ def ais_tables():
 
 
 def unfinished():
-    """What an interrupted campaign leaves."""
+    """The unfinished file of an interrupted campaign."""
     from steerway.simulation import Unfinished
 
     with tempfile.TemporaryDirectory() as folder:
@@ -309,7 +309,7 @@ def unfinished():
 
 
 def gateway():
-    """Lines of a gateway of NMEA 2000."""
+    """Lines of an NMEA 2000 gateway."""
     frames_ = [(0x09F80109, position(k, -k)) for k in range(4)] + [
         (0x0DF80509, each) for each in frames(gnss(1.0, 2.0))
     ]

@@ -1,4 +1,4 @@
-"""What is fuzzed: everything that reads what others wrote, with sound inputs to begin from."""
+"""Targets of fuzzing: every reader of foreign data, with sound inputs to mutate."""
 
 import asyncio
 import gzip
@@ -22,14 +22,14 @@ REFUSED = "refused"
 
 
 class Target(NamedTuple):
-    """`read(data)` returns the outcome, the same text for inputs of one kind; anything it raises is a crash."""
+    """A target. `read(data)` returns the outcome as a text, equal for inputs of one kind; any exception is a crash."""
 
     seeds: Callable[[], list[bytes]]
     read: Callable[[bytes], str]
 
 
 def swallow(module, data: bytes):
-    """Read by one format; what is wrong with the data may only come out as InputError, of one line."""
+    """Read data by one format; wrong data may only raise InputError with a message of one line."""
     assert module.recognises(data[:65536]) in (True, False)
     try:
         recording = module.read(data)
@@ -43,7 +43,7 @@ def swallow(module, data: bytes):
 
 
 def check(fixes) -> None:
-    """A record as every reader promises it."""
+    """Assert what every reader promises about its record."""
     assert np.isfinite(fixes.time).all()
     assert len(fixes) > 0
     with np.errstate(invalid="ignore"):
@@ -75,7 +75,7 @@ def _any_log(data):
 
 
 def _file(ending, load):
-    """A reader of files."""
+    """A target that reads a file."""
 
     def read(data):
         handle, path = tempfile.mkstemp(ending, dir=_MEMORY)
@@ -97,7 +97,7 @@ _MEMORY = "/dev/shm" if os.path.isdir("/dev/shm") else None
 
 
 def _loaded(package, name):
-    """The `load` of a class, imported when it is first used."""
+    """A target that calls the `load` of a class, which is imported at its first use."""
 
     def load(path):
         getattr(import_module(f"steerway.{package}"), name).load(path)
@@ -127,7 +127,7 @@ def _unfinished(path):
 
 
 def _link(name):
-    """A decoder of a live link, fed in two pieces, and what it gives to a boat that is steered."""
+    """A decoder of a live link, fed in two pieces; a boat under autopilot receives its rows."""
 
     def read(data):
         decoder = getattr(import_module("steerway.live.testing"), name)()
@@ -142,7 +142,7 @@ def _link(name):
 
 
 def _n2k(data):
-    """Lines of a gateway on TCP."""
+    """Lines of an NMEA 2000 gateway on TCP."""
     from steerway.formats.testing import frame_of_line
     from steerway.live.testing import N2kDecoder
 
@@ -155,7 +155,7 @@ def _n2k(data):
 
 
 def _mavlink(data):
-    """Packets of a vehicle to the companion computer: nothing they hold may raise."""
+    """MAVLink packets of a vehicle to the companion computer: none of them may raise an exception."""
     from steerway.live.testing import Companion, addresses
 
     companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
@@ -170,7 +170,7 @@ TOKEN = "correct-horse-battery"
 
 
 def _helm(data):
-    """A request to the helm page, which is reached by nobody without a login."""
+    """A request to the helm page, which nobody can reach without a login."""
     from steerway.live.testing import Address, access
 
     head, _, body = data.partition(b"\n\n")
@@ -204,7 +204,7 @@ SCHEMES = ("http", "https", "ws", "wss")
 
 
 def controls():
-    """Controls of an autopilot with a route of two points."""
+    """Controls of an autopilot, with a route of two points."""
     from steerway.estimation import Profile
     from steerway.live.testing import Controls, GeodeticRoute, Supervisor
 
@@ -214,7 +214,7 @@ def controls():
 
 
 def read_from_page(data, requested) -> None:
-    """Lines of the page's process to the service, whose controls are `requested`."""
+    """Lines from the page's process to the service."""
     from steerway.live.testing import Address, HelmPage
 
     async def lines():

@@ -87,7 +87,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
 
 
 def _infer() -> None:
-    """Compile the kernels of an inference by one on a few generated fixes."""
+    """Compile the kernels of an inference by running one on a few generated fixes."""
     from steerway.estimation.log.run import infer_log
 
     chance = np.random.default_rng(0)

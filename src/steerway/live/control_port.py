@@ -19,7 +19,7 @@ from steerway.live.uri import Address, checked, host_and_port, is_loopback, toke
 
 DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
-_LONGEST = 4096  # bytes of a request
+_LONGEST = 4096  # longest request, bytes
 _FIRST = 5.0  # s within which a client has to send the token
 _MOST = 16  # connections with the token, and as many without
 _LOOK = 0.1  # s between two checks for a changed state

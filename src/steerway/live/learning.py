@@ -1,6 +1,6 @@
-"""The filter that learns its profile, reporting the rows at which it does. These depend on a background thread.
+"""The filter that learns its profile and reports the rows at which it does, which depend on a background thread.
 
-A recording contains them, so that a replay learns at the same rows.
+A recording contains these rows, so that a replay learns at the same ones.
 """
 
 import ctypes
@@ -12,7 +12,7 @@ from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile
 
 BEGINS, TAKES = "begins", "takes"
-"""Reports: an inference begins with the rows so far; the filter changes to the profile that was inferred."""
+"""Names of reports: an inference begins, with the rows so far; the filter changes to the inferred profile."""
 
 
 class RecordedLearning(LearningFilter):
@@ -68,5 +68,5 @@ class ReplayedLearning(RecordedLearning):
 
 def _return_memory() -> None:
     """Return the memory that an inference freed to the system; otherwise 4.5 MB of heap stay resident."""
-    if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):  # of glibc, not of musl
+    if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):  # musl has none
         trim(0)

@@ -30,24 +30,24 @@ _HEADING_CONTROL = 4  # steering mode of 127237
 
 
 def write_course_and_speed(sid: int, cog: float, sog: float) -> bytes:
-    """Data of PGN 129026: SOG (m/s) and true COG (rad)."""
+    """PGN 129026: SOG (m/s) and true COG (rad)."""
     return struct.pack("<BBHHH", sid, 0xFC | TRUE, _u16(cog % math.tau, 1e-4), _u16(sog, 0.01), 0xFFFF)
 
 
 def write_rate_of_turn(sid: int, rate: float) -> bytes:
-    """Data of PGN 127251: rate of turn (rad/s, + to starboard)."""
+    """PGN 127251: rate of turn (rad/s, + to starboard)."""
     return struct.pack("<BiBH", sid, _i32(rate, 3.125e-8), 0xFF, 0xFFFF)
 
 
 def write_cross_track(sid: int, leg: Leg | None) -> bytes:
-    """Data of PGN 129283: cross-track error, + to starboard of the leg; "navigation terminated" without a leg."""
+    """PGN 129283: cross-track error, + to starboard of the leg; "navigation terminated" without a leg."""
     ended = leg is None or math.isnan(leg.cross_track)
     error = math.nan if leg is None else leg.cross_track
     return struct.pack("<BBiH", sid, (1 if ended else 0) << 6 | 0x30, _i32(error, 0.01), 0xFFFF)
 
 
 def write_navigation(sid: int, leg: Leg, origin: int, destination: int) -> bytes:
-    """Data of PGN 129284: waypoint, distance and bearings (true, great circle). origin, destination: their numbers."""
+    """PGN 129284: waypoint, distance, bearings (true, great circle). origin, destination: waypoint numbers."""
     flags = TRUE | int(leg.is_passed) << 2 | int(leg.is_arrived) << 4
     return struct.pack(
         "<BIBIHHHIIiih",
@@ -67,7 +67,7 @@ def write_navigation(sid: int, leg: Leg, origin: int, destination: int) -> bytes
 
 
 def write_track_control(course: float, rate: float) -> bytes:
-    """Data of PGN 127237, in mode heading control: course to steer (rad) and ordered rate of turn (rad/s)."""
+    """PGN 127237, in mode heading control: course to steer (rad) and ordered rate of turn (rad/s)."""
     mode = _HEADING_CONTROL | 7 << 3 | TRUE << 6
     steer = _u16(course % math.tau, 1e-4)
     unknown = 0xFFFF
@@ -78,7 +78,7 @@ def write_track_control(course: float, rate: float) -> bytes:
 
 
 def _scaled(value: float, unit: float, most: int) -> int:
-    """A value as an integer in its unit, limited to the range above; `most` means unknown."""
+    """A value as an integer in its unit, at most the largest valid one; `most` means unknown."""
     return most if not math.isfinite(value) else min(round(value / unit), most - 3)
 
 

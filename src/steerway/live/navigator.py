@@ -25,9 +25,9 @@ from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
 
 STEP = 60.0
-"""A fix whose time differs by more than this (s) from the last one is used once the next fix confirms it."""
+"""A fix whose time differs by more than this (s) from the last one is held until the next fix confirms it."""
 AHEAD = 1.0
-"""So is a fix after a gap that is more than this (s) ahead of the present, where the present is known."""
+"""A fix after a gap is held too if it is more than this (s) ahead of the present, where the present is known."""
 _LEAD, _LEAD_S = 0.3, 0.1
 """Largest lead of a fix over the present, in intervals and in s. After a larger lead the present is treated as unknown:
 a log is being replayed faster than recorded, and a fix far ahead may follow a gap in it."""

@@ -48,7 +48,7 @@ def until_stopped(work: Coroutine[Any, Any, None]) -> None:
         asyncio.run(run())
     except* InputError as group:
         first: BaseException = group
-        while isinstance(first, BaseExceptionGroup):  # links have tasks of their own
+        while isinstance(first, BaseExceptionGroup):  # links run in task groups of their own
             first = first.exceptions[0]
         refused = str(first)
     except* BrokenPipeError:

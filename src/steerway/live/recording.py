@@ -19,7 +19,7 @@ from steerway.core.leg import Leg
 from steerway.core.locks import held_elsewhere
 from steerway.formats.mcap import INPUT, require_mcap
 from steerway.live.links.file import FileSink
-from steerway.live.outputs.output import Output
+from steerway.live.outputs.output import Output, or_null
 from steerway.live.rows import InputRow, Order, Row
 
 LOG = logging.getLogger("steerway.live")
@@ -86,8 +86,8 @@ class Recorder(Output):
 
     def input(self, row: InputRow, arrived: float, chosen: str) -> None:
         """Record a row as the navigator receives it, its arrival (s, monotonic clock) and the chosen source."""
-        values = {name: _or_null(value) for name, value in row._asdict().items()}
-        self._json(INPUT, values | {"arrived": _or_null(arrived), "chosen": chosen}, row.time)
+        values = {name: or_null(value) for name, value in row._asdict().items()}
+        self._json(INPUT, values | {"arrived": or_null(arrived), "chosen": chosen}, row.time)
 
     def learning(self, what: str, count: int) -> None:
         """Record the number of the filter's row at which an inference begins or its profile is used; see `learning`."""
@@ -95,7 +95,7 @@ class Recorder(Output):
 
     def fix(self, row: Row) -> None:
         """See Output."""
-        self._json(ESTIMATE, {name: _or_null(value) for name, value in row._asdict().items()}, row.time)
+        self._json(ESTIMATE, {name: or_null(value) for name, value in row._asdict().items()}, row.time)
         if row.valid:
             variance = row.position_std**2
             moment = divmod(round(row.time * 1e9), 1_000_000_000)
@@ -113,8 +113,8 @@ class Recorder(Output):
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if order is not None:
-            values = {name: _or_null(value) for name, value in row._asdict().items()}
-            values["order"] = {name: _or_null(value) for name, value in order._asdict().items()}
+            values = {name: or_null(value) for name, value in row._asdict().items()}
+            values["order"] = {name: or_null(value) for name, value in order._asdict().items()}
             self._json(ORDER, values, row.time)
 
     def close(self) -> None:
@@ -143,8 +143,3 @@ class Recorder(Output):
         if self._pieces and not self._sink.broken:
             self._sink.send(bytes(self._pieces))
         self._pieces.clear()
-
-
-def _or_null(value: Any) -> Any:
-    """A value for JSON: NaN and infinity are null; every other float reads back the same."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -236,7 +236,7 @@ class Service:
             self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment: float) -> None:
-        """Tick unless this time was output already. A step back by more than `_BEHIND` is output at once."""
+        """Tick unless this time was output already; after a step back in time, only if it exceeds `_BEHIND`."""
         if moment > self._sent_until or moment < self._sent_until - _BEHIND:
             self._sent_until = moment
             self._tick(moment, _now())

@@ -90,11 +90,11 @@ class Settings(Table):
             raise refusal(f"settings {path}", error, cls) from None
 
     def overridden(self, **given: Any) -> Self:
-        """The same with the given values that are not None."""
+        """A copy with the given values, except those that are None."""
         return self.model_copy(update={name: value for name, value in given.items() if value is not None})
 
     def _relative_to(self, folder: Path) -> Self:
-        """The same with relative file names made relative to `folder`."""
+        """A copy with relative file names made relative to `folder`."""
         files = {name: getattr(self, name) for name in FILES}
         if self.profile is not None and self.profile.endswith(".toml"):
             files["profile"] = self.profile

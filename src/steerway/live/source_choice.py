@@ -58,14 +58,13 @@ class SourceChoice:
     """The source of positions, and the source of each aid.
 
     wanted: names in order of priority, as in `formats.sources.rank`. Without names the first source is used until it is
-        silent or another one is `_QUICKER`. As in a log, an aid comes from the source of positions if that reports it
-        at half of its fixes or more, else from the source that reports it most often: the first one, until it is silent
-        or another is `_QUICKER`. SOG and COG never come from another receiver.
+        silent or another one has more than `_QUICKER` times its rate. As in a log, an aid comes from the source of
+        positions if that reports it at half of its fixes or more. Otherwise the aid's source is chosen in the same way
+        as a source of positions without names. SOG and COG never come from another receiver.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
         self.names = wanted
-        self.changes = 0
         self._positions = _Choice()
         self._aids: defaultdict[str, _Choice] = defaultdict(_Choice)
 
@@ -80,12 +79,12 @@ class SourceChoice:
         if rank(row.source, self.names) is None:
             return False
         if row.source != self.present and self._positions.is_better(row.source, self._rank, not self.names, now):
-            self._change_to(row.source)
+            self._positions.present = row.source
         return row.source == self.present
 
     def prefer(self, source: str, now: float) -> None:
         """Use the positions of a source from now on."""
-        self._change_to(source)
+        self._positions.present = source
         self._positions.times.setdefault(source, deque(maxlen=_KEPT))
         self._positions.last[source] = now
 
@@ -118,10 +117,6 @@ class SourceChoice:
         """Rank of a source for an aid: 0 for the source of positions if it reports the aid often enough, else 1."""
         is_rare = OWN_SHARE * choice.interval(source) > _JITTER * self.interval > 0.0
         return source != self.present or is_rare
-
-    def _change_to(self, source: str) -> None:
-        self.changes += self.present not in ("", source)
-        self._positions.present = source
 
     def _rank(self, source: str) -> float:
         place = rank(source, self.names)

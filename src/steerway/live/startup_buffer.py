@@ -72,7 +72,7 @@ class Streams:
         return [name for kind, name in names if row.formatters >> kind & 1]
 
     def lesser(self) -> set[str]:
-        """The casefolded stream names of divided talkers, except the stream of each talker's best formatter."""
+        """The casefolded stream names of talkers divided by formatter, except each talker's best formatter."""
         divided = ((source, each) for source, each in self._divisions.items() if each.formatters)
         return {name.casefold() for source, each in divided for name in each.names(source)[1:]}
 
@@ -184,7 +184,7 @@ class StartupBuffer:
         return choose(tables) if tables else ""
 
     def _named(self, rows: Iterable[InputRow]) -> dict[str, list[InputRow]]:
-        """The rows with positions by the name of their source; a row of two formatters is in both."""
+        """The rows with positions by source; a row whose position two formatters gave is in both sources."""
         sources: dict[str, list[InputRow]] = {}
         for row in rows:
             if row.has_position:

@@ -1,4 +1,4 @@
-"""Names that the tests of this package need and no user does."""
+"""Names that the tests of this package need but users do not."""
 
 from typing import TYPE_CHECKING
 

@@ -78,7 +78,7 @@ class FixClock:
 
     def __init__(self, latency: float = 0.0):
         self.latency = not_negative("latency", latency)
-        self._offsets: deque[tuple[float, float]] = deque()  # (arrival, offset), offsets falling
+        self._offsets: deque[tuple[float, float]] = deque()  # (arrival, offset), offsets decreasing
 
     def add(self, time: float, monotonic: float) -> None:
         """Add a fix at `time` (Unix, s) that arrived at `monotonic` (s)."""

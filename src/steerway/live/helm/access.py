@@ -30,7 +30,7 @@ from steerway.live.uri import Address, is_loopback
 MOST = 200
 """Largest number of connections."""
 _FROM_ONE = 32  # connections of one address; a browser opens six beside its WebSocket
-_IDLE = 5.0  # s without a request
+_IDLE = 5.0  # s without a request after which a connection is closed
 
 
 class _Connection:
@@ -39,7 +39,7 @@ class _Connection:
     def __init__(self, transport: Any, address: Address, now: float) -> None:
         self.transport, self.address, self.since = transport, address, now
         self.knows = False  # has logged in, or needs no login
-        self.requests = 0  # in progress; a WebSocket is one
+        self.requests = 0  # in progress; an open WebSocket counts as one
 
 
 class Places:
@@ -127,7 +127,7 @@ _VALID = 30 * 86400  # s for which a login lasts
 _PATIENCE = 10.0  # s for a request without login
 _PAUSE = 1.0  # s after a wrong token before the same computer may try again
 _REMEMBERED = 1000  # computers whose wrong tokens are remembered
-_MOST_BYTES = 4096  # of a login
+_MOST_BYTES = 4096  # longest body of a login request
 _HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(:[0-9]{1,5})?")
 _HTTP_OF = {"http": "http", "ws": "http", "https": "https", "wss": "https"}
 

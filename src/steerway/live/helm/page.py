@@ -14,10 +14,10 @@ from steerway.live.helm.view_text import tone, words
 
 _LOOK = 0.1  # s between two checks for a new view
 _FRESH = 10  # views by which a page may lag and its requests still be accepted
-_LEGS = 20  # buttons of legs at most
-_SPAN = 300.0  # s on the strips
+_LEGS = 20  # largest number of buttons for legs
+_SPAN = 300.0  # time span of the strips, s
 _ZOOM = 1.5
-_PADDING = 14.0  # pixels inside of a card, as page.css has it
+_PADDING = 14.0  # padding of a card, pixels; the same as in page.css
 _NEAR = 0.25  # scale of the chart when it follows the boat, m per pixel
 _DODGE, _BESIDE, _FASTER = math.radians(20.0), 5.0, 0.2 * 0.514444  # change by one press of a key: rad, m, m/s
 _KEYS: Sequence[Sequence[Any]] = (

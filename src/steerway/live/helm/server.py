@@ -17,7 +17,7 @@ from steerway.live.helm.view import Board
 from steerway.live.uri import Address
 
 _NICE = 10  # the service has priority for the processor
-_LONGEST = 1 << 20  # bytes of a line, and of a message of a browser
+_LONGEST = 1 << 20  # longest line from the service and longest message from a browser, bytes
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 """Data of the page: the present state as plain numbers; the track; speed and course of the last minutes.
 
-Knots, degrees and metres; None for unknown. Every ± and the ellipse contain 95 %.
+Knots, degrees and metres; None for unknown. Every ± and the ellipse are 95 % bounds.
 """
 
 import math
@@ -38,8 +38,8 @@ class View(NamedTuple):
     cross_track: float | None = None  # + to starboard of the leg
     target: int | None = None  # index of the next waypoint; None without a route or after its end
     destination: str = ""
-    distance: float | None = None  # to the destination
-    left: float | None = None  # along the rest of the route
+    distance: float | None = None  # m to the destination
+    left: float | None = None  # m along the rest of the route
     done: float | None = None  # fraction of the route that is completed
     bearing_deg: float | None = None
     steer_deg: float | None = None

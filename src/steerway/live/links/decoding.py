@@ -152,7 +152,7 @@ class JsonDecoder(ABC):
 
 
 def angle(degrees: float) -> float:
-    """Degrees as an angle in rad, in [−π, π]."""
+    """An angle given in degrees, in rad in [−π, π]."""
     return math.radians(math.remainder(degrees, 360.0))
 
 

@@ -20,7 +20,7 @@ class FileSink(Sink):
     """An open file, written by a thread of its own: a full pipe or a slow disk delays nothing else.
 
     With `lossless` (a replayed log) the replay waits for the file. While the disk is full, whole messages are lost and
-    counted in `lost`, and the log gets a line at the beginning and at the end; with `whole` the file ends there.
+    counted in `lost`; the log gets a line when this begins and ends. With `whole` the file ends at the first lost one.
     """
 
     def __init__(

@@ -200,7 +200,7 @@ def opened(uri: Uri) -> io.FileIO:
 
 
 class StreamInput(Input[ReceiverDecoder]):
-    """Reads the data at an address; a sentence in a datagram without a line end gets one."""
+    """Reads the data at an address. A datagram of sentences that lacks a line end gets one."""
 
     def __init__(self, uri: Uri, place: str = "", kind: str = "tcp"):
         super().__init__(uri, place)

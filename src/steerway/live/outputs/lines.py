@@ -7,7 +7,7 @@ from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS, STATUSES
 from steerway.formats.nmea0183.writing import apb, rmb, rmc, rot, vtg, xte
 from steerway.live.links.link import Sink
-from steerway.live.outputs.output import Rhythm, SinkOutput
+from steerway.live.outputs.output import Rhythm, SinkOutput, or_null
 from steerway.live.rows import FIT, Order, Row, State
 
 
@@ -38,8 +38,7 @@ def json_line(row: Row, order: Order | None = None) -> bytes:
     """A row as a line of JSON, under the public names of its columns; null for unknown values."""
     columns: dict[str, float | str | None] = {}
     for name, (field, convert) in MOTION_COLUMNS.items():
-        value = float(convert(getattr(row, field)))
-        columns[name] = value if math.isfinite(value) else None
+        columns[name] = or_null(float(convert(getattr(row, field))))
     columns["status"] = STATUSES[row.status]
     if order is not None:
         columns |= {"state": order.state.value, "reason": order.reason or None}

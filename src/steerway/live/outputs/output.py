@@ -4,6 +4,7 @@ Unknown values are sent as unknown: status V, null. No row is sent twice.
 """
 
 import math
+from typing import Any
 
 from steerway.core.leg import Leg
 from steerway.live.links.link import Sink
@@ -36,6 +37,11 @@ class SinkOutput(Output):
     def has_peer(self) -> bool:
         """Whether a receiver is connected; True if the link does not show it."""
         return getattr(self.sink, "has_peer", True)
+
+
+def or_null(value: Any) -> Any:
+    """A value for JSON: NaN and infinity become null; every other float reads back the same."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 SLACK = 1e-4

@@ -12,7 +12,7 @@ from typing import Any
 from steerway.core.leg import UNKNOWN_LEG, Leg
 from steerway.core.timestamps import iso
 from steerway.live.links.link import Sink
-from steerway.live.outputs.output import Rhythm, SinkOutput
+from steerway.live.outputs.output import Rhythm, SinkOutput, or_null
 from steerway.live.rows import FIT, Order, Row, State
 
 POSITION = "navigation.position"
@@ -90,9 +90,9 @@ def motion(row: Row) -> dict[str, Any]:
     """The values of a row by path; course in [0, 2π)."""
     return {
         POSITION: _place(row.latitude, row.longitude),
-        "navigation.speedOverGround": _or_null(row.sog),
+        "navigation.speedOverGround": or_null(row.sog),
         "navigation.courseOverGroundTrue": _angle(row.cog),
-        "navigation.rateOfTurn": _or_null(row.course_rate),
+        "navigation.rateOfTurn": or_null(row.course_rate),
     }
 
 
@@ -100,12 +100,12 @@ def course(leg: Leg | None) -> dict[str, Any]:
     """The values of a leg by path; all null without a leg."""
     leg = leg or UNKNOWN_LEG
     return {
-        "navigation.courseGreatCircle.crossTrackError": _or_null(leg.cross_track),
+        "navigation.courseGreatCircle.crossTrackError": or_null(leg.cross_track),
         "navigation.courseGreatCircle.bearingTrackTrue": _angle(leg.direction),
         "navigation.courseGreatCircle.nextPoint.position": _place(leg.latitude, leg.longitude),
-        "navigation.courseGreatCircle.nextPoint.distance": _or_null(leg.distance),
+        "navigation.courseGreatCircle.nextPoint.distance": or_null(leg.distance),
         "navigation.courseGreatCircle.nextPoint.bearingTrue": _angle(leg.bearing),
-        "navigation.courseGreatCircle.nextPoint.velocityMadeGood": _or_null(leg.closing_speed),
+        "navigation.courseGreatCircle.nextPoint.velocityMadeGood": or_null(leg.closing_speed),
     }
 
 
@@ -143,8 +143,4 @@ def _place(latitude: float, longitude: float) -> dict[str, float] | None:
 
 
 def _angle(value: float) -> float | None:
-    return _or_null(value % (2.0 * math.pi))
-
-
-def _or_null(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return or_null(value % (2.0 * math.pi))

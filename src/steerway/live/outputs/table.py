@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 LOG = logging.getLogger("steerway.live")
-_REASON = 160  # bytes stored of a reason
+_REASON = 160  # longest stored reason, bytes
 _ROW = struct.Struct(f"={len(Row._fields)}db{_REASON}s")
 _KEPT = np.dtype([("row", np.float64, len(Row._fields)), ("state", np.int8), ("reason", f"S{_REASON}")])
 _STATES = tuple(State)
