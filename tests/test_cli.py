@@ -60,7 +60,7 @@ def test_files_are_smoothed_standard_input_and_causal_are_not(log):
         return out
 
     data = log.read_bytes()
-    causal, smoothed = "causal: every row uses the fixes until its time", "smoothed: every row uses the whole log"
+    causal, smoothed = "causal: every row uses the fixes up to its time", "smoothed: every row uses the whole log"
     assert smoothed in asked(log) and causal in asked(log, "--causal")
     assert causal in asked("-", stdin=data) and smoothed in asked("-", "--smooth", stdin=data)
     of_file, of_input = (json.loads(asked(*each, "--json")) for each in ((log,), (log, "--causal")))
