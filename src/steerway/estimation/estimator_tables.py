@@ -8,10 +8,10 @@ from steerway.core.settings import NotNegative, Positive, Table
 
 
 class HeadingEstimatorTable(Table):
-    """What gives the heading: "tracker" a smoothed compass, "composite" compass and orders, "aided" GNSS velocity too.
+    """The filter of the heading. "tracker": compass, smoothed; "composite": compass and orders; "aided": also GNSS.
 
-    "interval" gives bounds over every deviation within two `deviation_std_deg`, and the heading by `weight` between
-    them. `compass_std_deg` of one reading and `deviation_std_deg` of the compass's deviation are what the filters use.
+    "interval": bounds of the heading for every deviation within ± 2 `deviation_std_deg`; the heading used lies at the
+    share `weight` between them. `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the deviation.
     """
 
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
@@ -29,10 +29,10 @@ class HeadingEstimatorTable(Table):
 
 
 class SpeedEstimatorTable(Table):
-    """What gives the speed: "course" the course filter, "fusion" receiver, logs and accelerometer together.
+    """The source of the speed. "course": the course filter; "fusion": receiver, logs and accelerometer combined.
 
-    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error. Aboard, those
-    left out are 0.1, 0.02 and 0.05 m/s.
+    `sog_std`, `bottom_std`, `water_std`: 1σ of one reading of the receiver's speed and of the logs; on board their
+    defaults are 0.1, 0.02 and 0.05 m/s. `scale_std`: 1σ of the log's scale error.
     """
 
     kind: Literal["course", "fusion"] = "course"

@@ -26,11 +26,11 @@ KINDS = ("vessel-filter", "tekf", "passive-observer")
 
 
 class PositioningEstimatorTable(Table):
-    """What an estimator of [estimator] kind "vessel-filter", "tekf" or "passive-observer" takes for its noise.
+    """Noise assumed by the estimators "vessel-filter", "tekf" and "passive-observer".
 
-    position_std m of a fix and heading_std_deg of a compass reading; force_std of the environment's force in north,
-    east (N) and yaw (N·m) and its time constant (s), estimated where not 0; wave_std m and wave_frequency rad/s of what
-    waves add to a fix: these for "vessel-filter". process_noise: factor on the Q of P2 (19), for "tekf".
+    For "vessel-filter", 1σ of: position_std a fix, heading_std_deg a compass reading, force_std the environment's force
+    north and east and moment (estimated if not 0; time constant force_time), wave_std the wave motion in a fix (at
+    wave_frequency). For "tekf": process_noise, a factor on the Q of P2 (19).
     """
 
     position_std: Annotated[Positive, "m"] = 0.1

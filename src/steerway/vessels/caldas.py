@@ -119,7 +119,7 @@ top speed of 10.6 m/s takes."""
 
 
 class CaldasTable(ShaftKeys):
-    """The keys of P3's USV in a scenario; it needs a compass, for it is unstable in yaw."""
+    """The USV of P3; it needs a compass, because it is unstable in yaw."""
 
     kind: Literal["caldas"] = "caldas"
     length: ClassVar[float] = 15.0

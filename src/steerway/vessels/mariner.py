@@ -174,7 +174,7 @@ study at-sea` showed a current that is not there, and the ship was up to two len
 
 
 class MarinerTable(VesselTable):
-    """The keys of a Mariner-class ship in a scenario."""
+    """A Mariner-class ship."""
 
     kind: Literal["mariner"] = "mariner"
     length: ClassVar[float] = LENGTH

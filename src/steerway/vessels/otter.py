@@ -311,7 +311,7 @@ demo's best on other seeds."""
 
 
 class OtterTable(VesselTable):
-    """The keys of an Otter in a scenario."""
+    """An Otter USV, 2 m long, with two propellers."""
 
     kind: Literal["otter"] = "otter"
     length: ClassVar[float] = LENGTH

@@ -180,7 +180,7 @@ class ShaftKeys(VesselTable):
 
 
 class SurgeTable(ShaftKeys):
-    """The keys of a boat that only goes ahead; as given P3's."""
+    """A boat that moves only ahead and astern; the defaults are those of P3's USV."""
 
     kind: Literal["surge"] = "surge"
     mass: Annotated[Positive, "kg"] = CALDAS_MASS
