@@ -103,7 +103,7 @@ def test_an_input_is_never_overwritten(log):
         (["estimate", "LOG", "-o", "missing/track.csv"], "cannot write 'missing/track.csv': no directory 'missing'"),
         (["estimate", "LOG", "--rate", "1e-320"], "expected Hz between 1e-6 and 1000"),
         (["advise", "otter", "--speed", "1e300"], "--speed is 1e+300, expected at most 1000 m/s"),
-        (["estimate", "LOG", "--rate", "fast"], "--rate is 'fast', expected a number in Hz"),
+        (["estimate", "LOG", "--rate", "fast"], "steerway: --rate is 'fast', expected a number in Hz"),
         (["estimate", "LOG", "--from", "yesterday"], "--from is 'yesterday', expected a time"),
         (["study", "otter"], "study 'otter' is unknown"),
         (["sail"], "No such command"),

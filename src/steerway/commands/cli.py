@@ -52,7 +52,8 @@ def _run() -> int:
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
-        message = error.format_message()  # click's for a wrong option; empty after the help has been printed
+        # Click's for a wrong option; empty after the help has been printed. A parser's own message stands alone.
+        message = error.format_message().rpartition("Value error, ")[2]
         return _failed(message, 2) if message else 2
 
 

@@ -82,8 +82,8 @@ def called_kernel(function: F, **options: Any) -> F:
 def inlined_kernel(function: F) -> F:
     """A `called_kernel` that is inlined into its few callers.
 
-    LLVM optimises the callees of a function again for every caller. A thin function between a loop over rows and large
-    kernels would have them compiled once more (in the run over a record by structures: 16 % of the compilation).
+    LLVM optimises a function's callees again for every caller. If a thin function stands between a loop over rows and
+    large kernels, these are compiled once more (16 % of the compilation of a run over a record by structures).
     """
     return called_kernel(function, inline="always")
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pygeomag import GeoMag
 
 _EPOCHS = {2010: "WMM_2010", 2015: "WMM_2015v2", 2020: "WMM_2020", 2025: "WMM_2025"}
-_EARLIEST, _LATEST = 2005.0, 2035.0  # years; outside, the nearest year is used: a model's drift is not valid so long
+_EARLIEST, _LATEST = 2005.0, 2035.0  # years; outside, the nearest year is used: models are valid for a few years
 _YEAR = 365.2425 * 86400.0
 _CELL_DEG = 0.1  # the field turns by less than 0.1° over this distance outside the polar caps
 _CELL_YEARS = 0.25

@@ -117,7 +117,7 @@ def _readings(fixes: Fixes, motion: Motion) -> tuple[Floats, Floats, Floats]:
     read, known = np.isfinite(fixes.heading), np.isfinite(motion.sog) & np.isfinite(motion.cog)
     if read.sum() < LEAST_ROWS or known.sum() < LEAST_ROWS:
         raise InputError(
-            f"the log has {read.sum()} headings and {known.sum()} rows with a course, expected at least {LEAST_ROWS}"
+            f"the log has {read.sum()} headings and {known.sum()} rows with a course, expected {LEAST_ROWS} of each"
         )
     time, sog, cog = motion.time[known], motion.sog[known], motion.cog[known]
     after = np.searchsorted(time, fixes.time).clip(1, len(time) - 1)
