@@ -52,8 +52,7 @@ def _run() -> int:
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
-        # Click's for a wrong option; empty after the help has been printed. A parser's own message stands alone.
-        message = error.format_message().rpartition("Value error, ")[2]
+        message = error.format_message().rpartition("Value error, ")[2]  # click's or a parser's; "" after the help
         return _failed(message, 2) if message else 2
 
 
