@@ -60,7 +60,7 @@ def test_files_are_smoothed_standard_input_and_causal_are_not(log):
         return out
 
     data = log.read_bytes()
-    causal, smoothed = "causal: every row uses the fixes until its time", "smoothed: every row uses the whole log"
+    causal, smoothed = "causal: every row uses the fixes up to its time", "smoothed: every row uses the whole log"
     assert smoothed in asked(log) and causal in asked(log, "--causal")
     assert causal in asked("-", stdin=data) and smoothed in asked("-", "--smooth", stdin=data)
     of_file, of_input = (json.loads(asked(*each, "--json")) for each in ((log,), (log, "--causal")))
@@ -103,7 +103,7 @@ def test_an_input_is_never_overwritten(log):
         (["estimate", "LOG", "-o", "missing/track.csv"], "cannot write 'missing/track.csv': no directory 'missing'"),
         (["estimate", "LOG", "--rate", "1e-320"], "expected Hz between 1e-6 and 1000"),
         (["advise", "otter", "--speed", "1e300"], "--speed is 1e+300, expected at most 1000 m/s"),
-        (["estimate", "LOG", "--rate", "fast"], "--rate is 'fast', expected a number in Hz"),
+        (["estimate", "LOG", "--rate", "fast"], "steerway: --rate is 'fast', expected a number in Hz"),
         (["estimate", "LOG", "--from", "yesterday"], "--from is 'yesterday', expected a time"),
         (["study", "otter"], "study 'otter' is unknown"),
         (["sail"], "No such command"),

@@ -116,6 +116,7 @@ def test_the_reference_has_every_public_name():
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_number_in_a_schema_has_a_unit(kind):
     schema = schema_of(kind)
+    assert schema["title"] == f"Steerway {kind}"
     for name, table in {"": schema, **schema.get("$defs", {})}.items():
         for key, value in table.get("properties", {}).items():
             plain = {k: v for k, v in value.items() if k not in ("default", "additionalProperties")}

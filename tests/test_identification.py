@@ -211,7 +211,7 @@ def test_a_propeller_that_is_not_known_is_identified_in_any_unit_of_command():
     unit = 100.0 / 60.0
     time, speed, shaft = log((20.0, 35.0, 55.0, 35.0, 20.0), 15.0, boat=SMALL)
     found = identify_surge(time, speed, shaft * unit)
-    assert found.identified and "taken to fall evenly" in found.verdict
+    assert found.identified and "assumed to fall linearly" in found.verdict
     assert found.model.quadratic_drag == pytest.approx(0.25, rel=0.05)
     assert found.model.linear_drag == pytest.approx(1.0 / 3.0, rel=0.05)
     assert found.thrust_at_rest * unit**2 == pytest.approx(0.32 * SMALL.propeller.gain / 60.0, rel=0.02)
@@ -256,14 +256,14 @@ def test_a_controllers_guess_balances_drag_half_way():
 
 def test_what_is_known_together_is_stated_where_it_is_not_known_apart():
     found = identify_surge(*log())
-    assert not found.identified and "only if the propeller's diameter is given" in found.verdict
+    assert not found.identified and "Give the propeller's diameter" in found.verdict
     assert "8.2" in found.verdict  # m/s at the highest command: what the log does tell
 
 
 def test_one_speed_does_not_identify():
     found = identify_surge(*log((9.0,), 100.0, 0.03, speed=5.1))
     assert not found.identified
-    assert found.verdict.startswith("Not identified: the speed stays within") and "staircase" in found.verdict
+    assert found.verdict.startswith("Not identified: the speed stays between") and "staircase" in found.verdict
 
 
 def test_what_no_controller_can_do_is_said():

@@ -45,7 +45,7 @@ def log(tmp_path):
 def test_options_of_estimate(log, tmp_path):
     path, doubted = log
     given = CliRunner().invoke(app, ["estimate", str(path), "--profile", "otter"]).output
-    assert f"{doubted} fixes with raised reported accuracy" in given and "COG lags the estimate by 2.0 s" in given
+    assert f"{doubted} fixes of poor reported accuracy" in given and "COG lags the estimate by 2.0 s" in given
     runs = {}
     for name, options in {"plain": [], "alike": ["--no-accuracy"], "late": ["--latency", "1.5"]}.items():
         out = tmp_path / f"{name}.csv"

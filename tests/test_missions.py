@@ -241,7 +241,7 @@ def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
 
 def test_without_a_mission_file_there_is_nothing_to_change():
     settings = Settings(**{"from": ["udp://:10110"], "missions": "udpin:127.0.0.1:14560"})
-    with pytest.raises(InputError, match="--missions changes the route"):
+    with pytest.raises(InputError, match="--missions lets ground stations change the route"):
         build_service.launch(settings)
 
 

@@ -117,7 +117,7 @@ def test_without_the_extras_a_log_is_estimated_a_scenario_simulated_and_what_is_
     ]
     codes, said = ends(commands, EXTRAS)
     assert codes == [0, 0, 2, 2, 2]
-    assert "This page has figures after pip install" in (tmp_path / "sailed" / "index.html").read_text()
+    assert "To add figures to this page: pip install" in (tmp_path / "sailed" / "index.html").read_text()
     needs = "steerway: this needs the package {}, expected pip install '.[{}]' in a clone of steerway"
     wanted = ("scipy", "identify"), ("bokeh", "report"), ("matplotlib", "report")
     assert said.splitlines()[-3:] == [needs.format(*each) for each in wanted]

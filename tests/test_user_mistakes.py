@@ -107,7 +107,7 @@ def test_degrees_are_not_taken_for_radians_in_python():
     [
         (NEEDED + "position_std = 1e300", r"position_std is 1e\+300, expected at most 10000.0 m"),
         (NEEDED + "position_sdt = 0.5", "unknown key position_sdt, expected perhaps position_std"),
-        (NEEDED, "position_std is missing, expected white noise of a fix"),
+        (NEEDED, "position_std is missing, expected 1σ of the white noise of a fix"),
     ],
 )
 def test_a_profile_is_checked_like_a_scenario(tmp_path, text, message):

@@ -52,7 +52,7 @@ def _run() -> int:
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
-        message = error.format_message()  # click's for a wrong option; empty after the help has been printed
+        message = error.format_message().rpartition("Value error, ")[2]  # click's or a parser's; "" after the help
         return _failed(message, 2) if message else 2
 
 

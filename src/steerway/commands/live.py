@@ -45,15 +45,13 @@ def live(
     no_accuracy: bool = option(None, "Ignore the accuracy that the receiver reports.", False, "--no-accuracy"),
     helm: str | None = option("[HOST:PORT]", "Serve the helm page; without an address, at 127.0.0.1:8080."),
     helm_token_file: str | None = option(
-        "FILE", "File with the token that other computers need for the helm page; or set STEERWAY_HELM_TOKEN."
+        "FILE", "File with the token for other computers; or set STEERWAY_HELM_TOKEN."
     ),
     helm_origin: str | None = option("https://HOST", "Address of the helm page behind a TLS proxy."),
     missions: str | None = option("ADDRESS", "Exchange missions with ground stations, at udpin:127.0.0.1:14560."),
     mavlink_signing: str | None = option("FILE", "Sign MAVLink messages with the passphrase in this file."),
     control: str | None = option("HOST:PORT", "Serve a control port for programs on this computer."),
-    control_token_file: str | None = option(
-        "FILE", "File with the token of the control port; or set STEERWAY_CONTROL_TOKEN."
-    ),
+    control_token_file: str | None = option("FILE", "File with the port's token; or set STEERWAY_CONTROL_TOKEN."),
 ) -> None:
     """Estimate and steer on the boat, in real time.
 

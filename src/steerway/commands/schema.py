@@ -31,7 +31,7 @@ def schema_of(kind: str) -> dict[str, Any]:
         for key, value in table.get("properties", {}).items():
             if _is_number(value):
                 value.setdefault("unit", unit_of(key, keys[key]))
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"Steerway {kind}"} | found
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | found | {"title": f"Steerway {kind}"}
 
 
 def _is_number(schema: dict[str, Any]) -> bool:

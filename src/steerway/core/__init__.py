@@ -1,4 +1,4 @@
-"""What every other room stands on: records, angles, the earth, noise, checks, compilation."""
+"""The base of all other packages: records, angles, the earth, noise, checks, compilation."""
 
 from typing import TYPE_CHECKING
 

@@ -31,7 +31,7 @@ def sinc(angle: float) -> tuple[float, float]:
 
 
 def wrap_array(angles: ArrayLike) -> NDArray[np.float64]:
-    """`wrap` for an array of any shape, rad. NaN stays NaN, and so does an angle that is in [−π, π) already."""
+    """`wrap` for an array of any shape, rad. NaN and angles already in [−π, π) are returned unchanged."""
     angles = np.asarray(angles, dtype=np.float64)
     wrapped = np.mod(angles + np.pi, TURN) - np.pi
     kept = (angles >= -np.pi) & (angles < np.pi)

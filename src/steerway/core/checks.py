@@ -29,7 +29,7 @@ def not_negative(place: str, value: float) -> float:
 
 
 def elapsed(place: str, value: float) -> float:
-    """The value, 0 for a negative one, as of a clock that was set back; InputError names the place where not finite."""
+    """The value, or 0 if negative, as after a clock was set back; InputError names the place if it is not finite."""
     return not_negative(place, 0.0 if value < 0.0 and math.isfinite(value) else value)
 
 

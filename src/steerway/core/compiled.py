@@ -1,4 +1,4 @@
-"""The one way this package compiles: `@kernel` is njit with a file cache that knows what a kernel depends on."""
+"""Compilation: `@kernel` and its variants are numba's njit, with a file cache keyed by all sources of a kernel."""
 
 import contextlib
 import functools
@@ -26,7 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Locator(UserProvidedCacheLocator):
-    """The directory of a module as it is: its name tells sources apart, wherever the package is installed."""
+    """Use a module's cache directory without numba's subpath: its name already contains a digest of the sources."""
 
     @classmethod
     def get_suitable_cache_subpath(cls, _: str) -> str:
@@ -42,18 +42,18 @@ class _Announcement(event.Listener):
             announce()
 
     def on_end(self, _: Any) -> None:
-        """Nothing."""
+        """Do nothing."""
 
 
 event.register("numba:compile", _Announcement())
 
 _COLLECTED_AFTER = 100_000
-"""Objects after which the garbage collector looks for cycles while kernels are compiled. numba makes millions that
-stay; with Python's 700 a twentieth of the time goes into looking at them. Chosen: no more memory is used."""
+"""Threshold of the garbage collector, in objects, while kernels are compiled. numba makes millions of lasting objects:
+with Python's 700, a twentieth of the time is spent on scanning them. Memory use is the same."""
 _ROOM = 33_000
-"""Words of a frame behind which CPython has as many left (it doubles 16 kB until a frame and 8 kB fit). It maps and
-unmaps memory at every call that leaves the room left behind a frame; as deeply as numba calls, in a loop by chance,
-that takes up to a third of the time of compilation."""
+"""Frame size (words) that makes CPython allocate a stack chunk with as much room again (it doubles 16 kB until a frame
+and 8 kB fit). A call that does not fit into a chunk maps and unmaps memory; in a loop deep inside numba this takes up
+to a third of the time of compilation."""
 
 
 def kernel(function: F) -> F:
@@ -62,39 +62,42 @@ def kernel(function: F) -> F:
 
 
 def lean_kernel(function: F) -> F:
-    """A `kernel` for the innermost loops, that neither makes nor returns an array.
+    """A `kernel` for the innermost loops, which neither makes nor returns an array.
 
     It does not count references to its array arguments and is inlined into its callers: in a chain of calls that pass
-    small arrays on, both cost more than the arithmetic. A product and a sum may round once. Called from Python it keeps
-    the interpreter lock, since releasing it takes longer than the call.
+    small arrays on, both cost more than the arithmetic. A product and a sum may be rounded once. Called from Python it
+    keeps the interpreter lock, since releasing it takes longer than the call.
     """
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 
 
 def called_kernel(function: F, **options: Any) -> F:
-    """A larger `lean_kernel` that stays a call: where the time of a call does not count, it saves that of compilation.
+    """A larger `lean_kernel` that is called, not inlined: this saves compilation time if the call's time is negligible.
 
-    Sums may be taken in another order, so that loops over rows of a matrix become vector instructions.
+    Sums may be reordered, so that loops over rows of a matrix become vector instructions.
     """
     return _compiled(function, _nrt=False, nogil=True, fastmath={"contract", "reassoc"}, **options)
 
 
 def inlined_kernel(function: F) -> F:
-    """A `called_kernel` whose few callers compile it as a part of themselves.
+    """A `called_kernel` that is inlined into its few callers.
 
-    LLVM optimises what a function calls again with every caller: between large kernels and one loop over rows, a thin
-    level in between costs a compilation of all below it (run over a record by structures: 16 % of the whole).
+    LLVM optimises a function's callees again for every caller. If a thin function stands between a loop over rows and
+    large kernels, these are compiled once more (16 % of the compilation of a run over a record by structures).
     """
     return called_kernel(function, inline="always")
 
 
 def jitable(function: F) -> F:
-    """A function as it is, which kernels can call too: they compile it as a part of themselves."""
+    """A Python function that kernels can call too: it is inlined into them."""
     return register_jitable(inline="always", error_model="numpy", no_cfunc_wrapper=True)(function)
 
 
 def _compiled(function: F, **options: Any) -> F:
-    options |= {"error_model": "numpy", "no_cfunc_wrapper": True}  # which only C would call: a tenth of the time
+    options |= {
+        "error_model": "numpy",
+        "no_cfunc_wrapper": True,
+    }  # only C calls this wrapper; it takes a tenth of the time
     variant = f"-numba{numba.__version__}" + ("-bounds" if config.BOUNDSCHECK else "")
     directory = module_directory(function.__module__, variant)
     dispatcher: Any = _dispatcher(function, directory, options | {"pipeline_class": _KernelCompiler})
@@ -107,7 +110,7 @@ def _compiled(function: F, **options: Any) -> F:
 
 
 def _dispatcher(function: Any, directory: Path | None, options: dict[str, Any]) -> Any:
-    """numba's dispatcher of a function, which keeps what it compiles in this directory."""
+    """numba's dispatcher of a function, with its cache in this directory."""
     if directory is None:
         return numba.njit(**options)(function)
     users_settings = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
@@ -122,7 +125,7 @@ def _dispatcher(function: Any, directory: Path | None, options: dict[str, Any]) 
 
 
 def _keep(dispatcher: Any, lock: Path) -> None:
-    """One of several processes compiles a kernel, and the others load it; on a full disk each compiles its own."""
+    """Let one of several processes compile a kernel, and the others load it. On a full disk each compiles its own."""
     compile_or_load, save = dispatcher.compile, dispatcher._cache.save_overload
 
     def compiled(signature: Any) -> Any:
@@ -140,7 +143,7 @@ def _keep(dispatcher: Any, lock: Path) -> None:
 
 @contextlib.contextmanager
 def _rare_collections() -> Iterator[None]:
-    """Let the garbage collector run more seldom within this."""
+    """Run the garbage collector less often within the block."""
     youngest, *older = gc.get_threshold()
     gc.set_threshold(youngest and max(youngest, _COLLECTED_AFTER), *older)
     try:
@@ -150,19 +153,19 @@ def _rare_collections() -> Iterator[None]:
 
 
 def _callers_first(libraries: list[Any]) -> list[Any]:
-    """Each library once, after all whose code calls it: LLVM leaves out what nothing calls when it is linked."""
+    """Each library once, after all that call it: LLVM drops code that nothing calls at the moment it is linked."""
     return list(dict.fromkeys(reversed(libraries)))[::-1]
 
 
 class _KernelLibrary(JITCodeLibrary):
-    """The code of a kernel that Python calls, with that of all its parts."""
+    """The code of a kernel that Python calls, including all its parts."""
 
     def finalize(self) -> None:
         self._linking_libraries = _callers_first(self._linking_libraries)
         super().finalize()  # type: ignore[no-untyped-call]
 
     def _finalize_final_module(self) -> None:
-        """Raises where a part is missing, whose call would end the process."""
+        """Raises RuntimeError if a part is missing: a call of it would crash the process."""
         called = [each.name for each in self._final_module.functions if each.is_declaration]
         if missing := [name for name in called if name.startswith("_ZN")]:
             raise RuntimeError(f"a kernel is compiled without its parts {missing}")
@@ -179,10 +182,10 @@ class _KernelCompiler(Compiler):
 
 
 class _PartLibrary(JITCodeLibrary):
-    """The code of a lean or called kernel for those that call it: as it is, without that of what it calls itself.
+    """The code of a lean or called kernel for its callers: not optimised, and without the code of its own callees.
 
-    numba would optimise it with all below it, make machine code of it and a wrapper for Python, and do all that again
-    within each caller. The kernel that Python calls links every part below it once, and is optimised as a whole.
+    numba would optimise it with its callees, make machine code and a wrapper for Python, and repeat all this in each
+    caller. Here the kernel that Python calls links every part once, and is optimised as a whole.
     """
 
     def finalize(self) -> None:
@@ -200,7 +203,7 @@ class _PartCompiler(Compiler):
 
 
 def _add_part(dispatcher: Any, compiled: Any) -> None:
-    """Make a compiled part known to its callers: by a key in place of an address, with all that it links itself."""
+    """Register a compiled part for its callers: by a key in place of an address, with the libraries that it links."""
     key, library = object(), compiled.library
     linked = _callers_first([library, *library._linking_libraries])
     compiled.target_context.insert_user_function(key, compiled.fndesc, linked)

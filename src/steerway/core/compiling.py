@@ -1,6 +1,6 @@
-"""What happens when kernels begin to be compiled: nothing, unless a program sets `announce`."""
+"""A hook for programs that want to announce the compilation of kernels."""
 
 from collections.abc import Callable
 
 announce: Callable[[], None] | None = None
-"""Called once, before the first compilation of the process; not where everything is in the cache."""
+"""Called once, before the first compilation of the process; never if all kernels are in the cache."""

@@ -32,10 +32,10 @@ def radii(latitude: float) -> tuple[float, float]:
 
 @kernel
 def displacement(latitude: float, longitude: float, latitude_0: float, longitude_0: float) -> tuple[float, float]:
-    """North and east (m) of a point seen from the tangent plane at (latitude_0, longitude_0). All angles in rad.
+    """North and east (m) of a point in the tangent plane at (latitude_0, longitude_0). All angles in rad.
 
-    First order in the distance: exact to the mm within 100 m, to 0.1 m within 500 m at 80° N; the filter re-centres
-    its plane at every fix and never goes further than it sails between two.
+    First order in the distance: exact to the mm within 100 m, to 0.1 m within 500 m at 80° N. The filter re-centres its
+    plane at every fix, so that distances stay within what the boat sails between two fixes.
     """
     meridian, prime_vertical = radii(latitude_0)
     north = (latitude - latitude_0) * meridian
@@ -53,7 +53,7 @@ def displaced(latitude_0: float, longitude_0: float, north: float, east: float) 
 
 @kernel
 def displaced_all(latitude_0: float, longitude_0: float, north: Floats, east: Floats) -> tuple[Floats, Floats]:
-    """`displaced` for arrays (n,) of north and east, all seen from one point."""
+    """`displaced` for arrays (n,) of north and east from one point."""
     latitude, longitude = np.empty(len(north)), np.empty(len(north))
     for k in range(len(north)):
         latitude[k], longitude[k] = displaced(latitude_0, longitude_0, north[k], east[k])

@@ -1,10 +1,10 @@
-"""The one exception a user's mistake raises, and how a message is printed."""
+"""The exception for wrong input, and the escaping of messages for terminals."""
 
 
 class InputError(ValueError):
-    """What the user gave cannot be used: one sentence that names the place, the value and what was expected."""
+    """Wrong input. The message is one sentence that names the place, the value and what was expected."""
 
 
 def printable(text: str) -> str:
-    """A text with all that a terminal does not print escaped, line ends and escape sequences among it."""
+    """A text with its unprintable characters escaped, line ends and terminal sequences included."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

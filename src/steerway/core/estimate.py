@@ -5,13 +5,13 @@ from typing import NamedTuple, Protocol
 
 
 class Measurements(NamedTuple):
-    """What instruments measure at one step; NaN where they measure nothing. Position in m in the plane of the route."""
+    """Measurements at one step; SI, rad, NaN if not measured. Position in m in the plane of the route."""
 
     north: float = math.nan
     east: float = math.nan
     sog: float = math.nan
     cog: float = math.nan
-    course_rate: float = math.nan  # only a simulation that shows the truth knows it
+    course_rate: float = math.nan  # only in simulations that show the true motion
     heading: float = math.nan
     yaw_rate: float = math.nan
     water_speed: float = math.nan
@@ -25,7 +25,7 @@ NO_MEASUREMENTS = Measurements()
 
 
 class Estimate(NamedTuple):
-    """What guidance and control go by; SI, rad, NaN for unknown. The deviations are the estimator's own."""
+    """The motion that guidance and control use; SI, rad, NaN for unknown. 1σ deviations are the estimator's own."""
 
     north: float
     east: float
@@ -38,19 +38,19 @@ class Estimate(NamedTuple):
     position_std: float  # with the receiver's slow error, see `core.slow_error`
     heading: float
     yaw_rate: float
-    heading_std: float = math.nan  # from here on only an estimator that knows the orders has numbers
+    heading_std: float = math.nan  # this and the following are known only to an estimator that uses the orders
     water_speed: float = math.nan
     current_north: float = math.nan
     current_east: float = math.nan
-    yaw_bias: float = math.nan  # rate at which the boat settles without an order
+    yaw_bias: float = math.nan  # steady yaw rate without an order
     speed_gain: float = math.nan  # speed through the water over the ordered one
     yaw_gain: float = 1.0  # of the yaw rate's response to orders, over the declared one
     yaw_damping: float = 0.0  # of that response, beyond the declared linear one
     yaw_time: float = 1.0  # of that response: its time constant over the declared one
-    current_std: float = 0.0  # of the current in the direction in which it is known least
+    current_std: float = 0.0  # of the current, in its least certain direction
     position_relative_std: float = math.nan  # of the position, without the receiver's slow error
-    slip_time: float = 0.0  # in which the motion through the water follows the bow, s
-    made_up: float = 1.0  # share of the current along the bow that the vehicle's own speed loop makes up
+    slip_time: float = 0.0  # time constant with which the motion through the water follows the bow, s
+    made_up: float = 1.0  # share of the current along the bow that the vehicle's own speed loop compensates
 
     @property
     def knows_current(self) -> bool:
@@ -62,7 +62,7 @@ NOTHING_KNOWN = Estimate(*[math.nan] * 11)
 
 
 class Estimator(Protocol):
-    """What makes an estimate of measurements."""
+    """Estimates the motion step by step."""
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
-        """The estimate now, dt after the step before, knowing the measurements of now."""
+        """The estimate at the time of these measurements, dt (s) after the last step."""

@@ -1,4 +1,4 @@
-"""The optional parts of this package, each an extra: which packages it brings, and how it is installed."""
+"""The extras of this package: which optional packages each installs, and how to install it."""
 
 import importlib.util
 import sys
@@ -20,7 +20,7 @@ EXTRAS = {
     "dask": ("distributed", "dask"),
     "studies": ("sklearn",),
 }
-"""Extra → modules of its packages that no other extra before it brings."""
+"""Extra → modules of its packages, except those that an extra above it already lists."""
 
 
 def install(extra: str) -> str:
@@ -39,7 +39,7 @@ def is_installed(extra: str) -> bool:
 
 
 def require(what: str, extra: str) -> None:
-    """Raises InputError where a package of an extra, which `what` needs, is not installed."""
+    """Raises InputError if a package of an extra, which `what` needs, is not installed."""
     for module in filter(_absent, EXTRAS[extra]):
         raise missing(what, module, extra)
 

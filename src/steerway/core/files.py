@@ -12,7 +12,7 @@ from typing import BinaryIO
 from steerway.core.errors import InputError
 
 unfinished: set[Path] = set()
-"""What `remove_unfinished` removes."""
+"""The files being written, for `remove_unfinished`."""
 
 
 @contextlib.contextmanager
@@ -20,8 +20,8 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """A binary file that replaces `path` when the block ends, and is removed when it raises.
 
     It is written under another name in the same directory, and its contents are on the disk before it is renamed. A
-    file that is replaced keeps its permissions. A symbolic link is followed, a device or pipe is written to as it is.
-    Raises InputError for what cannot be written, a full disk included.
+    file that is replaced keeps its permissions. A symbolic link is followed; a device or pipe is written to directly.
+    Raises InputError if the file cannot be written, also on a full disk.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -53,7 +53,7 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 def made_directory(path: str | os.PathLike[str]) -> Path:
-    """The directory, made where it is missing. Raises InputError where that is refused."""
+    """The directory, made if it is missing. Raises InputError if it cannot be made."""
     try:
         Path(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -62,19 +62,19 @@ def made_directory(path: str | os.PathLike[str]) -> Path:
 
 
 def cannot_write(path: str | os.PathLike[str], error: OSError) -> InputError:
-    """The sentence for an output that the operating system refuses."""
+    """The InputError for an output that the operating system refuses."""
     return InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}")
 
 
 def _of_the_system(error: Exception) -> OSError | None:
-    """The operating system's error: polars gives some of them as text of its own errors."""
+    """The operating system's error behind an exception, or None: polars puts some into the text of its own errors."""
     if given := re.search(r"\(os error ([0-9]+)\)", str(error)):
         return OSError(int(given[1]), os.strerror(int(given[1])))
     return error if isinstance(error, OSError) else None
 
 
 def remove_unfinished() -> None:
-    """Remove what is being written: the process ends without unwinding."""
+    """Remove all files being written; called when the process ends without unwinding."""
     for each in list(unfinished):
         with contextlib.suppress(OSError):
             each.unlink()

@@ -7,16 +7,16 @@ import numpy as np
 from steerway.core.arrays import Floats
 
 LONGEST_GAP = 1800.0
-"""s without a fix after which the filter starts anew: with the decay rates of the profiles here (0.05 1/s and more)
-nothing of the manoeuvre is left, and the position is known to kilometres."""
+"""s without a fix after which the filter restarts. By then, with the course-rate decay of the built-in profiles (0.05
+1/s and more), the last manoeuvre has decayed and the position is uncertain by kilometres."""
 GAP_INTERVALS = 3.0
-"""Usual intervals in a gap of one's own log."""
+"""Shortest gap in the log of a single vessel, in median intervals."""
 
 
 def shortest_gap(intervals: Floats, reports: bool) -> float:
     """The shortest interval (s) between fixes that is a gap: three times the median of the intervals above 0.
 
-    AIS reports have no usual interval, because vessels report every 2 s to 6 min as they move: `LONGEST_GAP`.
+    For AIS reports it is `LONGEST_GAP`: their interval varies with a vessel's motion, from 2 s to 6 min.
     """
     if reports:
         return LONGEST_GAP

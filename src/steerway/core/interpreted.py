@@ -12,7 +12,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def part_of_kernels(function: F) -> F:
-    """A plain function that kernels may call: compiled into them, and run by the interpreter where they are."""
+    """A plain function that kernels may call: compiled into them, or interpreted with them."""
     return register_jitable(error_model="numpy")(function)
 
 
@@ -22,7 +22,7 @@ def without_compiling(kernel: F) -> F:
 
 
 def is_compiled(kernel: Callable[..., Any]) -> bool:
-    """Whether a kernel needs no compilation: this process or an earlier one has done it, or it is switched off."""
+    """Whether a kernel needs no compilation: this or an earlier process compiled it, or compilation is switched off."""
     dispatcher: Any = kernel
     if config.DISABLE_JIT or dispatcher.signatures:
         return True

@@ -1,8 +1,8 @@
-"""Kalman's update by a scalar and by a position, for every filter of this package but those with several modes.
+"""The Kalman update by a scalar and by a position, for all filters of this package except those with several modes.
 
-Filters that take positions have north and east as their first two states. A fix may have an error besides white noise,
-as by waves: a pair of states (north, east) from state g on, unless g is 0. The kernels read and write the upper
-triangle of a covariance.
+Filters that use positions have north and east as their first two states. A fix may have coloured noise besides white
+noise, such as wave motion: its north and east parts are the states g and g + 1; with g = 0 there are none. The kernels
+read and write the upper triangle of a covariance.
 """
 
 import math
@@ -34,7 +34,7 @@ class Innovation(NamedTuple):
 
 @lean_kernel
 def innovation(x: Floats, p: Floats, fix: Fix, g: int) -> Innovation:
-    """The innovation of a fix."""
+    """The innovation of a fix, and its covariance."""
     north, east = fix.north - x[0], fix.east - x[1]
     nn, ne, ee = p[0, 0] + fix.north_variance, p[0, 1], p[1, 1] + fix.east_variance
     if g:
@@ -55,10 +55,7 @@ def normalised_square(seen: Innovation) -> float:
 
 @lean_kernel
 def correct(x: Floats, p: Floats, work: Floats, fix: Fix, g: int) -> None:
-    """Correct by a fix: by its two axes, of which the white noise is not correlated, one after the other.
-
-    work: (2, n) or more.
-    """
+    """Correct by a fix, one axis after the other: their white noise is uncorrelated. work: (2, n) or more."""
     other = g + 1 if g else 0
     correct_scalar(x, p, work, 0, g, 1.0, fix.north - x[0] - (x[g] if g else 0.0), fix.north_variance, math.inf)
     correct_scalar(x, p, work, 1, other, 1.0, fix.east - x[1] - (x[other] if g else 0.0), fix.east_variance, math.inf)
@@ -66,10 +63,10 @@ def correct(x: Floats, p: Floats, work: Floats, fix: Fix, g: int) -> None:
 
 @lean_kernel
 def place_by_fix(p: Floats, fix: Fix, g: int) -> None:
-    """Covariance of a position that is set to a fix less the error states.
+    """Set the covariance of a position that was set to a fix minus the error states.
 
-    Its error is that of the fix less that of the error states, so that its covariance with every other state is minus
-    theirs; else P would not be positive semidefinite.
+    The position's error is the white noise minus the errors of the error states. Its covariance with every other state
+    is therefore minus theirs; with any other value P would not be positive semidefinite.
     """
     n = p.shape[1]
     for k in range(2):
@@ -84,7 +81,7 @@ def place_by_fix(p: Floats, fix: Fix, g: int) -> None:
 def scalar_innovation(p: Floats, work: Floats, i: int, companion: int, sign: float, variance: float) -> float:
     """Variance of the innovation of a measurement of x[i] + sign · x[companion] (companion 0: none).
 
-    Leaves in work[0] (n,) the covariance of the state with what is measured.
+    Stores in work[0] (n,) the covariance of the state with the measured quantity.
     """
     pc = work[0]
     for j in range(len(pc)):

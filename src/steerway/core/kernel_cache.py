@@ -1,8 +1,8 @@
-"""Where compiled kernels are kept: a directory a module, keyed to the source that its kernels are compiled from.
+"""The directories of compiled kernels: one per module, keyed by the source that its kernels are compiled from.
 
-numba's own cache looks at the file of the compiled function only and would go on running the old code of a kernel it
-calls in another file. The key of a module is a digest of its file and of every file that it imports, directly or not,
-so that a change compiles anew what depends on it and nothing else.
+numba's own cache checks only the file of the compiled function; it would run old code of kernels that are called in
+other files. Here the key of a module is a digest of its file and of every file that it imports, directly or not. A
+change therefore recompiles the kernels that depend on it, and no others.
 """
 
 import functools
@@ -22,7 +22,7 @@ _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|
 
 @functools.cache
 def kernel_cache() -> Path | None:
-    """The directory of all compiled kernels, or None where nothing can be written; `STEERWAY_CACHE` moves it."""
+    """The directory of all compiled kernels, or None if it cannot be written; `STEERWAY_CACHE` moves it."""
     home = os.environ.get("STEERWAY_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     directory = Path(home) / "steerway" / "kernels"
     try:
@@ -34,9 +34,9 @@ def kernel_cache() -> Path | None:
 
 
 def module_directory(module: str, variant: str) -> Path | None:
-    """Where the kernels of a module are kept, or None where nothing can be written.
+    """The directory of the kernels of a module, or None if it cannot be written.
 
-    `variant` names the options of the process that numba's own cache does not tell apart; "" for the usual ones.
+    `variant` names process options that numba's own cache does not distinguish; "" for the defaults.
     """
     root = kernel_cache()
     if root is None:
@@ -56,7 +56,7 @@ def module_directory(module: str, variant: str) -> Path | None:
 
 
 def source_digest(module: str) -> str:
-    """A digest of the sources of `module` and of what it imports of its own package and of this one."""
+    """A digest of the sources of `module` and of all modules that it imports from its own package and this one."""
     packages = {_PRODUCT, module.partition(".")[0]}
     found: dict[str, str] = {}
     to_read = [module]

@@ -1,4 +1,4 @@
-"""The current triangle: how heading, crab angle and sideslip hang together; P1 (1)–(10) and (28).
+"""The current triangle: relations between heading, course, crab angle and sideslip; P1 (1)–(10) and (28).
 
 Angles in rad, course and heading from true north, sideslip and crab positive to starboard.
 """
@@ -43,12 +43,12 @@ class GroundMotion(NamedTuple):
 
     @property
     def crab_angle(self) -> float:
-        """From the bow to the velocity over ground, P1 (5)."""
+        """Angle from the bow to the velocity over ground, P1 (5)."""
         return wrap(self.cog - self.heading)
 
     @property
     def sideslip(self) -> float:
-        """From the bow to the velocity through the water, P1 (10)."""
+        """Angle from the bow to the velocity through the water, P1 (10)."""
         return drift_angle(self.surge, self.sway)
 
     @property
@@ -58,7 +58,7 @@ class GroundMotion(NamedTuple):
 
 
 class WaveMotion(NamedTuple):
-    """What waves add to a vessel's mean motion: displacement north and east (m), roll and pitch (rad)."""
+    """Wave motion, added to a vessel's mean motion: displacement north and east (m), roll and pitch (rad)."""
 
     north: float = 0.0
     east: float = 0.0
@@ -67,28 +67,28 @@ class WaveMotion(NamedTuple):
 
 
 SHORTLY = 1e-4
-"""Seconds before and after, for the acceleration over ground by a central difference along the motion."""
+"""s, half the step of the central difference that gives the acceleration over ground."""
 
 
 @kernel
 def over_ground(surge: float, sway: float, heading: float) -> tuple[float, float]:
-    """North and east velocity of body velocities; P1 (1)–(2)."""
+    """North and east velocity from surge and sway; P1 (1)–(2)."""
     c, s = math.cos(heading), math.sin(heading)
     return surge * c - sway * s, surge * s + sway * c
 
 
 @kernel
 def in_body(north_velocity: float, east_velocity: float, heading: float) -> tuple[float, float]:
-    """Surge and sway of north and east velocities, of the current's for one: the inverse of P1 (1)–(2)."""
+    """Surge and sway of a velocity given as north and east, such as the current's: the inverse of P1 (1)–(2)."""
     c, s = math.cos(heading), math.sin(heading)
     return north_velocity * c + east_velocity * s, east_velocity * c - north_velocity * s
 
 
 @kernel
 def drift_angle(surge: float, sway: float) -> float:
-    """Crab angle of velocities over ground, P1 (7), or sideslip of those through the water, (10), in [−π, π).
+    """Crab angle from a velocity over ground, P1 (7), or sideslip from one through the water, (10), in [−π, π).
 
-    By atan2: the printed atan and asin are right ahead only.
+    By atan2: the printed atan and asin are right only for motion ahead.
     """
     return wrap(math.atan2(sway, surge))
 
@@ -97,7 +97,7 @@ def drift_angle(surge: float, sway: float) -> float:
 def turning_rate(
     north_velocity: float, east_velocity: float, north_acceleration: float, east_acceleration: float
 ) -> float:
-    """Course rate (rad/s) of a point over ground, P1 (28) without a detour over the crab angle; NaN at rest."""
+    """Course rate (rad/s) of a point over ground: P1 (28) without its step through the crab angle; NaN at rest."""
     squared = north_velocity * north_velocity + east_velocity * east_velocity
     if squared == 0.0:
         return math.nan
@@ -105,15 +105,15 @@ def turning_rate(
 
 
 _STEEPEST = 0.98
-"""Sine of the largest crab angle: beyond it the heading is set across the current."""
+"""Sine of the largest crab angle: about 79°."""
 
 
 @kernel
 def heading_for(course: float, water_speed: float, current_north: float, current_east: float) -> tuple[float, float]:
-    """(heading ψ, speed over ground along the course) that make a course good; rad, m/s.
+    """(heading ψ, speed over ground along the course) that yield a course in a current; rad, m/s.
 
-    Where the current across is as fast as the boat: the heading that is carried off least, and the speed along the
-    course at it, which is negative where the boat goes astern.
+    If the current across the course is too strong for this, the crab angle is the largest one (`_STEEPEST`), and the
+    boat drifts off the course. The speed is negative if the boat is set back.
     """
     c, s = math.cos(course), math.sin(course)
     along, across = current_north * c + current_east * s, current_east * c - current_north * s
@@ -127,7 +127,7 @@ def heading_for(course: float, water_speed: float, current_north: float, current
 def water_speed_for(
     course: float, speed: float, current_north: float, current_east: float, least: float, most: float
 ) -> float:
-    """Speed through the water (m/s), within limits, that gives a speed over ground along a course."""
+    """Speed through the water (m/s), within limits, that yields a speed over ground along a course in a current."""
     north, east = speed * math.cos(course) - current_north, speed * math.sin(course) - current_east
     return min(most, max(least, math.hypot(north, east)))
 

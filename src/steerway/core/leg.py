@@ -1,4 +1,4 @@
-"""Where a boat is with respect to one straight leg between two waypoints: in a plane, and on the Earth for outputs."""
+"""The position of a boat relative to a straight leg between two waypoints: in a plane, and on the Earth for outputs."""
 
 import math
 from typing import NamedTuple
@@ -7,7 +7,7 @@ from steerway.core.compiled import kernel
 
 
 class LegState(NamedTuple):
-    """A position seen from a leg: all that guidance needs of the route. SI, rad; unknown is NaN."""
+    """A position relative to a leg: all that guidance needs of the route. SI, rad; NaN for unknown."""
 
     target: int  # index of the waypoint the leg leads to
     direction: float  # π_p, the leg's course from true north
@@ -16,15 +16,15 @@ class LegState(NamedTuple):
     remaining: float  # along the leg to its end, negative beyond it
     distance: float  # straight to the waypoint
     bearing: float  # straight to the waypoint
-    speed: float  # what the route asks for; NaN where it does not say
+    speed: float  # set by the route; NaN if it sets none
 
 
 UNSEEN = LegState(0, *[math.nan] * 7)
-"""Seen from no leg."""
+"""The state without a leg."""
 
 
 class Leg(NamedTuple):
-    """The leg under way for displays and other autopilots: m, rad, true; NaN for unknown."""
+    """The current leg for displays and other autopilots; m, rad, true; NaN for unknown."""
 
     cross_track: float  # + when the boat is to starboard of the leg
     direction: float  # from origin to destination
@@ -39,7 +39,7 @@ class Leg(NamedTuple):
     is_arrived: bool = False  # within the circle of acceptance
     is_passed: bool = False  # beyond the line through the destination across the leg
     speed: float = math.nan  # desired, m/s
-    is_held: bool = False  # the destination is a position to be held, not one to be passed
+    is_held: bool = False  # the destination is a position to hold, not to pass
 
 
 UNKNOWN_LEG = Leg(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)

@@ -9,7 +9,7 @@ from steerway.core.compiled import lean_kernel
 
 
 def symmetric(upper: Floats) -> Floats:
-    """Symmetric matrices (…, n, n) of which the upper triangles are given."""
+    """Symmetric matrices (…, n, n) from their upper triangles."""
     return np.triu(upper) + np.swapaxes(np.triu(upper, 1), -1, -2)
 
 
@@ -47,7 +47,7 @@ def multiply_transposed(a: Floats, b: Floats, out: Floats) -> None:
 def factor(a: Floats, scale: Floats, lower: Floats) -> None:
     """Cholesky factor of D A D with D = diag(scale) = diag(A)^(−1/2), from A's upper triangle.
 
-    Scaling keeps positions in metres and rates in rad/s alike; a pivot that rounding has eaten is taken as 1e-14.
+    Scaling makes positions in m and rates in rad/s comparable. A pivot that rounding has cancelled is set to 1e-14.
     """
     n = len(a)
     for i in range(n):
@@ -65,7 +65,7 @@ def factor(a: Floats, scale: Floats, lower: Floats) -> None:
 
 @lean_kernel
 def solve_rows(lower: Floats, scale: Floats, rows: Floats) -> None:
-    """rows ← rows A⁻¹ for the A that `factor` took apart."""
+    """rows ← rows A⁻¹ for the matrix A that `factor` has factored."""
     n = len(lower)
     for r in range(rows.shape[0]):
         row = rows[r]

@@ -1,6 +1,6 @@
-"""Locks between processes: the operating system ends a lock with its process, so that a killed one leaves none.
+"""Locks between processes. The operating system releases a lock when its process ends, even if it was killed.
 
-Where files cannot be locked (Windows, some network file systems) nothing is held.
+If files cannot be locked (Windows, some network file systems), nothing is locked.
 """
 
 import contextlib
@@ -22,12 +22,12 @@ except ImportError:  # Windows
 
 LOCK = ".lock"
 _LONGEST_WAIT = 120.0
-"""s for another process. Chosen: four times what the largest kernel takes with all that it calls."""
+"""s, longest wait for another process: four times the compilation of the largest kernel with all that it calls."""
 
 
 @contextlib.contextmanager
 def one_process(path: Path) -> Iterator[None]:
-    """Wait until no other process is within this for the same `path`; not for ever, nor where files are not locked."""
+    """Wait, at most `_LONGEST_WAIT`, until no other process is in such a block with the same `path`."""
     with contextlib.ExitStack() as stack:
         with contextlib.suppress(OSError):
             file = stack.enter_context(path.open("ab"))
@@ -39,10 +39,10 @@ def one_process(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def only_writer(directory: str | os.PathLike[str], what: str) -> Iterator[Path]:
-    """The directory, made where it is missing, for this process alone while the block writes `what` into it.
+    """Reserve a directory, made if it is missing, for this process while the block writes `what` into it.
 
-    A file `LOCK` there says meanwhile which process writes and since when; one that a killed process has left is taken
-    over. Raises InputError, with what the file says, if another process writes, or if nothing can be written.
+    A file `LOCK` in it names the process that writes and its start; a file left by a killed process is taken over.
+    Raises InputError, with the text of that file, if another process writes, or if nothing can be written.
     """
     path = made_directory(directory) / LOCK
     with contextlib.ExitStack() as stack:
@@ -70,7 +70,7 @@ def only_writer(directory: str | os.PathLike[str], what: str) -> Iterator[Path]:
 
 
 def _is(path: Path, file: IO[bytes]) -> bool:
-    """Whether a path still leads to an open file."""
+    """Whether a path still names this open file."""
     try:
         return os.path.samestat(os.stat(path), os.fstat(file.fileno()))
     except FileNotFoundError:

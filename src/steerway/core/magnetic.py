@@ -1,7 +1,7 @@
-"""Magnetic variation from the World Magnetic Model, for the compass whose log does not record its own.
+"""Magnetic variation from the World Magnetic Model, for compass headings in logs that do not record the variation.
 
-The models of NOAA and BGS, WMM2010 to WMM2025, as `pygeomag` carries them. Their declination is good to about half a
-degree outside the polar caps (the error model of the WMM reports), the boat's own magnetic deviation not included.
+The models of NOAA and BGS, WMM2010 to WMM2025, come with `pygeomag`. Their declination is accurate to about half a
+degree outside the polar caps (the error model of the WMM reports). The boat's own magnetic deviation is not included.
 """
 
 from functools import cache
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pygeomag import GeoMag
 
 _EPOCHS = {2010: "WMM_2010", 2015: "WMM_2015v2", 2020: "WMM_2020", 2025: "WMM_2025"}
-_EARLIEST, _LATEST = 2005.0, 2035.0  # years; beyond, a model's linear drift means nothing and the nearest year is taken
+_EARLIEST, _LATEST = 2005.0, 2035.0  # years; outside, the nearest year is used: models are valid for a few years
 _YEAR = 365.2425 * 86400.0
 _CELL_DEG = 0.1  # the field turns by less than 0.1° over this distance outside the polar caps
 _CELL_YEARS = 0.25
@@ -30,7 +30,7 @@ def _model(epoch: int) -> "GeoMag":
 
 
 def model_of(time: float) -> int:
-    """The epoch (year) of the model that serves a Unix time; the newest one when the time is unknown."""
+    """The epoch (year) of the model for a Unix time; the newest one if the time is unknown."""
     year = 1970.0 + time / _YEAR
     return max((epoch for epoch in _EPOCHS if epoch <= year), default=min(_EPOCHS)) if year == year else max(_EPOCHS)
 
@@ -39,7 +39,7 @@ def variation(latitude: ArrayLike, longitude: ArrayLike, time: ArrayLike) -> Flo
     """Magnetic variation (declination), east positive, rad: true = magnetic + variation.
 
     Shapes: all (n,), latitude and longitude in rad, Unix time (NaN: the newest model's first year). The model runs once
-    a cell of 0.1° and a quarter of a year. NaN where the place is unknown.
+    per cell of 0.1° and a quarter of a year. NaN where the position is unknown.
     """
     latitude, longitude, time = np.broadcast_arrays(*np.atleast_1d(latitude, longitude, time))
     years = 1970.0 + np.where(np.isnan(time), (max(_EPOCHS) - 1970.0) * _YEAR, time) / _YEAR

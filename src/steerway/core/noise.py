@@ -1,4 +1,4 @@
-"""Random processes that instruments and the sea share, exact at any step: first-order Gauss–Markov and oscillator."""
+"""Random processes for instruments and waves, exact for any time step: first-order Gauss–Markov and oscillator."""
 
 import math
 from collections.abc import Sequence
@@ -9,19 +9,19 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 
 Seed = int | Sequence[int] | np.random.Generator | None
-"""What a random generator is made from; None for another one each time."""
+"""Seed of a random generator; None for a different sequence each time."""
 
 
 def markov_decay(time_constant: float, step: float) -> float:
-    """What is left of a Gauss–Markov value after `step` s: e^(−h/T), the factor of P1 (42)–(43)."""
+    """Factor by which a Gauss–Markov value decays in `step` s: e^(−h/T), as in P1 (42)–(43)."""
     return math.exp(-step / time_constant)
 
 
 def markov_std(driving_std: float, time_constant: float, step: float) -> float:
     """The stationary 1σ of a Gauss–Markov sequence driven by white noise of `driving_std` every `step` s.
 
-    P1 (42)–(43): 0.21 m with T = 1100 s is 4.9 m at steps of 1 s but 15.6 m at the printed 0.1 s; 4.7 m at 0.1 s takes
-    0.0634 m.
+    P1 (42)–(43): driving noise of 0.21 m with T = 1100 s gives 4.9 m at steps of 1 s, but 15.6 m at the printed 0.1 s;
+    4.7 m at 0.1 s needs 0.0634 m.
     """
     return driving_std / math.sqrt(-math.expm1(-2.0 * step / time_constant))
 
@@ -36,8 +36,8 @@ def oscillator(frequency: float, damping: float, step: float) -> np.ndarray:
     """A damped oscillator driven by white noise, with 1σ of 1: the (7,) numbers that `oscillator_step` reads.
 
     The second-order wave response of Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021),
-    section 10.2, with `frequency` ω₀ (rad/s) and relative damping λ. Its stationary covariance is diag(1/ω₀², 1), so
-    that of a step is what the transition does not leave of it.
+    section 10.2, with `frequency` ω₀ (rad/s) and damping ratio λ. Its stationary covariance is S = diag(1/ω₀², 1), so
+    the noise of a step with transition Φ has the covariance S − Φ S Φᵀ.
     """
     decay = math.exp(-damping * frequency * step)
     own = math.sqrt(1.0 - damping * damping) * frequency

@@ -1,4 +1,4 @@
-"""Names of a package or of its `testing` module, loaded on first use: importing it loads none of its modules."""
+"""Lazy names of a package or of its `testing` module: importing it loads no other module until a name is used."""
 
 import ast
 import pkgutil
@@ -13,8 +13,8 @@ from pathlib import Path
 def on_demand(module: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` (PEP 562) for a package or another module that only lists names.
 
-    It imports its names under `if TYPE_CHECKING`, where editors and type checkers see them. Here the same lines say, at
-    run time, where a name comes from. Modules of a package load as attributes too, and are not listed.
+    The module imports its names under `if TYPE_CHECKING`, for editors and type checkers. At run time these lines are
+    parsed to find where a name comes from. Modules of a package load as attributes too, but are not listed.
     """
 
     def load(name: str) -> object:
@@ -31,7 +31,7 @@ def on_demand(module: str) -> tuple[Callable[[str], object], Callable[[], list[s
 
 
 def _imported(home: str, name: str) -> object:
-    """What `from home import name` gives."""
+    """The object that `from home import name` would bind."""
     return import_module(f"{home}.{name}") if _is_module(home, name) else getattr(import_module(home), name)
 
 
@@ -41,7 +41,7 @@ def _is_module(package: str, name: str) -> bool:
 
 @cache
 def _homes(module: str) -> dict[str, tuple[str, str]]:
-    """Listed name → the module it comes from and its name there, from the source of the module that lists it."""
+    """Listed name → its module and its name there, parsed from the source of the module that lists it."""
     homes: dict[str, tuple[str, str]] = {}
     source = pkgutil.get_data(module, Path(sys.modules[module].__file__ or "").name) or b""
     for block in ast.parse(source).body:

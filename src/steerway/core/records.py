@@ -1,7 +1,7 @@
-"""The two tables that all rooms exchange: Fixes (measurements of receivers) and Motion (estimates).
+"""The two tables that all packages exchange: Fixes (measurements of receivers) and Motion (estimates).
 
-Both are frozen and hold one-dimensional NumPy arrays of equal length, SI and radians, NaN for unknown. Degrees stand
-only in the frames of `to_frame`, whose column names carry their units.
+Both are frozen and hold one-dimensional NumPy arrays of equal length, SI and radians, NaN for unknown. Degrees occur
+only in the frames of `to_frame`, whose column names state their units.
 """
 
 import math
@@ -26,22 +26,22 @@ STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
 
 INSTRUMENT_COLUMNS = ("heading", "water_speed", "yaw_rate", "bottom_speed", "acceleration", "shaft")
 REPORTED = ("position_std", "sog", "cog", *INSTRUMENT_COLUMNS)
-"""Columns that receivers and instruments may report beside time and position; those above of instruments alone."""
+"""Columns that may be reported beside time and position. `INSTRUMENT_COLUMNS` never come from a receiver."""
 
 _ROUNDING = 1e-9
 _OF_EVERY_TABLE = ("time", "latitude", "longitude", "mmsi", "status")
 _SHOWN_ROWS = 5
 
 Rows = slice | NDArray[np.bool_] | NDArray[np.integer]
-"""Chosen rows of a table: a slice, a mask or indices."""
+"""A selection of rows of a table: a slice, a mask or indices."""
 
 
 def rows_of(values: np.ndarray, chosen: Rows) -> np.ndarray:
-    """The rows of a slice, mask or index array. Raises InputError for rows that are not there."""
+    """The rows of a slice, mask or index array. Raises InputError for rows outside the table."""
     try:
         return values[chosen]
     except IndexError as error:
-        raise InputError(f"rows {chosen!r:.60} are not all in a table of {len(values)} rows ({error})") from None
+        raise InputError(f"rows {chosen!r:.60} are not all within a table of {len(values)} rows ({error})") from None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,7 +78,7 @@ class Record(ABC):
 
     @abstractmethod
     def to_frame(self) -> "pl.DataFrame":
-        """A polars DataFrame of the columns under their outward names."""
+        """A polars DataFrame of the columns, named with their units."""
 
     def _has(self, name: str) -> bool:
         column = getattr(self, name)
@@ -121,9 +121,9 @@ class Record(ABC):
         return self.rows((self.time >= low) & (self.time < high))
 
     def tracks(self) -> Iterator[tuple[int | None, Self]]:
-        """Each vessel's rows as (mmsi, table); a table without mmsi is one track. Rows of a vessel stand together.
+        """Each vessel's rows as (mmsi, table); a table without mmsi is one track. Rows of a vessel must be adjacent.
 
-        Raises InputError where mmsi is not as long as the times.
+        Raises InputError if mmsi and time differ in length.
         """
         mmsi = self.columns().get("mmsi")
         if mmsi is None or len(self) == 0:
@@ -141,16 +141,16 @@ _UNKNOWN = np.array(np.nan)
 
 
 def _unknown() -> Floats:
-    """In place of a column that is not given, until the number of rows is known."""
+    """Placeholder for a column that is not given, until the number of rows is known."""
     return _UNKNOWN
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fixes(Record):
-    """Measurements of receivers: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
+    """Measurements of receivers: one row per epoch, in time order (by vessel, then time, if `mmsi` is given).
 
-    A row may lack its position (a compass between two fixes); such a row aids the estimate and gets no row of its own
-    in Motion.
+    A row may have no position (a compass reading between two fixes): it aids the estimate, but Motion has no row for
+    it.
 
     Shapes: every array (n,). Raises InputError when lengths differ, and for angles in degrees: latitudes beyond ±π/2.
     """
@@ -197,7 +197,7 @@ class Fixes(Record):
     def from_frame(cls, frame: Any) -> "Fixes":
         """Fixes from a polars or pandas DataFrame with columns named as in table files; the same as `steerway.read`.
 
-        Raises InputError where columns for time, latitude and longitude cannot be found.
+        Raises InputError if it finds no columns for time, latitude and longitude.
         """
         import steerway
 
@@ -210,9 +210,9 @@ class Fixes(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Record):
-    """Estimates: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
+    """Estimates: position, SOG, COG and course rate with their standard deviations, one row per fix or output time.
 
-    Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is not defined.
+    Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is undefined.
     """
 
     _: KW_ONLY
@@ -233,7 +233,7 @@ class Motion(Record):
             object.__setattr__(self, "position_relative_std", self.position_std)
 
     def summary(self) -> dict[str, float | str | None]:
-        """Numbers of the estimate, each of the rows that know it, NaN where none does; start and stop in ISO 8601."""
+        """Statistics of the estimate over rows with known values, NaN if there are none; start, stop in ISO 8601."""
         from steerway.core.timestamps import iso
 
         status = np.bincount(self.status, minlength=len(STATUSES))
@@ -271,7 +271,7 @@ def _compass_degrees(radians: Floats) -> Floats:
 
 
 Columns = dict[str, tuple[str, Callable[[Floats], Floats]]]
-"""Outward name of a column: its field, and the conversion to the outward unit."""
+"""Name of a column of `to_frame` → the field, and the conversion to the unit in the name."""
 _POSITION_COLUMNS: Columns = {
     "time_s": ("time", np.positive),
     "lat_deg": ("latitude", np.degrees),
@@ -302,7 +302,7 @@ MOTION_COLUMNS: Columns = _POSITION_COLUMNS | {
 
 
 def _frame(table: "Fixes | Motion", columns: Columns, optional: bool = False) -> "pl.DataFrame":
-    """The table under its outward column names; with `optional`, columns without a value are left out."""
+    """The table with these columns; with `optional`, columns without any value are left out."""
     import polars as pl
 
     series = [] if table.mmsi is None else [pl.Series("mmsi", table.mmsi)]

@@ -1,4 +1,4 @@
-"""Files of settings: TOML, tables that refuse unknown keys, and one sentence for what is wrong in one."""
+"""TOML files of settings: tables that refuse unknown keys, and errors of one sentence."""
 
 import difflib
 import json
@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema
 
 from steerway.core.errors import InputError
 
-# Strict: a number in quotation marks is a text, and true is not 1. A text in the annotation of a field is its unit.
+# Strict: a number in quotation marks is a text, and true is not 1. A string in the annotation of a field is its unit.
 Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -41,7 +41,7 @@ class Table(BaseModel):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """The JSON Schema with every name of a key that has several."""
+        """The JSON Schema, with all names of the keys that have several."""
         found = handler(core)
         properties = handler.resolve_ref_schema(found).get("properties", {})
         for first, *others in map(names_of, cls.model_fields, cls.model_fields.values()):
@@ -59,7 +59,7 @@ _BY_ENDING = {"deg": "°", "dps": "°/s", "mps": "m/s", "m": "m", "s": "s", "hou
 
 
 def unit_of(key: str, field: FieldInfo | None = None) -> str:
-    """The unit of a number: what its field states, else what the key ends in; "" where neither tells."""
+    """The unit of a number: stated by its field, else given by the ending of its key; "" if neither gives one."""
     stated: list[Any] = []
     if field is not None:
         stated = [each for each in field.metadata if isinstance(each, str)]
@@ -70,7 +70,7 @@ def unit_of(key: str, field: FieldInfo | None = None) -> str:
 
 
 def all_models(model: type[BaseModel]) -> set[type[BaseModel]]:
-    """A model and those in its fields, however deep."""
+    """A model and all models nested in its fields."""
     found: set[type[BaseModel]] = set()
     waiting = [model]
     while waiting:
@@ -117,7 +117,7 @@ def positive_number(
 ) -> Any:
     """A finite number, above 0 (with `or_zero`: at least 0) and at most `most`; required if it has no default.
 
-    unit, what: its unit and what it is.
+    unit, what: its unit and meaning, for the schema and error messages.
     """
     limit: dict[str, Any] = {"ge": 0.0} if or_zero else {"gt": 0.0}
     extra: dict[str, Any] = {"unit": unit}
@@ -128,7 +128,7 @@ def positive_number(
 
 
 def read_toml(path: str | Path, what: str) -> dict[str, Any]:
-    """The tables of a TOML file; `what` it is ("profile") stands before its name in errors. Raises InputError."""
+    """The tables of a TOML file. Raises InputError; its message begins with `what` ("profile") and the path."""
     place = f"{what} {path}"
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -138,7 +138,7 @@ def read_toml(path: str | Path, what: str) -> dict[str, Any]:
 
 
 def parse_toml(text: str, place: str) -> dict[str, Any]:
-    """The tables of a TOML text; `place` names it in errors. Raises InputError."""
+    """The tables of a TOML text. Raises InputError; its message begins with `place`."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # a date out of range is a plain ValueError
@@ -176,7 +176,7 @@ _EXPECTED = {
 
 
 def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> InputError:
-    """The first thing that is wrong, as an InputError. An unknown key counts as first: it is most often a slip."""
+    """The first problem as an InputError. An unknown key comes first: it is most often a typing mistake."""
     problems = sorted(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
     problem = problems[0]
     keys, holder, chosen = _located(problem["loc"], model)
@@ -218,7 +218,7 @@ def _path(location: Location) -> str:
 
 
 def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
-    """The keys there are in place of the wrong one, the nearest alone if it is near."""
+    """The valid keys in place of a wrong one; if one is similar, only this."""
     names = [each for name, field in holder.model_fields.items() for each in names_of(name, field)]
     near = difflib.get_close_matches(str(wrong), names, 1, 0.6)
     return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
@@ -232,7 +232,7 @@ def _what(key: str | int, holder: type[BaseModel]) -> str:
 def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int], type[BaseModel], str | int | None]:
     """The keys of pydantic's location, the model that holds the last of them, and the kind that selected this model.
 
-    Where a field holds one of several models, the location has the kind as one more part.
+    If a field holds one of several models, the location contains the kind as an additional part.
     """
     keys: list[str | int] = []
     holder, options = model, [model]
@@ -256,7 +256,7 @@ def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int
 
 
 def _models(annotation: object) -> Iterator[type[BaseModel]]:
-    """The models in a type, however deep."""
+    """The models nested in a type."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for inner in getattr(annotation, "__args__", ()):

@@ -1,6 +1,6 @@
-"""Memory as an array of another shape, for kernels that are called so often that NumPy's `reshape` counts.
+"""Views of an array with another shape, for kernels that are called so often that NumPy's `reshape` is too slow.
 
-Compiled, `reshape` calls C to see whether it has to copy: some 20 ns each, a third of a step of a streamed filter.
+Compiled, `reshape` calls C to check whether it has to copy: some 20 ns per call, a third of a streamed filter's step.
 """
 
 from typing import Any
@@ -12,7 +12,7 @@ from numba.np.arrayobj import make_array, populate_array
 
 
 def shaped(array: Any, shape: tuple[int, ...]) -> Any:
-    """A contiguous array as one of another shape, which shares its memory. Kernels do not check its size."""
+    """A view of a contiguous array with another shape. Compiled code does not check the size."""
     return array.reshape(shape)
 
 

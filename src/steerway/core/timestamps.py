@@ -1,4 +1,4 @@
-"""Dates as logs and tables write them, to Unix time, a column at a time; and the one way we write them."""
+"""Dates: columns of dates in logs and tables to Unix time, and the one format in which dates are written."""
 
 import datetime
 from collections.abc import Sequence
@@ -21,10 +21,10 @@ _YEAR_LAST = r"^\s*([0-9]{1,2})[/.-]([0-9]{1,2})[/.-]([0-9]{4})" + _CLOCK
 
 
 def unix_times(texts: "Sequence[str | None] | pl.Series") -> np.ndarray:
-    """Unix seconds (n,) of n dates: ISO 8601 and its kin, or day and month before the year; NaN where not one.
+    """Unix seconds (n,) of n dates: ISO 8601 and similar, or day and month before the year; NaN for other texts.
 
-    Clocks have 24 hours, or am or pm. Without an offset a time is UTC. Where the year stands last the day comes first,
-    unless that gives no date anywhere and the month first does.
+    Times have 24 hours, or am or pm. Without an offset a time is UTC. If the year comes last, the day comes first,
+    unless more texts are valid dates with the month first.
     """
     import polars as pl  # a live run needs it only where dates are text
 
@@ -40,13 +40,13 @@ def unix_times(texts: "Sequence[str | None] | pl.Series") -> np.ndarray:
 
 
 def dated(seconds: Floats) -> Floats:
-    """Unix seconds (n,) of the years 1 to 9999; NaN for others, of which there is no date."""
+    """Unix seconds (n,) with NaN in place of those outside the years 1 to 9999, which have no date."""
     with np.errstate(invalid="ignore"):
         return np.where((seconds >= _YEAR_1) & (seconds < _YEAR_10000), seconds, np.nan)
 
 
 def iso(time: float) -> str:
-    """ISO 8601 of a Unix time, UTC, in the fewest digits that `unix_times` reads back as the same number."""
+    """ISO 8601 of a Unix time, UTC, with the fewest decimals that `unix_times` reads back as the same number."""
     whole = int(time // 1.0)
     date = (datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=whole)).isoformat()
     for digits in range(10):
@@ -72,7 +72,7 @@ def _parts(column: "pl.Series", pattern: str) -> tuple[Floats, ...]:
 
 
 def _of_day(hours: Floats, halves: "pl.Series") -> Floats:
-    """Hours of the day of those of its half, am or pm; NaN where such a clock shows no such hour."""
+    """Hours of the day from hours with am or pm; NaN for hours that a 12-hour clock does not have."""
     if halves.null_count() == len(halves):
         return hours
     twelve = halves.is_not_null().to_numpy()

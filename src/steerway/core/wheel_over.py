@@ -18,7 +18,7 @@ _MOST_POINTS = 3000
 
 
 _AHEAD = 2.5
-"""Largest lead (rad) of the command over the reference, below π: the shorter side to the command is then the turn's."""
+"""Largest lead (rad) of the command over the reference, below π, so that wrapping keeps the turn's direction."""
 _IN_LINE = 0.1
 """Sine of the angle between two legs below which no wheel-over point makes a turn end on the next leg."""
 

@@ -1,7 +1,7 @@
-"""Work on several cores, in processes that end with the one that started them, or on a Dask cluster.
+"""Run work on several cores, in processes that end with their parent, or on a Dask cluster.
 
-A worker is a fresh interpreter with one pipe: forking a process that runs threads can deadlock, and there are neither
-semaphores nor shared memory that could be left behind. It ends when its parent ends, whatever ended that.
+A worker is a fresh interpreter with one pipe: forking a process that runs threads can deadlock, and a pipe leaves no
+semaphores or shared memory behind. A worker ends when its parent ends, even if the parent was killed.
 """
 
 import contextlib
@@ -26,9 +26,9 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 Place = tuple[int, int]
 CONNECTING = 10.0
-"""s to wait for a cluster's scheduler."""
+"""s, longest wait for a cluster's scheduler."""
 GRACE = 0.7
-"""s that a worker has to remove its unfinished files when it is stopped."""
+"""s for a worker that is stopped to remove its unfinished files."""
 
 
 def in_workers(
@@ -55,13 +55,13 @@ def run_chains(
     option: str = "--dask",
     most_losses: int | None = None,
 ) -> Generator[tuple[Place, Any], None, None]:
-    """((chain, place), function(item)) of every item: each after the one before it in its chain.
+    """((chain, place), function(item)) of every item; the items of a chain are done in order.
 
-    `function` is a module-level function or a functools.partial of one. As many workers as cores by default; with one
-    the work is done in this process; `cluster` is the address of a Dask scheduler instead, which `option` gave. Use it
-    in `contextlib.closing`, so that the workers end with the block. An exception of `function` is raised here, with the
-    worker's traceback as a note. An item whose worker is killed is begun again; after `most_losses` it is given up: the
-    result is None, and the rest of its chain is left out. Without that number, raises ChildProcessError.
+    `function` is a module-level function or a functools.partial of one. By default there are as many workers as cores;
+    with one, the work is done in this process. `cluster`: address of a Dask scheduler to use instead, from the option
+    `option`. Use it in `contextlib.closing`, so that the workers end with the block. An exception of `function` is
+    raised here, with the worker's traceback as a note. An item whose worker is killed is repeated; after `most_losses`
+    losses its result is None and the rest of its chain is left out. Without that number, raises ChildProcessError.
     """
     if cluster is not None:
         yield from _on_cluster(function, chains, cluster, option, most_losses is not None)
@@ -72,7 +72,7 @@ def run_chains(
             for k, item in enumerate(chain):
                 yield (number, k), function(item)
         return
-    waiting: deque[tuple[Place, list[Item]]] = deque()  # what follows in chains that are begun
+    waiting: deque[tuple[Place, list[Item]]] = deque()  # the rest of the chains that are begun
     new = (((number, 0), chain) for number, chain in enumerate(chains) if chain)
     team: list[Worker] = []
     idle: list[Worker] = []
@@ -146,7 +146,7 @@ def _on_cluster(
             lost = future.status == "error" and isinstance(future.exception(), distributed.scheduler.KilledWorker)
             if not (lost and gives_up):
                 yield place, future.result()
-            elif place[0] not in given_up:  # what depends on it has the same error
+            elif place[0] not in given_up:  # the rest of the chain has the same error
                 given_up.add(place[0])
                 yield place, None
 
@@ -157,9 +157,9 @@ def _after(_: Any, function: Callable[[Item], Result], item: Item) -> Result:
 
 
 def connected(address: str, option: str) -> Any:
-    """A `distributed.Client` of a scheduler, to be closed by `with`.
+    """A `distributed.Client` of a scheduler; close it by `with`.
 
-    Raises InputError where Dask is not installed, naming the option that needs it, or no scheduler responds.
+    Raises InputError if Dask, which `option` needs, is not installed, or if no scheduler responds.
     """
     try:
         from dask import distributed
@@ -173,7 +173,7 @@ def connected(address: str, option: str) -> Any:
 
 
 class Worker:
-    """A process and the item it is at."""
+    """A worker process and its current item."""
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
         context = get_context("spawn")
@@ -185,7 +185,7 @@ class Worker:
         theirs.close()
 
     def begin(self, item: Any) -> None:
-        """Send it an item. Raises ChildProcessError when it was killed."""
+        """Send an item. Raises ChildProcessError if the process was killed."""
         self.item = item
         try:
             self.pipe.send(item)
@@ -193,7 +193,7 @@ class Worker:
             raise self._killed() from None
 
     def result(self) -> Any:
-        """The result, when it has one. Raises what the function raised, ChildProcessError when it was killed."""
+        """Wait for the result. Raises the function's exception, or ChildProcessError if the process was killed."""
         try:
             succeeded, outcome = self.pipe.recv()
         except (EOFError, ConnectionResetError):
@@ -221,7 +221,7 @@ class Worker:
 
 @contextlib.contextmanager
 def _interrupts_blocked() -> Generator[None, None, None]:
-    """A process that is started meanwhile never sees Ctrl-C: the one that started it decides."""
+    """Processes started in the block do not receive Ctrl-C: their parent handles it and ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -264,6 +264,6 @@ def _end_with_parent() -> None:
 
 
 def _end(*_: object) -> None:
-    """Without unwinding: an exception in a callback of compiled code would be printed and forgotten."""
+    """End without unwinding: an exception in a callback of compiled code would be printed and ignored."""
     files.remove_unfinished()
     os._exit(1)

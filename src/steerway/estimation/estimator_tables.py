@@ -8,10 +8,10 @@ from steerway.core.settings import NotNegative, Positive, Table
 
 
 class HeadingEstimatorTable(Table):
-    """Source of the heading: "tracker" smooths a compass, "composite" adds the orders, "aided" also GNSS velocity.
+    """The filter of the heading. "tracker": compass, smoothed; "composite": compass and orders; "aided": also GNSS.
 
-    "interval" bounds the heading for all deviations within two `deviation_std_deg`; `weight` selects the heading
-    between the bounds. `compass_std_deg` is 1σ of one reading, `deviation_std_deg` 1σ of the compass's deviation.
+    "interval": bounds of the heading for every deviation within ± 2 `deviation_std_deg`; the heading used lies at the
+    share `weight` between them. `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the deviation.
     """
 
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
@@ -29,10 +29,10 @@ class HeadingEstimatorTable(Table):
 
 
 class SpeedEstimatorTable(Table):
-    """Source of the speed: "course" is the course filter, "fusion" combines receiver, logs and accelerometer.
+    """The source of the speed. "course": the course filter; "fusion": receiver, logs and accelerometer combined.
 
-    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error. In live runs
-    the defaults are 0.1, 0.02 and 0.05 m/s.
+    `sog_std`, `bottom_std`, `water_std`: 1σ of one reading of the receiver's speed and of the logs; on board their
+    defaults are 0.1, 0.02 and 0.05 m/s. `scale_std`: 1σ of the log's scale error.
     """
 
     kind: Literal["course", "fusion"] = "course"

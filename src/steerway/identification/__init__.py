@@ -1,4 +1,4 @@
-"""Identification: what a vessel is, with intervals, from a log of its motion."""
+"""Identification: parameters of a vessel, with confidence intervals, from a log of its motion."""
 
 from typing import TYPE_CHECKING
 

@@ -1,9 +1,9 @@
 """Identify a compass from a log of circles: its deviation card, its lag and its noise.
 
 A boat that holds its speed through the water moves over ground by v = U (cos ψ, sin ψ) + c, with the current c. A
-compass reads h = ψ + δ(ψ), delayed by a lag; the deviation δ is a card of five coefficients (`sensors.compass`). Those
-U, c, card and lag are found that explain the velocity over ground best (nonlinear least squares). In a turn the bow
-leads the motion: the lag that is found is less by that.
+compass reads h = ψ + δ(ψ), delayed by a lag; the deviation δ is a card of five coefficients (`sensors.compass`). U, c,
+card and lag are fitted to the velocity over ground by nonlinear least squares. In a turn the bow leads the motion by
+some time; the identified lag is the compass's lag minus this time.
 """
 
 import math
@@ -21,11 +21,11 @@ from steerway.sensors.compass import deviation
 
 LEAST_ROWS = 60
 _SECTORS = 8
-"""Sectors of the circle, each of which has to be sailed through: the card has terms of one circle and of two."""
+"""Sectors of the circle, each of which must contain headings: the card has terms in ψ and in 2ψ."""
 _TOGETHER = 2.0
-"""s for which errors of a velocity are about the same. Chosen: what an estimate of SOG and COG is smoothed over."""
+"""s, correlation time of the errors of velocity: about the time over which SOG and COG are smoothed."""
 _LONGEST_STEP = 3.0
-"""Usual intervals between two estimates, beyond which a velocity between them is not known. Chosen."""
+"""Longest interval between two estimates over which velocity is interpolated, in median intervals."""
 _NAMES = "A", "B", "C", "D", "E"
 
 
@@ -33,9 +33,9 @@ _NAMES = "A", "B", "C", "D", "E"
 class IdentifiedCompass:
     """A compass: h(t) = ψ(t − lag) + δ(ψ(t − lag)) + noise.
 
-    card: A to E, rad; lag: s, less the lead of the bow in turns; noise: 1σ of a reading, rad; speed through the water
-    and current (north, east), m/s; residual: RMS of what the card leaves of the direction of motion, rad; samples:
-    readings used.
+    card: A to E, rad; lag: s, minus the lead of the bow in turns; noise: 1σ of a reading, rad; speed through the water
+    and current (north, east), m/s; residual: RMS (rad) of corrected heading minus direction of motion through the
+    water; samples: readings used.
     """
 
     card: tuple[Interval, ...]
@@ -56,9 +56,9 @@ class IdentifiedCompass:
         degrees = (Interval(*map(math.degrees, each)) for each in self.card)
         return [
             *((f"coefficient {name}", f"{each}°") for name, each in zip(_NAMES, degrees, strict=True)),
-            ("lag less sideslip", f"{self.lag} s"),
+            ("lag minus lead of the bow", f"{self.lag} s"),
             ("noise of a reading", f"{math.degrees(self.noise):.2g}°"),
-            ("left by the card", f"{math.degrees(self.residual):.2g}° RMS"),
+            ("residual", f"{math.degrees(self.residual):.2g}° RMS"),
             ("speed through the water", f"{self.speed:.2f} m/s"),
             ("current", f"{math.hypot(*self.current):.2f} m/s"),
             ("identified from", f"{self.samples} readings"),
@@ -66,20 +66,20 @@ class IdentifiedCompass:
 
 
 def identify_compass(fixes: Fixes, motion: Motion) -> IdentifiedCompass:
-    """The compass whose headings are in a log.
+    """Identify the compass whose headings are in a log.
 
     Args:
-        fixes: a log with headings, of circles to both sides at one setting of the throttle.
+        fixes: a log with headings, of circles to both sides at constant throttle.
         motion: its estimate, smoothed.
 
-    Raises InputError for fewer than 60 headings, and where they leave an eighth of the circle out.
+    Raises InputError for fewer than 60 headings, and if an eighth of the circle contains none.
     """
     time, heading, velocity = _readings(fixes, motion)
     speed = float(np.median(np.hypot(*velocity)))
 
     def directions(card: Floats) -> Floats:
         bow = heading
-        for _ in range(3):  # the card is of the bow's heading
+        for _ in range(3):  # the card is a function of the true heading, which is found by iteration
             bow = heading - deviation(bow, *card)
         return bow
 
@@ -111,13 +111,13 @@ def identify_compass(fixes: Fixes, motion: Motion) -> IdentifiedCompass:
 
 
 def _readings(fixes: Fixes, motion: Motion) -> tuple[Floats, Floats, Floats]:
-    """(n,) seconds from the first on and headings, and the velocity over ground (2, n) at these times."""
+    """(n,) seconds since the first reading, (n,) headings, and the velocity over ground (2, n) at these times."""
     if fixes.mmsi is not None:
-        raise InputError("the log is of many vessels, expected one with headings of its own")
+        raise InputError("the log has several vessels, expected a log of one vessel with headings")
     read, known = np.isfinite(fixes.heading), np.isfinite(motion.sog) & np.isfinite(motion.cog)
     if read.sum() < LEAST_ROWS or known.sum() < LEAST_ROWS:
         raise InputError(
-            f"the log has {read.sum()} headings and {known.sum()} rows with a course, expected at least {LEAST_ROWS}"
+            f"the log has {read.sum()} headings and {known.sum()} rows with a course, expected {LEAST_ROWS} of each"
         )
     time, sog, cog = motion.time[known], motion.sog[known], motion.cog[known]
     after = np.searchsorted(time, fixes.time).clip(1, len(time) - 1)
@@ -129,7 +129,7 @@ def _readings(fixes: Fixes, motion: Motion) -> tuple[Floats, Floats, Floats]:
     if len(sectors) < _SECTORS or len(at) < LEAST_ROWS:
         raise InputError(
             f"headings under way lie in {len(sectors)} of {_SECTORS} sectors of the circle ({len(at)} rows), expected "
-            "all: sail whole circles to both sides at one setting of the throttle"
+            f"all of them, in at least {LEAST_ROWS} rows: sail full circles to both sides at constant throttle"
         )
     velocity = np.stack([np.interp(at, time, sog * np.cos(cog)), np.interp(at, time, sog * np.sin(cog))])
     return at - at[0], heading, velocity

@@ -1,9 +1,9 @@
 """Identify the response of heading to steering from a manoeuvre: a pseudo-random binary sequence is best.
 
-The model is P4 (2)–(4)'s: two poles from the input to the heading, here with the input's bias and the first heading as
-unknowns. Linear least squares at a few time constants start a search for the least error of the whole run (output
-error; Ljung, System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is 1: the heading of a
-boat at rest in yaw is constant.
+The model is that of P4 (2)–(4): two poles from the input to the heading. The input's bias and the first heading are
+unknown too. Linear least squares at a few time constants give starting points for the least error of the whole run
+(output error; Ljung, System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is 1: the heading
+of a boat that does not turn is constant.
 """
 
 import math
@@ -54,20 +54,20 @@ class IdentifiedHeading:
         return _run(np.array([*self.poles, *self.gains, self.bias, self.heading0]), inputs)
 
     def yaw(self) -> HeadingModel:
-        """The same as a yaw model for the filters of `estimation.heading`; the input in rpm, samples of 1 s."""
+        """The model for the filters of `estimation.heading`, if the input is in rpm and samples are 1 s apart."""
         return HeadingModel(self.poles, self.gains, (1.0, 1.0))
 
 
 def identify_heading(
     time: ArrayLike, steering: ArrayLike, heading: ArrayLike, integrating: bool = True
 ) -> IdentifiedHeading:
-    """The model that explains a manoeuvre best.
+    """Identify the model that fits a manoeuvre best.
 
     Args:
         time: (n,) s, evenly spaced.
         steering: (n,) commanded or measured actuator (rpm, rudder angle, …), held from its row to the next.
         heading: (n,) rad, wrapped or not; NaN where unknown.
-        integrating: hold the slow pole at 1; False finds it too.
+        integrating: keep the slow pole at 1; False: identify it too.
 
     Raises InputError for fewer than 50 rows, uneven times, unequal lengths or steering that never changes.
     """
@@ -104,17 +104,17 @@ def _checked(time: Floats, steering: Floats, heading: Floats) -> float:
     if not sample > 0.0 or np.abs(steps - sample).max() > 0.01 * sample:
         raise InputError(f"identify heading: time steps from {steps.min():g} to {steps.max():g} s, expected even ones")
     if not np.isfinite(steering).all() or np.ptp(steering) == 0.0:
-        raise InputError("identify heading: steering is unknown or never changes, expected a manoeuvre")
+        raise InputError("identify heading: steering has unknown values or never changes, expected a manoeuvre")
     return sample
 
 
 def _pole(x: float) -> float:
-    """A number to a pole in (0, 1)."""
+    """Map a real number to a pole in (0, 1)."""
     return 1.0 / (1.0 + math.exp(-x))
 
 
 def _linear_start(inputs: Floats, heading: Floats, known: NDArray[np.bool_], pole: float) -> Floats:
-    """For given poles (1 and `pole`) the rest is linear: gains, gains times bias, first heading."""
+    """A starting point by linear least squares: for given poles (1 and `pole`) the model is linear in the rest."""
     u, n = inputs, len(inputs)
     columns = [
         _run(np.array([1.0, pole, *gains, 0.0, 0.0]), each) for gains in ((1, 0), (0, 1)) for each in (u, np.ones(n))

@@ -38,8 +38,8 @@ class Interval(NamedTuple):
 def covariance(cost: Callable[[np.ndarray], float], optimum: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """(n, n) covariance of a maximum-likelihood estimate: the inverse curvature of −log L by central differences.
 
-    optimum, steps: (n,); the steps are a first guess; those used raise −log L by about a half, as one deviation does.
-    A direction that the data do not determine gets a variance of 1e12.
+    optimum: (n,); steps: (n,), first guesses of the steps that raise −log L by about a half, as one σ does. A direction
+    that the data do not determine gets a variance of 1e12.
     """
     n = len(optimum)
     centre = cost(optimum)

@@ -1,8 +1,8 @@
-"""Logs of manoeuvres: rudder and the boat's response for `yaw`, speed and shaft speed for `surge`.
+"""Read logs of manoeuvres: rudder and the boat's response for `yaw`, speed and shaft speed for `surge`.
 
-The rudder is found by the name of its column (rudder_deg, rudder_command_deg, command_rudder_deg, yaw_moment_nm,
-yaw …), the response in a heading or course, or in positions. The columns of the other are time_s, speed_mps and
-shaft_rps; the shaft's may be another one, of a command in any unit to which thrust is quadratic.
+The rudder's column is found by its name (rudder_deg, rudder_command_deg, command_rudder_deg, yaw_moment_nm, yaw …). The
+response is a heading, a course or positions. A log for `surge` has time_s, speed_mps and shaft_rps; in place of
+shaft_rps, another column may hold a command in any unit, if thrust is quadratic in it.
 """
 
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ _ANGLES = ("heading", "cog")
 
 @dataclass(frozen=True, eq=False)
 class Steering:
-    """A manoeuvre: time (n,) s, rudder (n,) rad or N·m, what there is of angle (n,) rad and of fixes; what was read."""
+    """A manoeuvre: time (n,) s, rudder (n,) rad or N·m, angle (n,) rad or None, fixes (may be empty); columns read."""
 
     time: np.ndarray
     rudder: np.ndarray
@@ -38,15 +38,15 @@ class Steering:
 
 
 def read_steering(path: str | PathLike[str], rudder: str | None = None, angle: str | None = None) -> Steering:
-    """The manoeuvre that a CSV or Parquet table holds.
+    """Read the manoeuvre in a CSV or Parquet table.
 
     Args:
         path: the file.
-        rudder: the column to take for the rudder; None finds it by its name. A name that states no unit means degrees
-            for a rudder and N·m for a moment; `yaw` is taken as it stands.
-        angle: the column to take for heading or course; None takes heading, else course, where there is one.
+        rudder: the column of the rudder; None: found by its name. Without a unit in the name, a rudder is in degrees
+            and a moment in N·m; `yaw` is not converted.
+        angle: the column of heading or course; None: the heading, else the course, if there is one.
 
-    Raises InputError when the file cannot be read or a column that is needed is not there.
+    Raises InputError if the file cannot be read or a column that is needed is missing.
     """
     frame = read_plain(path, "for time, rudder, and heading or positions")
     columns = understood(frame.columns)
@@ -84,7 +84,7 @@ def _rudder(path: object, frame: pl.DataFrame) -> str:
     if not ranks:
         raise InputError(
             f"{path} has no column for the rudder, found {', '.join(frame.columns)}, expected rudder_deg, "
-            "yaw_moment_nm or a name given"
+            "yaw_moment_nm or a column given by name"
         )
     return ranks[min(ranks)]
 
@@ -131,9 +131,9 @@ COLUMNS = ("time_s", "speed_mps", "shaft_rps")
 
 
 def read_surge_log(path: str | Path, shaft: str | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,) time s, speed m/s, shaft rev/s (or the column named `shaft`, as it stands); what is not a number is NaN.
+    """(n,) time s, speed m/s, shaft rev/s (or the column `shaft`, unconverted); NaN in place of cells without a number.
 
-    Raises InputError for a file that is no table and for missing columns.
+    Raises InputError for a file that is not a table and for missing columns.
     """
     names = (*COLUMNS[:2], shaft or COLUMNS[2])
     frame = read_plain(path, ", ".join(names))

@@ -1,13 +1,13 @@
 """The surge model u̇ = −d u − b u|u| + g K_t(J) n|n|, P3 (13), from a log of speed and shaft speed.
 
 Output error: the model is simulated with the log's shaft speeds from an unknown first speed, and d, b, g and that speed
-minimise the squared error. How thrust falls with the advance ratio J = u/(n D) follows from the propeller's diameter
-and curve. Where these are not known, K_t falls evenly from 1 at rest to 0 at u = p n, with the pitch p a fourth
-unknown; n is then any command to which thrust is quadratic, in any unit. A lag of the shaft behind the log's is one
-more, where the log determines it.
+minimise the squared error. The propeller's diameter and curve give the fall of thrust with the advance ratio
+J = u/(n D). If they are unknown, K_t falls linearly from 1 at rest to 0 at u = p n, and the pitch p is identified too;
+n may then be a command in any unit, if thrust is quadratic in it. A lag of the shaft behind the logged values is
+identified if the log determines it.
 
 Parameters that the log does not determine are reported as such: a log at one speed gives only the ratio of drag to
-thrust, and a log without quick changes does not tell drag from a thrust that falls with speed.
+thrust, and a log without quick changes does not separate drag from the fall of thrust with speed.
 """
 
 import math
@@ -27,29 +27,29 @@ from steerway.vessels.surge import surge_rate, surge_step
 from steerway.vessels.vessel import Actuator
 
 LONGEST_STEP = 0.1
-"""s of one step of integration."""
+"""s, longest step of integration."""
 LARGEST_SHARES = 0.1, 0.05
-"""Two standard deviations at most: of the drag terms, in parts of the drag in the middle of the speeds; of thrust."""
+"""Largest 2σ if identified: of each drag term, relative to the drag at the middle speed; of thrust, relative."""
 LEAST_SPREAD = 0.3
-"""Part of the highest speed over which the speeds of a log must spread."""
+"""Least range of speeds in a log, relative to the highest."""
 _LEAST_ROWS = 50
 _SURE = 3.0
-"""Standard deviations of the lag above which there is one."""
+"""A lag is accepted if it is larger than this many of its standard deviations."""
 _FIRST_LAG = 0.2
-"""s, where the search for a lag begins."""
+"""s, first guess of the lag."""
 _NO_SLIP = 1e9
 """m; pitch meaning: thrust independent of speed."""
 _ASSUMED = (
-    "Without the propeller's diameter its thrust is taken to fall evenly with speed; where it does not, the drag terms "
-    "contain the difference, and hold for the speeds of this log only."
+    "Without the propeller's diameter, thrust is assumed to fall linearly with speed. The drag terms contain any "
+    "difference from this, and are valid only for the speeds in this log."
 )
 
 
 @dataclass(frozen=True)
 class SurgeModel:
-    """All forces over the mass: d in 1/s, b in 1/m, g in m/rev² for a K_t of 1, whose curve the propeller gives.
+    """The surge model, all forces divided by the mass: d in 1/s, b in 1/m, g in m/rev² at K_t = 1.
 
-    As given the propeller is P3's.
+    The propeller gives the curve K_t(J); by default it is P3's.
     """
 
     linear_drag: float
@@ -58,7 +58,7 @@ class SurgeModel:
     propeller: Propeller = field(default_factory=Propeller)
 
     def curve(self) -> np.ndarray:
-        """The propeller's curve with this thrust: what `vessels.surge.surge_rate` reads."""
+        """The propeller's curve with this thrust, as an argument of `vessels.surge.surge_rate`."""
         return self.propeller.curve(self.thrust)
 
     def start(self, speed: float = 0.0) -> "PropellerLog":
@@ -66,7 +66,7 @@ class SurgeModel:
         return PropellerLog(self, speed)
 
     def time_to(self, speed: float, shaft: Actuator, longest: float = 600.0) -> float:
-        """s from rest at full throttle to 98 % of `speed` (m/s); inf where that takes more than `longest`."""
+        """s from rest at full throttle to 98 % of `speed` (m/s); inf if that takes more than `longest` s."""
         machine = (shaft.low, shaft.high, shaft.rate, shaft.lag)
         return _time_to(0.98 * speed, longest, self.linear_drag, self.quadratic_drag, self.curve(), *machine)
 
@@ -80,7 +80,7 @@ class SurgeModel:
 
 
 class PropellerLog:
-    """Speed through the water by dead reckoning of a `SurgeModel`. `step` takes the shaft speed (rev/s) now."""
+    """Speed through the water, predicted by a `SurgeModel` from shaft speeds (rev/s) given to `step`."""
 
     def __init__(self, model: SurgeModel, speed: float = 0.0) -> None:
         self.speed = speed
@@ -98,9 +98,9 @@ class PropellerLog:
 class SurgeIdentification:
     """Result of an identification.
 
-    `std` (3,): 1σ of d, b and g; `residual` RMS in m/s; `verdict` a sentence. `pitch`: p in m a revolution (or unit of
-    command) with `pitch_std`, inf where thrust does not fall with speed; None for a propeller that was given. `lag` of
-    the shaft behind the log's, s, with `lag_std`; 0 where none is found.
+    `std` (3,): 1σ of d, b and g; `residual` RMS in m/s; `verdict` a sentence. `pitch`: p in m per revolution (or unit
+    of command) with `pitch_std`, inf if thrust does not fall with speed; None if the propeller was given. `lag`: of the
+    shaft behind the logged values, s, with `lag_std`; 0 if none is found.
     """
 
     model: SurgeModel
@@ -115,13 +115,13 @@ class SurgeIdentification:
 
     @property
     def thrust_at_rest(self) -> float:
-        """Thrust over mass of one revolution a second (or unit of command) at rest, m/rev²."""
+        """Thrust over mass at rest for one revolution per second (or one unit of command), m/rev²."""
         return self.model.thrust * thrust_coefficient(0.0, self.model.curve())
 
     def guess(self, high: float, low: float = 0.0) -> dict[str, float]:
-        """The guess of a speed controller, `AdaptiveSpeedGains(**found.guess(high))`, for a shaft (or command) from
-        `low` to `high`: drag, the thrust that balances it half way to the top speed, and the shaft's lag. Raises
-        InputError for a `high` that is not above 0."""
+        """Arguments for a speed controller, `AdaptiveSpeedGains(**found.guess(high))`, for a shaft (or command) from
+        `low` to `high`: drag, the thrust that balances it at half of `high`, and the shaft's lag. Raises InputError for
+        a `high` that is not above 0."""
         model = self.model
         half = 0.5 * positive("surge.high", high)
         speed = _steady(half, model.linear_drag, model.quadratic_drag, model.curve())
@@ -139,17 +139,17 @@ class SurgeIdentification:
 def identify_surge(
     time: ArrayLike, speed: ArrayLike, shaft: ArrayLike, propeller: Propeller | None = None
 ) -> SurgeIdentification:
-    """Drag and thrust of a boat.
+    """Identify drag and thrust of a boat.
 
     Args:
         time: (n,) s, rising.
-        speed: (n,) m/s through the water, or over ground where there is no current.
-        shaft: (n,) rev/s as measured, or a command to which thrust is quadratic (PWM from neutral, per cent).
-        propeller: whose diameter and curve are known; its thrust need not be. None: the fall of thrust with speed is
-            identified too.
+        speed: (n,) m/s through the water, or over ground if there is no current.
+        shaft: (n,) measured rev/s, or a command in which thrust is quadratic (PWM from neutral, per cent).
+        propeller: one with known diameter and curve; its thrust need not be known. None: the fall of thrust with speed
+            is identified too.
 
-    Rows with an unknown number are left out. Raises InputError for unequal lengths, time that does not rise, fewer than
-    50 rows and a shaft that never turns.
+    Rows with NaN are left out. Raises InputError for unequal lengths, time that does not rise, fewer than 50 rows and a
+    shaft that never turns.
     """
     time, speed, shaft = _checked(time, speed, shaft)
     found, slow = (_fit(time, speed, shaft, propeller, lagged) for lagged in (False, True))
@@ -157,13 +157,13 @@ def identify_surge(
         found = slow
     if propeller is not None:
         return found
-    # What one log cannot tell apart it may still tell together.
+    # Parameters that the log does not separate may still be determined in combination.
     more = _ASSUMED if found.identified else _known_together(found, speed, shaft)
     return replace(found, verdict=f"{found.verdict} {more}".strip())
 
 
 def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None, lagged: bool) -> SurgeIdentification:
-    """The least squares. Commands are fitted in units of their largest, at which g is an acceleration."""
+    """Fit by least squares. Commands are divided by their largest, so that g is an acceleration."""
     from scipy.optimize import least_squares
 
     unit = float(np.abs(shaft).max())
@@ -174,7 +174,7 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
     def curve_of(parameters: Floats) -> Floats:
         if propeller is None:
             return np.array([parameters[2], parameters[4], 0.0, 1.0, 1.0, 0.0])
-        # The same advance ratios for the shaft in units of its largest.
+        # Keeps the advance ratios for the scaled shaft.
         curve = propeller.curve(parameters[2])
         curve[1] /= unit
         return curve
@@ -191,7 +191,7 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
         scale.append(_FIRST_LAG)
         low.append(1e-4)
     guess = np.array([*scale[:3], speed[0], *scale[4:]])
-    # From two starts: drag and the fall of thrust can change places.
+    # Two starts, because drag and the fall of thrust can substitute for each other.
     fits = []
     for factor in (1.0, 10.0):
         start = guess * np.array((factor, 1.0, factor, 1.0, 1.0, 1.0))[: len(guess)]
@@ -214,14 +214,14 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
 
 
 def _known_together(found: SurgeIdentification, speed: Floats, shaft: Floats) -> str:
-    """What a log tells of a boat whose drag it cannot tell from a thrust that falls with speed."""
+    """The combined result for a log that does not separate drag from the fall of thrust with speed; "" if neither."""
     model, full = found.model, float(np.abs(shaft).max())
     steady = _steady(full, model.linear_drag, model.quadratic_drag, model.curve())
     if float(np.percentile(speed, 98.0) - np.percentile(speed, 2.0)) < LEAST_SPREAD * float(np.percentile(speed, 98.0)):
         return ""
     return (
-        f"Drag and the loss of thrust with speed are distinguished only if the propeller's diameter is given; together "
-        f"they hold {steady:.2f} m/s at the highest command of {full:g}, from a thrust at rest of "
+        "Give the propeller's diameter to separate drag from the loss of thrust with speed. Both together give "
+        f"{steady:.2f} m/s at the highest command of {full:g}, with a thrust at rest of "
         f"{found.thrust_at_rest * full**2:.2g} m/s²."
     )
 
@@ -244,7 +244,7 @@ def _checked(time: ArrayLike, speed: ArrayLike, shaft: ArrayLike) -> tuple[Float
 
 
 def _deviations(jacobian: Floats, residual: Floats) -> Floats:
-    """1σ of every parameter; correlated residuals count for less than their number."""
+    """1σ of every parameter, enlarged if the residuals are correlated."""
     n = len(residual)
     spectrum = np.abs(np.fft.rfft(residual, 2 * n)) ** 2
     correlation = np.fft.irfft(spectrum)[: n // 4]
@@ -253,7 +253,7 @@ def _deviations(jacobian: Floats, residual: Floats) -> Floats:
     inflation = 1.0 + 2.0 * correlation[1 : faded[0] if len(faded) else None].sum()
     variance = residual @ residual / (n - jacobian.shape[1]) * max(inflation, 1.0)
     scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
-    # A direction that the log does not determine gets an enormous deviation in place of a failed inverse.
+    # A direction that the log does not determine gets a very large σ; an inverse would fail.
     _, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     weights = rows / np.maximum(singular, 1e-9)[:, None]
     return np.sqrt(variance * (weights**2).sum(axis=0)) / scale
@@ -263,9 +263,8 @@ def _verdict(model: SurgeModel, std: Floats, speed: Floats) -> tuple[bool, str]:
     low, high = np.percentile(speed, (2.0, 98.0))
     if high - low < LEAST_SPREAD * high:
         return False, (
-            f"Not identified: the speed stays within {low:.2f} and {high:.2f} m/s, which shows the ratio of drag to "
-            "thrust only; sail a staircase of three speeds or more, the highest at least half as fast again as the "
-            "lowest."
+            f"Not identified: the speed stays between {low:.2f} and {high:.2f} m/s, which determines only the ratio of "
+            "drag to thrust; sail a staircase of three speeds or more, the highest at least 1.5 times the lowest."
         )
     middle = 0.5 * (low + high)
     drag = (model.linear_drag + model.quadratic_drag * middle) * middle
@@ -285,7 +284,7 @@ def _verdict(model: SurgeModel, std: Floats, speed: Floats) -> tuple[bool, str]:
 
 @kernel
 def following(time: Floats, command: Floats, lag: float) -> Floats:
-    """(n,) a shaft that follows with a lag (s) what goes evenly from row to row of a command."""
+    """(n,) response of a shaft with a first-order lag (s) to a command that is linear from row to row."""
     out = np.empty(len(time))
     out[0] = command[0]
     for k in range(1, len(time)):
@@ -337,7 +336,7 @@ def _time_to(
 
 @kernel
 def _steady(shaft: float, linear_drag: float, quadratic_drag: float, curve: Floats) -> float:
-    """The speed that a shaft speed holds, by bisection."""
+    """The steady speed (m/s) at a shaft speed, by bisection."""
     low, high = 0.0, 1.0
     while surge_rate(high, shaft, linear_drag, quadratic_drag, curve) > 0.0 and high < 1e3:
         high *= 2.0

@@ -1,9 +1,9 @@
 """Nomoto's K, T and rudder bias from a zigzag or a turning circle, for the gains of an autopilot.
 
 T ω̇ + ω = K (δ + b), P1 (26)–(27), P0 (51)–(52), by maximum likelihood on the innovations of a Kalman filter with the
-rudder as input: measurement and process noise are estimated separately, so that the intervals have their coverage.
-From an angle (a compass heading, or a course) the likelihood is linear in K and b; from positions alone the five-state
-filter gives it. The 95 % of the intervals is nominal: for a noisy zigzag of four minutes the coverage is 90 to 92 %.
+rudder as input. Measurement and process noise are estimated separately, so that the intervals have their coverage. For
+an angle (a compass heading, or a course) the innovations are linear in K and K b; for positions alone, the five-state
+filter gives the likelihood. The intervals are nominally 95 %; a noisy zigzag of four minutes has 90 to 92 %.
 """
 
 import math
@@ -34,15 +34,15 @@ _START_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 _START_RATIOS = (1e-6, 1e-3, 1.0)
 _EXPECTED = np.log([1e-4, 1e-3, 0.3])
 _EXPECTED_STD = np.array([4.0, 4.0, 2.0])
-"""Prior σ of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m): wide, for what a record leaves open."""
+"""Prior σ of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m); wide: data outweigh it if they can."""
 _BIG = 1e12
 
 
 @dataclass(frozen=True)
 class YawModel:
-    """The model of a manoeuvre, numbers with 95 % intervals; the unit of the rudder, rad or N·m, is the record's."""
+    """Nomoto's model with 95 % intervals; the unit of the rudder (rad or N·m) is that of the record."""
 
-    gain: Interval  # K, rad/s for a unit of rudder, + for one that turns to starboard
+    gain: Interval  # K, rad/s per unit of rudder; positive if positive rudder turns to starboard
     time_constant: Interval  # T, s
     rudder_bias: Interval  # b: with the rudder at −b the vessel goes straight
     samples: int
@@ -51,7 +51,7 @@ class YawModel:
     def gains(self, bandwidth: float, damping: float = 1.0, limit: float = math.inf) -> AnglePIDGains:
         """The autopilot's gains by pole placement, P0 (57)–(59); see `control.course.place_poles`.
 
-        Raises InputError as that does, and for a rudder that is counted positive to port.
+        Raises InputError as `place_poles` does, and if positive rudder turns to port.
         """
         if self.gain.value < 0.0:
             raise InputError(
@@ -62,15 +62,15 @@ class YawModel:
 
 
 def identify_yaw(time: ArrayLike, rudder: ArrayLike, angle: ArrayLike) -> YawModel:
-    """K, T and b from a rudder and an angle.
+    """Identify K, T and b from a rudder and an angle.
 
     Args:
         time: (n,) s, rising.
         rudder: (n,) rudder angle (rad) or yaw moment (N·m); a row's value holds until the next row, as a command does.
         angle: (n,) heading or course, rad, wrapped or not; NaN where it was not measured.
 
-    Raises InputError when lengths differ, time does not rise, or the manoeuvre does not suffice: fewer than 30 angles,
-    a rudder that never moves, less than 3° of turning.
+    Raises InputError if lengths differ, time does not rise, or the manoeuvre is too small: fewer than 30 angles, a
+    rudder that never moves, less than 3° of turning.
     """
     time, rudder, angle = _columns(time, rudder, angle=angle)
     angle = _unwrapped(angle)
@@ -104,13 +104,13 @@ def identify_yaw(time: ArrayLike, rudder: ArrayLike, angle: ArrayLike) -> YawMod
 
 
 def identify_yaw_from_fixes(fixes: Fixes, time: ArrayLike, rudder: ArrayLike) -> YawModel:
-    """K, T and b of the course, from positions alone.
+    """Identify K, T and b of the course from positions alone.
 
     Args:
         fixes: one vessel's positions, under way.
-        time, rudder: (m,) Unix s and the rudder that holds from each of them to the next, as for `identify_yaw`.
+        time, rudder: (m,) Unix s, and the rudder from each time to the next, as for `identify_yaw`.
 
-    Raises InputError as that does, and where the fixes and the rudder have no time in common.
+    Raises InputError as `identify_yaw` does, and if fewer than 30 fixes lie within the times of the rudder.
     """
     time, rudder = _columns(time, rudder)
     fixes = fixes.rows(fixes.has_position).in_order().between(time[0], time[-1])
@@ -125,7 +125,7 @@ def identify_yaw_from_fixes(fixes: Fixes, time: ArrayLike, rudder: ArrayLike) ->
     model = model_of_profile(Profile(speed_noise=1.0, course_rate_noise=1.0, position_std=1.0))
 
     def cost(point: Floats) -> float:
-        """−log L of (log T, log S_ω, log S_U, log σ, K, c), with a wide prior on what the record may not determine."""
+        """−log L of (log T, log S_ω, log S_U, log σ, K, c), with a wide prior on the noises."""
         if not _sane(point[:4]):
             return _BIG
         loosely = 0.5 * float(np.sum(((point[1:4] - _EXPECTED) / _EXPECTED_STD) ** 2))
@@ -146,7 +146,7 @@ def identify_yaw_from_fixes(fixes: Fixes, time: ArrayLike, rudder: ArrayLike) ->
 
 
 def _minimised(cost: Callable[[Floats], float], point: Floats) -> Floats:
-    """Nelder and Mead's simplex, begun anew from its end until that gains nothing."""
+    """The minimum by Nelder and Mead's simplex, restarted from its result until this gains less than 0.01."""
     value = cost(point)
     for _ in range(6):
         simplex = point + np.vstack([np.zeros(len(point)), np.diag(np.maximum(0.3 * np.abs(point), 0.02))])
@@ -169,7 +169,7 @@ def _profiled(innovations: Floats) -> tuple[float, Floats, float]:
 
 
 def _steps(point: Floats, logarithms: int) -> Floats:
-    """Steps for the curvature: of a logarithm absolute, of K and c relative to the turning they make."""
+    """Steps for the curvature: 0.01 for logarithms; for K and c, 1 % of the larger of them."""
     steps = np.full(len(point), 1e-2)
     steps[logarithms:] = 1e-2 * max(float(np.max(np.abs(point[logarithms:]))), 1e-9)
     return steps
@@ -181,7 +181,7 @@ def _sane(logarithms: Floats) -> bool:
 
 
 def _model(log_time: float, linear: Floats, spread: Floats, scale: float, samples: int, measured: str) -> YawModel:
-    """From (log T, K, c) in scaled rudder and their covariance to K, T, b in the record's unit."""
+    """The model in the record's unit from (log T, K, c) for the scaled rudder and their covariance."""
     gain, push = linear
     if gain == 0.0:
         raise InputError("the vessel does not respond to the rudder, expected a manoeuvre that it follows")
@@ -198,7 +198,7 @@ def _model(log_time: float, linear: Floats, spread: Floats, scale: float, sample
 
 
 def _smoothed(fixes: Fixes) -> Motion:
-    """The smoothed fixes with a course that are not rejected: for a first guess and a start."""
+    """The smoothed estimate at fixes that have a course and are not rejected, for the first guess and the start."""
     motion = estimate(fixes, smooth=True)
     known = np.isfinite(motion.cog) & (motion.status != REJECTED)
     if known.sum() < _FEWEST:
@@ -207,7 +207,7 @@ def _smoothed(fixes: Fixes) -> Motion:
 
 
 def _under_way(model: Model, north: Floats, east: Floats, motion: Motion) -> Bank:
-    """A filter that starts at the first place, with the smoothed speed and course."""
+    """A filter that starts at the first position, with the smoothed speed and course."""
     bank, position, speed = empty_bank(model), model.receiver["fix_variance"][0], motion.sog[0]
     bank.x[0] = north[0], east[0], speed, motion.cog[0], 0.0
     bank.p[0] = np.diag([position, position, (0.3 * speed) ** 2, 0.1 * speed**2, 0.1])
@@ -216,7 +216,7 @@ def _under_way(model: Model, north: Floats, east: Floats, motion: Motion) -> Ban
 
 
 def _merged(fixes: Fixes, time: Floats, rudder: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Rows of fixes and of rudder in one order: time, the rudder that holds, north and east or NaN."""
+    """Fixes and rudder merged in time order: time, current rudder, north and east (NaN in rows without a fix)."""
     moments = np.unique(np.concatenate([time[time > fixes.time[0]], fixes.time]))
     held = rudder[np.clip(np.searchsorted(time, moments, side="right") - 1, 0, None)]
     north, east = np.full(len(moments), np.nan), np.full(len(moments), np.nan)

@@ -1,7 +1,7 @@
 """Likelihood of a record of an angle, or of positions, for a Nomoto vessel with a known rudder.
 
-T ω̇ + ω = K δ + c + white noise, χ̇ = ω: P1 (26)–(27), with c = K b for a rudder bias b. Against the five-state model,
-whose course rate decays and is driven by noise, it has the rudder as a known input: 1/T is α2 of P0 (15).
+T ω̇ + ω = K δ + c + white noise, χ̇ = ω: P1 (26)–(27), with c = K b for a rudder bias b. This is the course rate of the
+five-state model with the rudder as an additional known input; 1/T is α2 of P0 (15).
 """
 
 import math
@@ -24,8 +24,8 @@ _NODE = math.sqrt(0.15)
 
 @lean_kernel
 def rate_noise(decay: float, t: float) -> tuple[float, float, float]:
-    """What a unit of noise of a rate that decays (1/s) adds after t to its variance, its covariance with the angle and
-    the angle's variance: by quadrature, where the rate decays by much in closed form."""
+    """Covariance that unit noise on a decaying rate adds within t s: (rate variance, covariance with the angle, angle
+    variance). By quadrature; in closed form if decay · t > 0.5. decay in 1/s."""
     left, turn, _ = decaying(decay, t)
     if decay * t > 0.5:
         rate = 0.5 * (1.0 - left * left) / decay
@@ -44,11 +44,11 @@ def rate_noise(decay: float, t: float) -> tuple[float, float, float]:
 def angle_innovations(
     time: Floats, angle: Floats, rudder: Floats, time_constant: float, ratio: float, out: Floats
 ) -> None:
-    """Innovations of an angle without a rudder, their derivatives to K and c, their variance: out (n, 4).
+    """Innovations of an angle without a rudder, their responses to K and to c, and their variance: out (n, 4).
 
-    time, angle, rudder: (n,), s, unwrapped rad and the rudder that holds from its row to the next. `ratio` is the
-    noise density of the rate over the variance of an angle, 1/s³; the variances are in units of the latter. NaN where
-    no angle was measured.
+    time, angle, rudder: (n,), s, unwrapped rad and the rudder from its row to the next. `ratio`: noise density of the
+    rate divided by the variance of an angle, 1/s³; variances are in units of that variance. NaN where no angle was
+    measured.
     """
     states = np.zeros((3, 2))  # (angle, rate): the estimate, and its response to K and to c
     p_aa, p_ar, p_rr = 1e6, 0.0, 1e6 * max(ratio, 1e-6)
@@ -97,9 +97,9 @@ def positions_cost(
 ) -> float:
     """−log likelihood of the fixes of a record under the five-state filter with the rudder as input.
 
-    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. The only mode of `model` has 1/T for α2.
-    `bank` is a filter under way before the first row: a start at the filter's own decision would make the likelihood
-    discontinuous. Every fix corrects: which ones are outliers must not depend on the parameters.
+    time, rudder, north, east: (n,), NaN in rows without a fix. `push` is c. The only mode of `model` has α2 = 1/T.
+    `bank` is a filter started before the first row: a filter that chooses its own start would make the likelihood
+    discontinuous. Every fix is used: the choice of outliers must not depend on the parameters.
     """
     x, p, decay, variance = bank.x[0], bank.p[0], model.modes[0].rate_decay, model.receiver[0].fix_variance
     cost = 0.0
@@ -108,7 +108,7 @@ def positions_cost(
         if dt > 0.0:
             left, turn, area = decaying(decay, dt)
             wanted = gain * rudder[k - 1] + push
-            # The mean of the rudder's turn bends the step over ground, the rest changes the course at its end.
+            # The rudder's mean turn within the step changes the path; the rest changes only the course at its end.
             mean = wanted * (0.5 * dt - area / dt)
             x[COURSE] += mean
             advance(bank, model, dt)

@@ -1,6 +1,6 @@
-"""Pilots for boats: one builder for simulation, replay and live.
+"""Build the pilot of a boat, for simulation, replay and live runs alike.
 
-A boat is a `control.boats.Boat`, whether a vessel of a scenario declares it or the table [boat] of a mission does.
+The boat is a `control.boats.Boat`, declared by the vessel of a scenario or by the table [boat] of a mission.
 """
 
 import math
@@ -17,21 +17,20 @@ from steerway.pilot.orders import LegSource, SpeedLoop
 from steerway.pilot.pilot import Observer, Pilot
 
 DEFAULT_KINDS = "pole-placement", "pi"
-"""Kinds of autopilot and speed controller."""
+"""Default kinds of autopilot and speed controller."""
 ANGLE_STD = math.radians(1.0)
-"""1σ of an estimated course or heading, as predictive and LQG autopilots take it."""
+"""rad, 1σ of an estimated course or heading, for the observers of MPC and LQG autopilots."""
 _LONGEST_SPEED_TIME = 60.0
-"""s, of the speed's response in the steering filter."""
+"""s, upper limit of the time constant of speed in the steering filter."""
 _TIME_STD = 0.5
-"""1σ of the time constant of a vehicle's own yaw-rate loop, as a share: they answer in 0.1 to 1.3 s. Chosen."""
+"""Relative 1σ of the time constant of a vehicle's own yaw-rate loop: such loops respond in 0.1 to 1.3 s."""
 _INTEGRAL = 0.1
-"""1/s at which the integral of such a loop adds what is missing of an ordered yaw rate. Chosen: of a motorboat by
-ArduPilot's Rover it is 0.1 to 0.26 1/s, and many loops have none. With 0.2 boats without one are lost in a current.
-"""
+"""1/s, integral gain assumed for such a loop: ArduPilot's Rover has 0.1 to 0.26 1/s for a motorboat, many loops have
+none. With 0.2, simulated boats without an integral got lost in a current; with 0.1 both kinds keep the route."""
 _SLIP_STD = 0.25
-"""s, 1σ of the time constant of the sway of a boat whose pivot point is not declared. Chosen."""
+"""s, 1σ of the time constant of sway, for a boat whose pivot point is not declared."""
 _SLIP = 0.2
-"""Share of its speed that such a vehicle loses in its tightest turn before its own loop makes it up. Chosen: an Otter
+"""Share of its speed that such a vehicle loses in its tightest turn, before its own speed loop compensates. An Otter
 loses 0.3 at 15°/s."""
 
 
@@ -52,13 +51,13 @@ def build_pilot(
     observer: Observer | None = None,
     speed: SpeedLoop | None = None,
 ) -> Pilot:
-    """A pilot in its initial state.
+    """Build a pilot in its initial state.
 
-    kinds: one of `heading_steering.KINDS` and one of `speed_force.CONTROLLERS`. shaper: of the references of an
-    autopilot for course or heading alone; without one the boat is steered by the estimated current, where the
-    estimator knows it, and holds a position within `radius` (m). angle_std: as of `Boat.autopilot`; steer_by,
-    max_dead_reckoning and observer: as of `Pilot`; course_estimate: as of `Boat.autopilot_in_current`. speed: in place
-    of the boat's own speed loop.
+    kinds: one of `heading_steering.KINDS` and one of `speed_force.CONTROLLERS`. shaper: shapes the references of an
+    autopilot that ignores the current. Without a shaper, the pilot compensates the current if the estimator provides
+    it, and holds a position within `radius` (m). angle_std: as in `Boat.autopilot`; steer_by, max_dead_reckoning,
+    observer: as in `Pilot`; course_estimate: `estimate` of `Boat.autopilot_in_current`. speed: replaces the boat's own
+    speed loop.
     """
     station: StationKeeper | PositionHold | None
     steering: InCurrent | None
@@ -86,7 +85,7 @@ def build_pilot(
 
 
 def response_of(boat: Boat) -> Response:
-    """The numbers of a boat that the steering filter uses."""
+    """The parameters of a boat that the steering filter uses."""
     _, time, linear, munk, quadratic = boat.yaw_response
     slowly = min(boat.speed_time, _LONGEST_SPEED_TIME)
     motion = time, boat.turn_rate, boat.cruise, boat.top_speed, linear, munk, quadratic, slowly
@@ -97,5 +96,5 @@ def response_of(boat: Boat) -> Response:
     made = made._replace(wander=max(made.wander, boat.yaw_wander / boat.turn_rate), **doubt)
     if not boat.takes_rates:
         return made
-    # One number of the damping, the time constant and the gain is free.
+    # Damping, time constant and gain are known only up to a common factor: the damping is fixed.
     return made._replace(over_ground=True, time_std=_TIME_STD, damping_std=0.0, slip=_SLIP, integral=_INTEGRAL)

@@ -1,4 +1,4 @@
-"""What a pilot is made of, and what one step of it gives."""
+"""The interfaces of a pilot's blocks, and the output of one step of a pilot."""
 
 import math
 from dataclasses import dataclass
@@ -12,43 +12,43 @@ from steerway.guidance.waypoints import Phase
 
 
 class Mode(IntEnum):
-    """What the pilot does."""
+    """Mode of the pilot."""
 
     WAITING = 0  # no position yet: no command
     UNDER_WAY = 1  # on the route
     HOLDING = 2  # keeping station
     STOPPED = 3  # the route is finished, engines off
     BLIND = 4  # no position for too long, engines off
-    OVERPOWERED = 5  # no way is made: the current exceeds the boat's speed; engines off
-    IDLE = 6  # someone else steers: no command
+    OVERPOWERED = 5  # no headway: the current exceeds the boat's speed; engines off
+    IDLE = 6  # another program or a person steers: no command
 
 
 class Steered(NamedTuple):
-    """What one step of control gave."""
+    """Output of control in one step."""
 
-    command: tuple[float, ...]  # one an actuator
+    command: tuple[float, ...]  # one per actuator
     force: float  # demanded of the actuation, N
     yaw: float  # the autopilot's output
     reference: Reference  # what the autopilot followed
 
 
 class Orders(NamedTuple):
-    """What one step of the pilot gave and why."""
+    """Output of the pilot in one step: the commands, and the values that led to them."""
 
-    command: tuple[float, ...]  # one an actuator
+    command: tuple[float, ...]  # one per actuator
     estimate: Estimate
     leg: LegState
-    desired: Reference  # of guidance: course, or heading where the law gives one
+    desired: Reference  # by guidance: a course, or a heading if the law gives one
     reference: Reference  # what the autopilot followed
     speed: float  # desired, m/s
     force: float  # demanded of the actuation, N
     yaw: float  # the autopilot's output
     mode: Mode
-    by_course: bool  # whether the course is steered by, else the heading
+    by_course: bool  # whether the autopilot controls course; else it controls heading
 
 
 class LegSource(Protocol):
-    """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`, aboard a `Guide`."""
+    """Source of the current leg: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`, on board a `Guide`."""
 
     lead: float
     preview: float
@@ -58,7 +58,7 @@ class LegSource(Protocol):
 
     @property
     def given_course(self) -> float:
-        """Course (rad) that is steered in place of that of a guidance law; NaN for none."""
+        """Course (rad) to steer in place of the guidance law's; NaN for none."""
 
     @property
     def following(self) -> float: ...
@@ -67,7 +67,7 @@ class LegSource(Protocol):
 
 
 class SpeedLoop(Protocol):
-    """What makes a surge force (N) of a desired speed: `control.speed_pi.SpeedPI`, `SteadyForce`."""
+    """Controller that turns a desired speed into a surge force (N): `control.speed_pi.SpeedPI`, `SteadyForce`."""
 
     def step(self, desired: float, speed: float, dt: float) -> float: ...
 
@@ -80,7 +80,7 @@ class SpeedLoop(Protocol):
 
 @dataclass
 class SteadyForce:
-    """The same thrust always (N), as the papers do instead of speed control."""
+    """A constant thrust (N) in place of speed control, as in the papers."""
 
     force: float = 0.0
 
@@ -89,7 +89,7 @@ class SteadyForce:
         return self.force if desired > 0.0 else 0.0
 
     def speed_of(self, force: float) -> float:
-        """Not known."""
+        """NaN: unknown."""
         return math.nan
 
     def limited_to(self, achieved: float) -> None:

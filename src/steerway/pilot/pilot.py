@@ -1,8 +1,8 @@
-"""One step of the loop: estimate, guide, supervise, control. Simulation, replay and live drive this one object.
+"""One step of the loop: estimate, guide, supervise, control. Simulation, replay and live runs share this class.
 
-A pilot turns measurements and the time since the step before into actuator commands. It knows no vessel model, no clock
-and no I/O; each of its blocks is given to it. An observer is called between the stages and decides what is done: in
-simulation a `Lookout`, aboard the supervisor of links, clocks and fences. `build` makes pilots.
+A pilot turns measurements and the time since the last step into actuator commands. It has no vessel model, clock or I/O
+of its own; its blocks are arguments. An observer is called between the stages and chooses the mode: in simulation a
+`Lookout`, on board the supervisor of links, clocks and fences. `build` makes pilots.
 """
 
 import math
@@ -25,33 +25,33 @@ from steerway.pilot.orders import LegSource, Mode, Orders, SpeedLoop, Steered
 
 UNKNOWN = Reference(math.nan, 0.0, 0.0)
 _LEAST_SHARE = 0.7
-"""Share of the route's speed that the boat is taken to have through the water, as in `InCurrent.heading`."""
+"""Lower limit of the speed through the water, as a share of the route's speed; as in `InCurrent.heading`."""
 
 
 class Observer(Protocol):
-    """What is called between the stages of a step: `Lookout`, aboard `live.autopilot.supervisor.Supervisor`."""
+    """Called between the stages of a step: in simulation `Lookout`, on board `live.autopilot.supervisor.Supervisor`."""
 
     def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
-        """What the pilot does in this step, with the leg known."""
+        """After the leg is known: the mode of the pilot in this step."""
 
     def ask(
         self, pilot: "Pilot", desired: Reference, speed: float, estimate: Estimate
     ) -> tuple[Reference, float, Estimate]:
-        """Before control: the course or heading, the speed (m/s) and the estimate that it goes by."""
+        """Before control: the course or heading, the speed (m/s) and the estimate that control uses."""
 
     def allows(self, pilot: "Pilot", steered: Steered, estimate: Estimate) -> bool:
-        """After control: whether the commands may be carried out."""
+        """After control: whether the commands may be sent to the actuators."""
 
 
 class Lookout:
-    """The observer of a simulation: no engines without a position for too long, nor where no way is made."""
+    """The observer of a simulation: stops the engines if positions are missing too long or there is no headway."""
 
     def __init__(self, max_dead_reckoning: float):
         self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
         self._blind = 0.0
 
     def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
-        """The mode, by what is known and by the phase of the mission."""
+        """The mode, by the age of the last position, the mission's phase and the current."""
         pilot.measured_shaft(measurements.shaft)
         self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
         phase = pilot.mission.phase
@@ -68,11 +68,11 @@ class Lookout:
     def ask(
         self, pilot: "Pilot", desired: Reference, speed: float, estimate: Estimate
     ) -> tuple[Reference, float, Estimate]:
-        """What guidance wants."""
+        """The arguments, unchanged."""
         return desired, speed, estimate
 
     def allows(self, pilot: "Pilot", steered: Steered, estimate: Estimate) -> bool:
-        """Always."""
+        """Always True."""
         return True
 
 
@@ -80,21 +80,22 @@ class Pilot:
     """Steers a boat along a mission.
 
     estimator: measurements → estimate.
-    mission:   position → leg under way; may be exchanged at any time.
+    mission:   position → current leg; may be replaced at any time.
     law:       leg → desired course, or heading.
     autopilot: course or heading → yaw moment, rudder angle or yaw rate.
     actuation: force and autopilot's output → commands.
     speed:     speed → surge force; without it no force is demanded.
-    station:   keeps a point where the mission says so; without it the pilot stops there. A `StationKeeper` needs a
-        compass, a `PositionHold` an estimator that knows the current.
+    station:   holds a position where the mission asks for it; without it the pilot stops there. A `StationKeeper` needs
+        a compass, a `PositionHold` an estimator that provides the current.
     cruise:    speed where the mission gives none, m/s.
-    steer_by:  "course"; "heading" for a law that gives a heading; "crab" for a course by the heading that makes it good
-               in the current, where the estimator knows it.
-    in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early. The
-               heading of a law is then the course that it makes good, and its gains find what the estimate misses.
-    spot_turn: corners that are turned on the spot there; None: by a boat under way.
+    steer_by:  "course"; "heading" for a law that gives a heading; "crab": steer the heading that yields the course in
+               the estimated current.
+    in_current: if the estimator provides the current: steers the heading that yields the course, and begins turns
+               early. A law's heading is converted to the course that it yields; the gains of the law then compensate
+               errors of the estimated current.
+    spot_turn: with `in_current`, turns on the spot at corners; None: the boat turns under way.
     max_dead_reckoning: time without a position after which the engines stop, s.
-    observer: supervises in place of a `Lookout` with that time.
+    observer: replaces the default, a `Lookout` with that time.
     """
 
     def __init__(
@@ -125,7 +126,7 @@ class Pilot:
         self._turns_headings = by_heading and in_current is not None
         self._crabs = steer_by == "crab"
         self._turns = getattr(speed, "turns", None)  # for a speed loop that uses the measured shaft speed
-        self._orders = getattr(estimator, "order", _no_order)  # for an estimator that uses what was ordered
+        self._orders = getattr(estimator, "order", _no_order)  # for an estimator that uses the orders
 
     @property
     def finished(self) -> bool:
@@ -133,7 +134,7 @@ class Pilot:
         return self.mode in (Mode.STOPPED, Mode.OVERPOWERED)
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
-        """The commands now, dt s after the step before."""
+        """The commands, dt s after the last step."""
         estimate = self.estimator.step(measurements, dt)
         leg = self.mission.step(estimate.north, estimate.east, dt)
         self._look_ahead(leg, estimate, dt)
@@ -155,14 +156,14 @@ class Pilot:
         return Orders(command, estimate, leg, desired, reference, speed, force, yaw, mode, by_course)
 
     def _guide(self, leg: LegState, estimate: Estimate, dt: float) -> tuple[Reference, float]:
-        """The desired course, or heading, and speed; without a command other programs may steer by the leg."""
+        """The desired course (or heading) and speed (m/s); also while another program steers along the leg."""
         given = self.mission.given_course
         if math.isfinite(given):
             return Reference(given, 0.0, 0.0), leg.speed
         if self.mode not in (Mode.UNDER_WAY, Mode.IDLE) or math.isnan(leg.direction):
             return UNKNOWN, 0.0
         speed = self.cruise if math.isnan(leg.speed) else leg.speed
-        dt = dt if self.mode is Mode.UNDER_WAY else 0.0  # who is not steered by it teaches the law nothing
+        dt = dt if self.mode is Mode.UNDER_WAY else 0.0  # else the law would integrate errors of another helmsman
         desired = self.law.step(self._seen(leg, speed, estimate), estimate.cog, estimate.sog, dt)
         if self.spot_turn is not None:
             speed = self.spot_turn.speed(leg, speed)
@@ -178,7 +179,7 @@ class Pilot:
         return desired, speed
 
     def _steer(self, desired: Reference, speed: float, estimate: Estimate, dt: float) -> Steered:
-        """Control: the commands for a desired course (or heading) and speed (m/s)."""
+        """The commands for a desired course (or heading) and speed (m/s)."""
         if self.in_current is not None and estimate.knows_current:
             return self._steer_in_current(self.in_current, desired, speed, estimate, dt)
         force = 0.0 if self.speed is None else self.speed.step(speed, estimate.sog, dt)
@@ -189,25 +190,25 @@ class Pilot:
         return self._actuate(force, self._yaw(desired, estimate, dt, self._law_of_course))
 
     def uses_current(self, estimate: Estimate) -> bool:
-        """Whether the course is steered by the heading that makes it good."""
+        """Whether the pilot steers a heading computed from the estimated current."""
         return estimate.knows_current and (self._crabs or self.in_current is not None)
 
     def measured_shaft(self, shaft: float) -> None:
-        """The shaft's measured speed now (rev/s, NaN for none), for a speed loop that uses it."""
+        """Pass the measured shaft speed (rev/s, NaN for none) to a speed loop that uses it."""
         if self._turns is not None:
             self._turns(shaft)
 
     def _seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
-        """The leg as the guidance law sees it, for a speed of the route (m/s)."""
+        """The leg for the guidance law, in a current with a shorter lookahead; speed: of the route, m/s."""
         if self.in_current is None or not estimate.knows_current:
             return leg
         return self.in_current.with_shorter_lookahead(leg, speed, estimate)
 
     def _look_ahead(self, leg: LegState, estimate: Estimate, dt: float) -> None:
-        """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins,
-        and how far ahead on a curve the boat has to look.
+        """Set, for the mission's next step, the distance from the waypoint at which to turn into the next leg (`lead`)
+        and the look-ahead distance on a curve (`preview`).
 
-        And whether the boat can make way along the leg is watched, `in_current.trouble`.
+        Also watch whether the boat makes headway along the leg (`in_current.trouble`).
         """
         lead, following = math.nan, self.mission.following
         on_leg = self.mission.phase is not Phase.HOLDING and math.isnan(self.mission.given_course)
@@ -246,7 +247,7 @@ class Pilot:
     def _about(
         self, station: PositionHold, steering: InCurrent, leg: LegState, estimate: Estimate, dt: float
     ) -> Steered:
-        """Control: the commands that keep the boat about the waypoint of a leg."""
+        """The commands that hold the boat near the waypoint of a leg."""
         wanted = station.step(leg.distance, leg.bearing, estimate)
         if wanted.water_speed == 0.0:
             if self.speed is not None:
@@ -255,7 +256,7 @@ class Pilot:
         return self._through_water(steering, Reference(wanted.heading, 0.0, 0.0), wanted.water_speed, estimate, dt)
 
     def restart(self) -> None:
-        """Forget the trim and the reference: the next step under way begins with the boat's own course."""
+        """Reset integrals and reference: the next step under way starts from the boat's present course."""
         self.autopilot.release()
         self.autopilot.controller.restart()
         for each in (self.in_current, self.spot_turn, self.speed):
@@ -263,14 +264,14 @@ class Pilot:
                 each.restart()
 
     def _rest(self) -> Steered:
-        """Engines off: the commands that do nothing. The autopilot begins anew with the next step under way."""
+        """Neutral commands, engines off. The autopilot restarts with the next step under way."""
         self.autopilot.release()
         *command, _, _ = self.actuation.step(0.0, 0.0)
         self._orders(0.0, self.cruise if self.speed is None else 0.0)
         return Steered(tuple(command), 0.0, 0.0, self._reference())
 
     def _change(self, mode: Mode) -> None:
-        """Integrals of one mode are of no use in another."""
+        """Enter a mode, with the integrals of the last mode reset."""
         if mode is Mode.HOLDING and self.station is not None:
             self.station.restart()
         if mode is Mode.HOLDING and self.in_current is not None:
@@ -296,7 +297,7 @@ class Pilot:
         return desired, self._actuate(force, self._yaw(desired, estimate, dt, course_wanted=False))
 
     def _leave(self) -> Steered:
-        """Someone else steers: no command, and an estimator that uses orders knows of none."""
+        """No command, because another program or a person steers; the estimator's orders become NaN."""
         self._orders(math.nan, math.nan)
         return Steered((), 0.0, 0.0, self._reference())
 
@@ -305,9 +306,7 @@ class Pilot:
         return self.autopilot.step(desired, cog, course_rate, heading, yaw_rate, sog, dt, course_wanted)
 
     def _actuate(self, force: float, yaw: float, fed: float = 0.0) -> Steered:
-        """The commands; integrals are kept within what limits leave of them. `fed` is added to the autopilot's
-        output.
-        """
+        """The commands for a force and the autopilot's output plus a feedforward `fed`; limits stop the integrals."""
         *command, achieved_force, achieved_yaw = self.actuation.step(force, yaw + fed)
         self.autopilot.limited_to(achieved_yaw - fed)
         if self.speed is not None:

@@ -1,4 +1,4 @@
-"""What tracks are off a reference, and statistics of that."""
+"""Differences of tracks from a reference track, and their statistics."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -18,7 +18,7 @@ QUANTITIES = {
     "cog": ("COG", "°", np.degrees(1.0)),
     "course_rate": ("course rate", "°/s", np.degrees(1.0)),
 }
-"""Name of a difference: its label, unit and factor from SI."""
+"""Name of a difference → label, unit and factor from SI."""
 _STATISTICS: dict[str, Callable[[Floats], Any]] = {
     "rms": rms,
     "median": np.median,
@@ -26,18 +26,18 @@ _STATISTICS: dict[str, Callable[[Floats], Any]] = {
     "max": np.max,
 }
 _LONGEST_STEP = 5.0
-"""Usual steps of the reference over which it is interpolated."""
+"""Longest step of the reference that is interpolated, in multiples of its median step."""
 
 
 def differences(reference: NamedTrack, track: NamedTrack) -> dict[str, np.ndarray]:
-    """What a track is off the reference at the track's times, (n,) each in SI; NaN where either is unknown.
+    """Track minus reference at the track's times, (n,) each, SI; NaN where either is unknown.
 
-    The reference is interpolated in time, but not over gaps. "position" is a distance, the others are
-    signed.
+    The reference is interpolated in time, but not over gaps. "position" is a distance; the others are signed. Raises
+    InputError if the two do not overlap in time.
     """
     time, order = np.unique(reference.time, return_index=True)
     if len(time) < 2 or time[-1] < track.time.min() or time[0] > track.time.max():
-        raise InputError(f"{track.name} and {reference.name} share no time, expected logs of the same voyage")
+        raise InputError(f"{track.name} and {reference.name} do not overlap in time, expected the same voyage")
     after = np.clip(np.searchsorted(time, track.time), 1, len(time) - 1)
     inside = (track.time >= time[0]) & (track.time <= time[-1])
     inside &= time[after] - time[after - 1] <= _LONGEST_STEP * np.median(np.diff(time))
@@ -65,7 +65,7 @@ def differences(reference: NamedTrack, track: NamedTrack) -> dict[str, np.ndarra
 
 
 def statistics(values: np.ndarray) -> dict[str, float]:
-    """rms, median, p95 and max of the magnitudes of the known values (n,), and their number n; NaN without any."""
+    """rms, median, p95 and max of the absolute known values of (n,), and their number n; NaN if there are none."""
     known = np.abs(values[np.isfinite(values)])
     found = {name: float(of(known)) if len(known) else np.nan for name, of in _STATISTICS.items()}
     return found | {"n": len(known)}

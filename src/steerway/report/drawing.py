@@ -1,4 +1,4 @@
-"""What all charts share: colours, a table with fewer rows, and the axis of a course over time."""
+"""Shared by all charts: colours, thinning of tables, and the axis of a course over time."""
 
 from typing import TypeVar
 
@@ -7,7 +7,7 @@ import numpy as np
 from steerway.core.records import Record
 
 OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
-"""Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
+"""Colours of estimate, receiver, rejected or missed, undefined. The first two suit the colour-blind (Okabe and Ito)."""
 R = TypeVar("R", bound=Record)
 
 
@@ -17,7 +17,7 @@ def thinned(table: R, most: int) -> R:
 
 
 def course_cut(*courses: np.ndarray) -> float:
-    """The course (degrees) that is steered least: an axis cut there has the fewest breaks."""
+    """The least frequent course (degrees). An axis that is cut there breaks the line least often."""
     values = np.concatenate([np.degrees(each[np.isfinite(each)]) for each in courses])
     counts, edges = np.histogram(np.mod(values, 360.0), 36, (0.0, 360.0))
     around = np.sum([np.roll(counts, shift) for shift in range(-2, 3)], axis=0)
@@ -33,6 +33,6 @@ def on_axis(course: np.ndarray, cut: float) -> np.ndarray:
 
 
 def broken(degrees: np.ndarray) -> np.ndarray:
-    """The line lifted where it passes the cut, so that no stroke crosses the whole chart."""
+    """The values with NaN at each jump over the cut, so that no line crosses the whole chart."""
     jump = np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0
     return np.where(jump, np.nan, degrees)

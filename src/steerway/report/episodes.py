@@ -1,4 +1,4 @@
-"""Episodes: where an estimate refused fixes, started anew, had none, or disagrees with plain position differences."""
+"""Episodes: intervals in which an estimate refused fixes, restarted, had no fixes, or disagrees with other data."""
 
 import csv
 import io
@@ -23,17 +23,18 @@ REFUSED, RESTARTED, GAP, DISAGREES, CONTRADICTED = "refused", "restarted", "gap"
 _NO_STEERAGEWAY = "no steerageway"
 _WORDS = {
     REFUSED: "fixes refused as wrong",
-    RESTARTED: "the estimate began anew",
+    RESTARTED: "the estimate restarted",
     GAP: "no fixes",
-    DISAGREES: "the velocity differs from that of position differences by more than both are uncertain",
-    CONTRADICTED: "the receiver's own SOG differs from the estimate by more than both are uncertain",
+    DISAGREES: "the velocity differs from position differences by more than 5 standard deviations",
+    CONTRADICTED: "the receiver's own SOG differs from the estimate by more than 5 standard deviations",
 }
 _SPAN = 2.0
-"""s between the fixes of a position difference: long beside noise, short beside manoeuvres."""
+"""s between the fixes of a position difference: averages noise, but not manoeuvres."""
 _ALLOWED, _LEAST = 5.0, 3
-"""Standard deviations by which the two may differ (of 100,000 rows less than one by chance), and rows in an episode."""
+"""Standard deviations by which the two may differ (chance exceeds them in less than one of 100,000 rows), and fewest
+rows in an episode."""
 _APART = 2
-"""Rows between two episodes of a kind below which they are one."""
+"""Largest step, in rows, between neighbouring rows of one episode."""
 _BRIEFLY = {
     RESTARTED: "estimate restarted",
     GAP: "no fixes",
@@ -44,12 +45,12 @@ _BRIEFLY = {
 MOST_EVENTS = 300
 """Most events on a page; the longest are kept."""
 _LEAST_STANDSTILL = 10.0
-"""s without steerageway that are events of a page; shorter losses are visible in its charts."""
+"""s, shortest loss of steerageway that a page lists; shorter ones are visible in its charts."""
 
 
 @dataclass(frozen=True)
 class Episode:
-    """One of them: kind, first and last moment (Unix s, UTC), number of rows, vessel (None: one's own)."""
+    """An episode: kind, first and last moment (Unix s, UTC), number of rows, vessel (None: own vessel)."""
 
     kind: str
     start: float
@@ -88,7 +89,7 @@ def episodes_of(fixes: Fixes, motion: Motion) -> list[Episode]:
 
 
 def events(fixes: Fixes, motion: Motion) -> list[tuple[float, float, str]]:
-    """(start, stop, what) of what the page of one vessel lists, in Unix s: episodes, times without steerageway."""
+    """(start, stop, words), in Unix s, of the events on a page of one vessel: episodes and losses of steerageway."""
     still = _runs(_NO_STEERAGEWAY, motion.time, motion.status == NO_COURSE, None)
     found = episodes_of(fixes, motion) + [each for each in still if each.stop - each.start >= _LEAST_STANDSTILL]
     longest = sorted(found, key=lambda each: each.start - each.stop)[:MOST_EVENTS]
@@ -102,7 +103,7 @@ def _briefly(episode: Episode) -> str:
 
 
 def _runs(kind: str, time: Floats, marked: NDArray[np.bool_], mmsi: int | None, least: int = 1) -> list[Episode]:
-    """An episode of every run of marked rows; runs that are hardly apart are one."""
+    """One episode for every run of at least `least` marked rows; runs within `_APART` rows are joined."""
     rows = np.flatnonzero(marked)
     if not len(rows):
         return []
@@ -111,7 +112,7 @@ def _runs(kind: str, time: Floats, marked: NDArray[np.bool_], mmsi: int | None, 
 
 
 def gaps(time: np.ndarray, reports: bool = False) -> list[tuple[float, float]]:
-    """Intervals (start, stop) without fixes of one vessel, or without its AIS reports, as of `core.gaps`."""
+    """Gaps (start, stop) between the fixes or AIS reports of one vessel, as defined in `core.gaps`."""
     intervals = np.diff(time)
     wide = np.flatnonzero(intervals > shortest_gap(intervals, reports))
     return [(float(time[k]), float(time[k + 1])) for k in wide]
@@ -139,7 +140,9 @@ def _disagreements(fixes: Fixes, motion: Motion, mmsi: int | None) -> list[Episo
 
 
 def _contradictions(fixes: Fixes, motion: Motion, mmsi: int | None) -> list[Episode]:
-    """Where the receiver's own SOG says otherwise; after outages, where σ holds a slide of it, with the usual σ."""
+    """Episodes in which the receiver's own SOG differs. Up to `SLIDES` s after an outage σ also covers a sliding
+    position, which would hide a difference: the median σ limits it there.
+    """
     at = np.searchsorted(motion.time, fixes.time - 1e-4).clip(0, len(motion) - 1)
     apart, deviation = np.abs(motion.sog[at] - fixes.sog), motion.sog_std[at].copy()
     if np.isfinite(apart).sum() < _LEAST:
@@ -157,31 +160,31 @@ def _moved(fixes: Fixes, i: np.intp, j: np.intp) -> tuple[float, float]:
 
 
 def _mean_velocities(motion: Motion, first: NDArray[np.int64], last: NDArray[np.int64]) -> Floats:
-    """(2, n) mean velocity north and east of the estimate between rows; at rest where there is no course."""
+    """(2, n) mean velocity north and east of the estimate between rows; 0 while course is undefined."""
     cog = np.where(np.isfinite(motion.cog), motion.cog, 0.0)
     sog = np.where(np.isfinite(motion.cog), motion.sog, 0.0)
     dt = np.diff(motion.time)
     found = []
     for speed in (sog * np.cos(cog), sog * np.sin(cog)):
-        way = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * dt))
-        found.append((way[last] - way[first]) / np.maximum(motion.time[last] - motion.time[first], 1e-9))
+        path = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * dt))
+        found.append((path[last] - path[first]) / np.maximum(motion.time[last] - motion.time[first], 1e-9))
     return np.array(found)
 
 
 def in_words(found: list[dict[str, object]]) -> str:
-    """How many of each kind, for a summary."""
+    """The number of episodes of each kind, in words."""
     kinds = [str(each["kind"]) for each in found]
     return ", ".join(f"{kinds.count(kind)} × {kind}" for kind in _WORDS if kind in kinds) or "none"
 
 
 def expect_writable(path: str | Path) -> None:
-    """Raises InputError for a path of which the suffix is neither .csv nor .json."""
+    """Raises InputError for a path that ends in neither .csv nor .json."""
     if Path(path).suffix not in (".csv", ".json"):
         raise InputError(f"episodes {path} ends in {Path(path).suffix or 'nothing'!r}, expected .csv or .json")
 
 
 def write_episodes(found: list[Episode], path: str | Path) -> None:
-    """Write episodes as CSV or JSON, by the suffix. Raises InputError for another one."""
+    """Write episodes as CSV or JSON, by the path's ending. Raises InputError for any other ending."""
     expect_writable(path)
     rows = [each.as_dict() for each in found]
     if Path(path).suffix == ".json":

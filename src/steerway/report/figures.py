@@ -26,22 +26,22 @@ def plot(motion: Motion, fixes: Fixes | None = None, kind: str = "signals") -> F
 
     Args:
         motion: the estimate.
-        fixes: what it was made of, for the receiver's own SOG and COG and the gaps.
+        fixes: its input, to add the receiver's own SOG and COG, and gaps.
         kind: "signals" (SOG, COG, course rate with ±2σ and innovations over time) or "track".
 
-    Raises InputError for another kind, and for signals of several vessels.
+    Raises InputError for any other kind, and for signals of several vessels.
     """
     if kind not in ("signals", "track"):
         raise InputError(f"kind is {kind!r}, expected signals or track")
     if kind == "track":
         return track_figure(motion)
     if motion.mmsi is not None:
-        raise InputError("signals are those of one vessel, expected one of `tracks()`, or kind='track'")
+        raise InputError("motion has several vessels, expected one of its `tracks()`, or kind='track'")
     return signals_figure(fixes or Fixes(motion.time, motion.latitude, motion.longitude), motion)
 
 
 def track_figure(motion: Motion) -> Figure:
-    """The track in metres from its middle, coloured by speed; grey where course is not defined."""
+    """The track in metres from its median position, coloured by speed; grey where course is undefined."""
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     axes = figure.subplots()
     latitude, longitude = np.nanmedian(motion.latitude), np.nanmedian(motion.longitude)
@@ -84,7 +84,7 @@ def track_figure(motion: Motion) -> Figure:
 def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
     """SOG, COG and course rate with ±2σ against the receiver's own, the innovation ratio, gaps and rejections.
 
-    gate: whether the estimate has a gate, as that of a profile; structures weigh every fix.
+    gate: whether the estimate has a rejection gate: with a profile, but not with inferred structures.
     """
     figure = Figure(figsize=(11.0, 11.0), layout="constrained")
     sog, cog, rate, nis = figure.subplots(4, 1, sharex=True)
@@ -136,7 +136,7 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
 
 
 def course_axis(axes: Axes, *courses: np.ndarray) -> float:
-    """Cut the vertical axis of courses (rad) at a quarter where they are steered least; that course in degrees."""
+    """Cut the vertical axis of courses (rad) at the multiple of 90° nearest to the least frequent; the cut, degrees."""
     cut = 90.0 * round(course_cut(*courses) / 90.0)
     axes.set_ylim(cut, cut + 360.0)
     axes.set_yticks(cut + np.arange(0.0, 361.0, 90.0))
@@ -153,7 +153,7 @@ def time_axis(axes: Axes) -> None:
 
 
 def _reach(motion: Motion) -> float:
-    """Course rate (°/s) that shows all but the rarest values and the usual band."""
+    """Limit of the course-rate axis (°/s): shows 99.9 % of the values, and the band of the median σ."""
     rates, deviations = (np.degrees(np.abs(column)) for column in (motion.course_rate, motion.course_rate_std))
     known = np.isfinite(rates)
     if not known.any():

@@ -20,7 +20,7 @@ def write_report(
     Args:
         tables: further (heading, column names, rows) for the page.
 
-    Raises InputError for another ending.
+    Raises InputError for any other ending.
     """
     vessels = [] if motion.mmsi is None else [_vessels(motion)]
     tables = [("Summary", ("", ""), sentences(summary)), *vessels, *tables]
@@ -36,7 +36,7 @@ def _page(path: Path, report: ReportContents) -> None:
 
 
 def _picture(path: Path, report: ReportContents) -> None:
-    """The figures below one another in one PNG."""
+    """Write the figures as one PNG, one below the other."""
     import io
 
     from PIL import Image
@@ -58,7 +58,7 @@ def _picture(path: Path, report: ReportContents) -> None:
 
 
 WRITERS = {".html": _page, ".png": _picture}
-"""The kinds of report by their endings: a function of the path and `ReportContents`."""
+"""Ending of a report's path → function that writes it, of the path and `ReportContents`."""
 
 
 def report_writer(path: str | Path) -> Callable[[Path, ReportContents], None]:

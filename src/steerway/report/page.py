@@ -1,4 +1,4 @@
-"""One self-contained HTML page: tables, figures and remarks, opened offline, printed as it stands."""
+"""Self-contained HTML pages of tables, figures and remarks, to open offline or print."""
 
 import base64
 import html
@@ -23,11 +23,11 @@ Table = tuple[str, Sequence[str], Sequence[Sequence[Any]]]
 
 @dataclass(frozen=True)
 class ReportContents:
-    """What a report shows: an estimate and the fixes it was made of.
+    """Contents of a report: an estimate and the fixes it was made from.
 
-    tables: the first stands at the top. remarks: one paragraph each. events: (start, stop, what) each, in Unix s.
-    truth: the true motion at the rows of `motion`, of a simulation. lead: a sentence under the title. gate: whether the
-    estimate has a gate, as that of a profile; structures weigh every fix.
+    tables: the first is shown at the top. remarks: one paragraph each. events: (start, stop, words) each, in Unix s.
+    truth: the true motion at the rows of `motion`, in a simulation. lead: a sentence under the title. gate: whether the
+    estimate has a rejection gate: with a profile, but not with inferred structures.
     """
 
     title: str
@@ -69,18 +69,18 @@ def write_page(
     Args:
         path: the file to write; complete or absent.
         tables: (heading, column names, rows) each.
-        figures: (matplotlib figure or what `png` gives of it, caption) each; or a function that draws them, which is
-            not called where the extra `report` is not installed: the page then says how to install it.
+        figures: (matplotlib figure or its `png`, caption) each; or a function that returns them. Without the extra
+            `report` the function is not called, and the page contains the command that installs it.
         remarks: one paragraph each.
         lead: a sentence under the title.
-        details: further tables, at the end of a page that is long: there the remarks come before the figures.
+        details: tables for the end of a long page; with them, the remarks come before the figures.
     """
     parts = [f"<h1>{html.escape(title)}</h1>"]
     if lead:
         parts.append(f"<p>{html.escape(lead)}</p>")
     parts += [html_table(*table) for table in tables]
     if callable(figures) and not is_installed("report"):
-        figures, remarks = (), [*remarks, f"This page has figures after {install('report')}."]
+        figures, remarks = (), [*remarks, f"To add figures to this page: {install('report')}."]
     shown = [_figure(figure, caption) for figure, caption in (figures() if callable(figures) else figures)]
     paragraphs = _remarks(remarks) if remarks else []
     parts += [*paragraphs, *shown] if details else [*shown, *paragraphs]
@@ -100,7 +100,7 @@ def _remarks(remarks: Sequence[str]) -> list[str]:
 
 
 def png(figure: "Figure") -> bytes:
-    """The figure as pages show it, a PNG: not so wide that its letters are small on a phone."""
+    """The figure as PNG, narrow enough that its text is legible on a phone."""
     width, height = figure.get_size_inches()
     shrunk = min(1.0, _WIDTH / width)
     figure.set_size_inches(shrunk * width, shrunk * height)

@@ -26,7 +26,7 @@ class Curve(NamedTuple):
 
 
 class Band(NamedTuple):
-    """What lies between two lines, shaded; `x` is a pair of ends where they are level."""
+    """A shaded band between two lines; for level lines, `x` is the pair of their ends."""
 
     x: ArrayLike
     low: ArrayLike
@@ -36,7 +36,7 @@ class Band(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """One pair of axes of `series`. `limits` are dashed level lines, `marks` dashed upright ones."""
+    """One pair of axes of `series`. `limits`: dashed horizontal lines; `marks`: dashed vertical lines."""
 
     y: str
     curves: Sequence[Curve]
@@ -67,7 +67,7 @@ def series(
     share: bool | Literal["col"] = True,
     widths: Sequence[float] | None = None,
 ) -> Figure:
-    """Curves with bands over a common axis, a panel each, row by row; `share` as sharex of matplotlib's subplots."""
+    """Panels of curves and bands over a common axis, row by row; `share`: sharex of matplotlib's subplots."""
     rows = -(-len(panels) // columns)
     figure = Figure(figsize=(9.0 if columns == 1 else 11.0, 1.5 + 2.3 * rows), layout="constrained")
     grid = figure.subplots(rows, columns, sharex=share, squeeze=False, width_ratios=widths)
@@ -102,7 +102,7 @@ def bars(
     log: bool = False,
     line: float | None = None,
 ) -> Figure:
-    """A bar for each name in each group: label → (values, how far they spread or None). `line` is an upright one."""
+    """A bar for each name in each group: label → (values, their error bars or None). `line`: a vertical line's x."""
     figure = Figure(figsize=(9.0, 1.5 + 0.38 * len(names) * max(1.0, 0.6 * len(groups))), layout="constrained")
     axes = figure.subplots()
     places, height = np.arange(len(names)), 0.8 / len(groups)

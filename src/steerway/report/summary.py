@@ -1,4 +1,4 @@
-"""The summary of an estimate: named numbers, and sentences made of them."""
+"""The summary of an estimate: a dict of numbers, and the lines that commands and pages show."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from steerway.estimation.log.latency import UNKNOWN_LATENESS, Lateness
 from steerway.report.episodes import CONTRADICTED, episodes_of, gaps, in_words
 
 _REJECTED = "reports outside the gate; an archive rejects only those that no manoeuvre explains"
-"""What `estimate` counts as rejected among many vessels: an archive, which follows manoeuvres, counts fewer."""
+"""Printed with the rejected rows of many vessels: an archive also models manoeuvres, and rejects fewer reports."""
 
 
 def distance(motion: Motion) -> float:
@@ -39,10 +39,11 @@ def summarise(
     structures: Sequence[dict[str, Any]] = (),
     aids: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The numbers of a run, flat but for `structures`, names with their units.
+    """The numbers of an estimate as a dict; the keys end in units.
 
-    smoothed: whether every row of the estimate uses the whole log. down_weighted: number of fixes with less weight for
-    their reported accuracy. structures: see `estimation.fit.description.structures_of`. aids: used beside positions.
+    smoothed: whether every row of the estimate uses the whole log. down_weighted: number of fixes with less weight
+    because of their reported accuracy. structures: see `estimation.fit.description.structures_of`. aids: measurements
+    used beside positions.
     """
     accepted = motion.nis[(motion.status == OK) & np.isfinite(motion.nis)]
     placed = fixes.rows(fixes.has_position)
@@ -80,7 +81,7 @@ def sentences(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("typical 1σ", _deviations(s)),
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("estimate", which_estimate(s["smoothed"])),
-        *([("motion", "of the hull, under an antenna that rolls")] if s["of_hull"] else []),
+        *([("motion", "of the hull: the antenna rolls")] if s["of_hull"] else []),
         *([] if vessels else [("episodes", in_words(s["episodes"]))]),
         ("rows", f"{s['rows']}: {status}"),
         *([("rejected", _REJECTED)] if vessels and s["rows_rejected"] else []),
@@ -96,8 +97,8 @@ def sentences(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def which_estimate(smoothed: bool) -> str:
-    """What the rows of an estimate use, in words."""
-    return "smoothed: every row uses the whole log" if smoothed else "causal: every row uses the fixes until its time"
+    """Which fixes each row of an estimate uses, in words."""
+    return "smoothed: every row uses the whole log" if smoothed else "causal: every row uses the fixes up to its time"
 
 
 def _gaps(s: dict[str, Any]) -> str:
@@ -114,7 +115,7 @@ def _receiver(s: dict[str, Any]) -> list[tuple[str, str]]:
     """Down-weighted fixes and the delay of the receiver's SOG and COG, where there are any."""
     found = []
     if s["fixes_doubted"]:
-        found.append(f"{s['fixes_doubted']} fixes with raised reported accuracy, down-weighted")
+        found.append(f"{s['fixes_doubted']} fixes of poor reported accuracy, down-weighted")
     late = [
         f"{name} {'lags' if lag > 0.0 else 'leads'} the estimate by {abs(lag):.1f} s"
         for name, lag in (("SOG", s["receiver_sog_late_s"]), ("COG", s["receiver_cog_late_s"]))
@@ -135,7 +136,7 @@ def _deviations(s: dict[str, Any]) -> str:
 
 def _structure(each: dict[str, Any]) -> str:
     known = math.isfinite(each["log_evidence"])
-    return each["words"] + (f" (log evidence {each['log_evidence']:.1f})" if known else " (as expected, not fitted)")
+    return each["words"] + (f" (log evidence {each['log_evidence']:.1f})" if known else " (prior values, not fitted)")
 
 
 def _speed(mps: float) -> str:

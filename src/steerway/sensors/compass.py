@@ -160,10 +160,10 @@ def _ticks(model: Floats, state: Floats, heading_deg: float, noise: Floats, read
 
 
 class CompassTable(InstrumentTable):
-    """The keys of a compass in a scenario; `deviation_deg` are the coefficients A to E of its deviation card.
+    """A compass; `deviation_deg`: coefficients A to E of its deviation card.
 
-    `dynamics`: a1, a2, b and k of a dynamic compass as in P4, at 40 Hz, with the noise of (6)–(7) in place of `std_deg`
-    and `bias_deg`; the TCM2 has 0.2796, 0.6971, 0.4364, 0.05339.
+    `dynamics`: a1, a2, b and k of the compass model of P4, which runs at 40 Hz with the noise of (6)–(7) in place of
+    `std_deg` and `bias_deg`; the TCM2 has 0.2796, 0.6971, 0.4364, 0.05339.
     """
 
     measures: ClassVar[str] = "heading"

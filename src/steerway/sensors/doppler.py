@@ -50,7 +50,7 @@ class DopplerStream:
 
 
 class LogTable(InstrumentTable):
-    """The keys of a log of the speed through the water in a scenario."""
+    """A log of the speed through the water: the true speed times `scale` plus `bias`, with white noise of 1σ `std`."""
 
     measures: ClassVar[str] = "water_speed"
     rate: Annotated[Rate, "Hz"] = 5.0
@@ -68,7 +68,7 @@ class LogTable(InstrumentTable):
 
 
 class BottomLogTable(LogTable):
-    """The keys of a Doppler log with bottom lock in a scenario: speed over ground along the hull."""
+    """A Doppler log with bottom lock, which measures the speed over ground along the hull."""
 
     measures: ClassVar[str] = "bottom_speed"
     rate: Annotated[Rate, "Hz"] = 10.0
@@ -81,7 +81,7 @@ class BottomLogTable(LogTable):
 
 
 class TachometerTable(InstrumentTable):
-    """The keys of a tachometer in a scenario; `std` in rev/s. The vessel's model must have a shaft."""
+    """A tachometer on the propeller shaft, with white noise of 1σ `std`; only for vessels whose model has a shaft."""
 
     measures: ClassVar[str] = "shaft"
     rate: Annotated[Rate, "Hz"] = 10.0

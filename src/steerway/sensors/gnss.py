@@ -245,10 +245,10 @@ def level(
 
 
 class GnssTable(Table):
-    """The keys of the receiver in a scenario: `white` and `markov` ([1σ in m, time constant in s] each) as in `Gnss`.
+    """The receiver. Position errors per axis: `white` noise, and `markov` errors ([1σ in m, time constant in s] each).
 
-    The defaults are errors of a low-cost receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white. `solution` is
-    the type of its fixes, from which an estimator takes the size of the slow error.
+    The defaults are those of a low-cost receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white. `solution`: the
+    kind of fix that it reports, from which an estimator takes the σ of the slow error.
     """
 
     rate: Annotated[Rate, "Hz"] = 5.0

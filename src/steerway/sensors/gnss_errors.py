@@ -110,7 +110,7 @@ def happen(faults: Floats, state: Floats, epoch: int, uniforms: Floats, normals:
 
 
 class FaultTable(Table):
-    """The keys of a fault in a scenario, at `start` s or `per_hour` times on average."""
+    """A fault of the receiver: begins once at `start` (s), or at random `per_hour` times an hour; lasts `duration`."""
 
     kind: Kind
     start: Annotated[NotNegative | None, "s"] = None

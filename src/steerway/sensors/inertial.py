@@ -49,7 +49,7 @@ def accelerometer(
 
 
 class GyroTable(InstrumentTable):
-    """The keys of a yaw-rate gyro in a scenario."""
+    """A yaw-rate gyro: white noise, a constant bias with 1σ `turn_on_deg`, and a slowly varying one."""
 
     measures: ClassVar[str] = "yaw_rate"
     rate: Annotated[Rate, "Hz"] = 50.0
@@ -97,7 +97,7 @@ class AccelerometerStream:
 
 
 class AccelerometerTable(InstrumentTable):
-    """The keys of a surge accelerometer in a scenario. `leak_std` (m/s²), `leak_time` (s): gravity due to pitch."""
+    """An accelerometer along the hull; `leak_std`, `leak_time`: 1σ and time constant of gravity measured in pitch."""
 
     measures: ClassVar[str] = "acceleration"
     rate: Annotated[Rate, "Hz"] = 50.0

@@ -26,11 +26,11 @@ KINDS = ("vessel-filter", "tekf", "passive-observer")
 
 
 class PositioningEstimatorTable(Table):
-    """Noise that an [estimator] of kind "vessel-filter", "tekf" or "passive-observer" assumes.
+    """Noise assumed by the estimators "vessel-filter", "tekf" and "passive-observer".
 
-    position_std m of a fix and heading_std_deg of a compass reading. For "vessel-filter": force_std of the force in
-    north, east (N) and yaw (N·m), estimated if not 0, with the time constant force_time (s); wave_std m and
-    wave_frequency rad/s of wave motion in a fix. For "tekf": process_noise, a factor on the Q of P2 (19).
+    For "vessel-filter", 1σ of: position_std a fix, heading_std_deg a compass reading, force_std the environment's force
+    north and east and moment (estimated if not 0; time constant force_time), wave_std the wave motion in a fix (at
+    wave_frequency). For "tekf": process_noise, a factor on the Q of P2 (19).
     """
 
     position_std: Annotated[Positive, "m"] = 0.1

@@ -26,7 +26,7 @@ from steerway.vessels.kinds import TABLES, AnyVesselTable
 
 
 class StartTable(Table):
-    """The initial state: m from the origin, and speed through the water (default: the vessel's constant speed or 0)."""
+    """The initial state: m from the origin; speed through the water, by default the vessel's own or 0."""
 
     north: Annotated[Number, "m"] = 0.0
     east: Annotated[Number, "m"] = 0.0
@@ -35,7 +35,7 @@ class StartTable(Table):
 
 
 class CurrentTable(Table):
-    """Current towards `direction_deg`; `std` of its Gauss–Markov variation with `time_constant`."""
+    """A current towards `direction_deg`; `std`, `time_constant`: 1σ and time of its Gauss–Markov variation."""
 
     speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0), "m/s"] = 0.0
     direction_deg: Number = 0.0
@@ -44,7 +44,7 @@ class CurrentTable(Table):
 
 
 class WindTable(Table):
-    """Wind from `direction_deg`; it acts on `drag_area` m²."""
+    """Wind from `direction_deg`, with Gauss–Markov gusts; it pushes on `drag_area`, `arm` m ahead of the origin."""
 
     speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0), "m/s"] = 0.0
     direction_deg: Number = 0.0
@@ -55,7 +55,7 @@ class WindTable(Table):
 
 
 class WavesTable(Table):
-    """Wave motion along `direction_deg`, and a slow drift force."""
+    """Wave motion along `direction_deg` about `frequency`, roll and pitch, and a slow drift force."""
 
     direction_deg: Number = 0.0
     frequency: Annotated[Positive, "rad/s"] = 1.2
@@ -69,8 +69,9 @@ class WavesTable(Table):
 
 
 class EnvironmentTable(Table):
-    """Current, wind, waves, and a force (north, east) in N with a moment in N·m: constants and their Gauss–Markov
-    variation of 1σ `force_std` and `moment_std` over `force_time` s."""
+    """Current, wind, waves, and a constant `force` (north, east) and `moment`, with Gauss–Markov variations of 1σ
+    `force_std` and `moment_std` and time constant `force_time`.
+    """
 
     current: CurrentTable = CurrentTable()
     wind: WindTable = WindTable()
@@ -90,11 +91,11 @@ class EnvironmentTable(Table):
 
 
 class EstimatorTable(Table):
-    """The estimator in the loop; "truth" gives the pilot the true motion.
+    """The filter in the loop; with "truth" the pilot uses the true motion.
 
-    `profile`: built in, or a .toml file; by default the vessel's profile with the errors of the simulated receiver.
-    "steering" uses the orders, and also estimates heading, current and the boat's response. "vessel-filter", "tekf" and
-    "passive-observer" use the forces of the vessel's thrusters: for dynamic positioning.
+    "steering" also uses the orders, and estimates heading, current and the boat's response. "vessel-filter", "tekf" and
+    "passive-observer" use the vessel's forces: for dynamic positioning. `profile`: a built-in name or a .toml file; by
+    default, the vessel's motion with the errors of the simulated receiver.
     """
 
     kind: Literal["five-state", "steering", "truth", *POSITIONING_KINDS] = "five-state"  # type: ignore[valid-type]
@@ -106,7 +107,7 @@ class EstimatorTable(Table):
 
 
 class AutopilotTable(Table):
-    """Pole placement on a Nomoto vessel, model predictive control or LQG; the defaults are the boat's own numbers."""
+    """Autopilot: pole placement on Nomoto's model, MPC or LQG; keys left out take the vessel's own values."""
 
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
     bandwidth: Annotated[Positive | None, "rad/s"] = None
@@ -116,10 +117,11 @@ class AutopilotTable(Table):
 
 
 class SpeedTable(Table):
-    """Speed over ground on legs without one, and its control loop: PI, adaptive, or a disturbance observer.
+    """Control of the speed over ground: PI, adaptive, or a disturbance observer. `cruise`: used between waypoints that
+    set no speed.
 
-    `bandwidth`: of the PI loop, or the rate of the reference that the other loops follow. `force`: a steady thrust (N)
-    in place of a loop.
+    `bandwidth`: of the PI loop, or of the reference that the others follow. `force`: a constant thrust in place of a
+    loop.
     """
 
     controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
@@ -129,17 +131,17 @@ class SpeedTable(Table):
 
 
 class StationTable(Table):
-    """Station keeping: bandwidth of the position loop, radius about the point."""
+    """Station keeping: bandwidth of the position loop, and `radius` within which the boat may drift."""
 
     bandwidth: Annotated[Positive, "rad/s"] = 0.2
     radius: Annotated[Positive, "m"] = 5.0
 
 
 class RouteTable(RouteKeys):
-    """The waypoints, then the lines of a survey; the rule for passing them, the corners, the behaviour at the end.
+    """The route: waypoints, then the lines of a survey; rules for passing waypoints, for corners and for the end.
 
-    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default 1.5 times the radius
-    of the tightest turn.
+    Corners: "exact" passes the waypoints; "arc" and "clothoid" cut corners with a radius of at least `corner_radius`,
+    by default 1.5 times that of the tightest turn.
     """
 
     waypoints: tuple[StayWaypointTable, ...] = ()
@@ -158,9 +160,9 @@ _Instruments: Any = create_model("_Instruments", __base__=Table, __module__=__na
 
 
 class Scenario(_Instruments):  # type: ignore[misc]
-    """A scenario; `reading` reads one, `assembly` builds vessel, environment, instruments and pilot from it.
+    """A scenario: everything that a simulation needs.
 
-    It also has a table for every instrument of `sensors.kinds`, None if the instrument is not fitted.
+    In addition to the fields below it has one table per instrument of `sensors.kinds`; None: not fitted.
     """
 
     name: str = "simulation"

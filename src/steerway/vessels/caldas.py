@@ -119,7 +119,7 @@ above 7 m/s; with 2 rad/s K_p is 1.8 times the value needed at the top speed of 
 
 
 class CaldasTable(ShaftKeys):
-    """The keys of P3's USV in a scenario; it is unstable in yaw and needs a compass."""
+    """The USV of P3; it needs a compass, because it is unstable in yaw."""
 
     kind: Literal["caldas"] = "caldas"
     length: ClassVar[float] = 15.0

@@ -142,7 +142,7 @@ class CyberShip2(CompiledVessel):
 
 
 class CyberShip2Table(VesselTable):
-    """The keys of CyberShip II in a scenario."""
+    """The model ship CyberShip II of P2."""
 
     kind: Literal["cybership2"] = "cybership2"
     length: ClassVar[float] = LENGTH

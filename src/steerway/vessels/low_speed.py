@@ -136,7 +136,7 @@ def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:
 class ThrusterTable(Table):
     """A fixed thruster, m ahead and to starboard of the origin, with up to `limit` N towards `angle_deg` from the bow.
 
-    `limit_astern` N in the opposite direction, by default as much.
+    `limit_astern`: largest force in the opposite direction, N; by default `limit`.
     """
 
     ahead: Annotated[Number, "m"] = 0.0
@@ -147,7 +147,7 @@ class ThrusterTable(Table):
 
 
 class LowSpeedTable(VesselTable):
-    """The keys of a vessel with inertia M, damping D (kg, kg·m, kg·m², and the same per second) and thrusters."""
+    """A vessel at low speed: inertia M (kg, kg·m, kg·m²), damping D (the same per second) and fixed thrusters."""
 
     kind: Literal["low-speed"] = "low-speed"
     inertia: Annotated[tuple[Triple, Triple, Triple], "kg, kg·m, kg·m²"] = (

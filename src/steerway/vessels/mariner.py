@@ -174,7 +174,7 @@ at-sea` gave a false estimate of the current, and the ship was up to two lengths
 
 
 class MarinerTable(VesselTable):
-    """The keys of a Mariner-class ship in a scenario."""
+    """A Mariner-class ship."""
 
     kind: Literal["mariner"] = "mariner"
     length: ClassVar[float] = LENGTH

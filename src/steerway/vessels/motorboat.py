@@ -122,7 +122,7 @@ class Motorboat(CompiledVessel):
 
 
 class MotorboatTable(VesselTable):
-    """The keys of a motorboat in a scenario."""
+    """A motorboat; `surge_time`, `yaw_time`: time constants of speed and yaw rate."""
 
     kind: Literal["motorboat"] = "motorboat"
     top_speed: Annotated[Positive, "m/s"] = 2.0

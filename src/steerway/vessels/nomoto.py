@@ -108,7 +108,7 @@ class Nomoto(CompiledVessel):
 
 
 class NomotoTable(VesselTable):
-    """The keys of a Nomoto vessel in a scenario: gain K (1/s), time constant T (s), constant speed (m/s), rudder."""
+    """A vessel that turns by Nomoto's model, with `gain` K and `time_constant` T, at a constant speed."""
 
     kind: Literal["nomoto"] = "nomoto"
     gain: Annotated[Positive, "1/s for a rad of rudder"] = 0.2

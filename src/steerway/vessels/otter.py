@@ -310,7 +310,7 @@ velocity is −0.43 m times its yaw rate. Bandwidth and lookahead are the demo's
 
 
 class OtterTable(VesselTable):
-    """The keys of an Otter in a scenario."""
+    """An Otter USV, 2 m long, with two propellers."""
 
     kind: Literal["otter"] = "otter"
     length: ClassVar[float] = LENGTH

@@ -131,7 +131,7 @@ the rate limit of n_d, 20 rpm per second."""
 
 
 class SpringerTable(VesselTable):
-    """The keys of Springer in a scenario; `bias_rpm` is an error of n_d."""
+    """The USV Springer of P4; `bias_rpm`: error of n_d, half the speed difference of the propellers."""
 
     kind: Literal["springer"] = "springer"
     length: ClassVar[float] = LENGTH

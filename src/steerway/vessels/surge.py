@@ -179,7 +179,7 @@ class ShaftKeys(VesselTable):
 
 
 class SurgeTable(ShaftKeys):
-    """The keys of a surge-only boat; the defaults are P3's."""
+    """A boat that moves only ahead and astern; the defaults are those of P3's USV."""
 
     kind: Literal["surge"] = "surge"
     mass: Annotated[Positive, "kg"] = CALDAS_MASS

@@ -92,34 +92,34 @@ class AidNoise(BaseModel):
     """What a profile says of the aids; defaults are the medians of the priors."""
 
     # Receivers that filter less than 0.05 m/s are late, so that a fit does not go below it.
-    sog_std: float = positive_number(_USUAL["sog_std"], unit="m/s", what="error of the receiver's SOG", most=20.0)
+    sog_std: float = positive_number(_USUAL["sog_std"], unit="m/s", what="1σ of the receiver's SOG", most=20.0)
     velocity_std: float = positive_number(
         _USUAL["velocity_std"],
         unit="m/s",
-        what="error of the receiver's velocity across the course, from which that of its COG follows",
+        what="1σ of the receiver's velocity across the course; divided by SOG, it is that of COG",
         most=20.0,
     )
-    heading_std: float = positive_number(_USUAL["heading_std"], unit="rad", what="error of the compass", most=0.5)
+    heading_std: float = positive_number(_USUAL["heading_std"], unit="rad", what="1σ of the compass", most=0.5)
     crab_std: float = positive_number(
-        _USUAL["crab_std"], or_zero=True, unit="rad", what="crab angle and bias of the compass", most=math.pi / 2.0
+        _USUAL["crab_std"], or_zero=True, unit="rad", what="1σ of crab angle plus compass bias", most=math.pi / 2.0
     )
-    crab_time: float = positive_number(_USUAL["crab_time"], unit="s", what="their correlation time")
+    crab_time: float = positive_number(_USUAL["crab_time"], unit="s", what="correlation time of crab_std")
     water_speed_std: float = positive_number(
-        _USUAL["water_speed_std"], unit="m/s", what="error of the speed log", most=20.0
+        _USUAL["water_speed_std"], unit="m/s", what="1σ of the speed log", most=20.0
     )
     stream_std: float = positive_number(
         _USUAL["stream_std"],
         or_zero=True,
         unit="m/s",
-        what="current along the course, and bias of the speed log",
+        what="1σ of current along the course plus bias of the speed log",
         most=20.0,
     )
-    stream_time: float = positive_number(_USUAL["stream_time"], unit="s", what="their correlation time")
-    yaw_rate_std: float = positive_number(_USUAL["yaw_rate_std"], unit="rad/s", what="noise of the gyro", most=1.0)
+    stream_time: float = positive_number(_USUAL["stream_time"], unit="s", what="correlation time of stream_std")
+    yaw_rate_std: float = positive_number(_USUAL["yaw_rate_std"], unit="rad/s", what="1σ of the gyro", most=1.0)
     gyro_bias_std: float = positive_number(
-        _USUAL["gyro_bias_std"], or_zero=True, unit="rad/s", what="bias of the gyro", most=0.5
+        _USUAL["gyro_bias_std"], or_zero=True, unit="rad/s", what="1σ of the gyro's bias", most=0.5
     )
-    gyro_bias_time: float = positive_number(_USUAL["gyro_bias_time"], unit="s", what="its correlation time")
+    gyro_bias_time: float = positive_number(_USUAL["gyro_bias_time"], unit="s", what="correlation time of the bias")
 
 
 AIDS = tuple(aid.name for aid in TABLE)

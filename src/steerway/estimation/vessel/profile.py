@@ -26,13 +26,13 @@ class MotionNoise(BaseModel):
     With `turn_time` there are two modes, a course held and a turn; without it one.
     """
 
-    speed_noise: float = positive_number(unit="m²/s³", what="speed noise S_U")
-    course_rate_noise: float = positive_number(unit="rad²/s³", what="course-rate noise S_ω")
+    speed_noise: float = positive_number(unit="m²/s³", what="spectral density S_U of speed noise")
+    course_rate_noise: float = positive_number(unit="rad²/s³", what="spectral density S_ω of course-rate noise")
     speed_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="speed decay α1", most=10.0)
     course_rate_decay: float = positive_number(0.1, or_zero=True, unit="1/s", what="course-rate decay α2")
     # Acceleration along the course that persists; 0: none.
-    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="persistent acceleration")
-    acceleration_time: float = positive_number(5.0, unit="s", what="its time constant")
+    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="1σ of acceleration")
+    acceleration_time: float = positive_number(5.0, unit="s", what="time constant of acceleration_std")
     # Wave-induced yaw about a mean course; 0: none.
     yawing_period: float = positive_number(0.0, or_zero=True, unit="s", what="period of wave-induced yaw")
     yawing_time: float = positive_number(15.0, unit="s", what="time constant of the mean course")
@@ -47,12 +47,12 @@ class MotionNoise(BaseModel):
 class ReceiverErrors(BaseModel):
     """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors."""
 
-    position_std: float = positive_number(most=1e4, unit="m", what="white noise of a fix")
-    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="error of the time of a fix", most=60.0)
-    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="slow error of the receiver")
-    error_time: float = positive_number(60.0, unit="s", what="its correlation time")
-    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="slower error of the receiver")
-    drift_time: float = positive_number(600.0, unit="s", what="its correlation time")
+    position_std: float = positive_number(most=1e4, unit="m", what="1σ of the white noise of a fix")
+    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="1σ of a fix's time stamp", most=60.0)
+    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of a slow error")
+    error_time: float = positive_number(60.0, unit="s", what="correlation time of error_std")
+    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of a slower error")
+    drift_time: float = positive_number(600.0, unit="s", what="correlation time of drift_std")
     # By default the median of its prior for a log of unknown origin.
     outlier_rate: float = positive_number(1e-3, or_zero=True, most=0.5, unit="1", what="share of outliers among fixes")
 
@@ -84,7 +84,7 @@ class ProfileFile(BaseModel):
 
 
 class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
-    """Tuning of the filter."""
+    """The parameters of the filter for a vessel and its receiver."""
 
     intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
     """95 % intervals by name, in files of earlier versions."""

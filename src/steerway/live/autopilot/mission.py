@@ -29,7 +29,7 @@ LOOKAHEAD = 20.0
 
 
 class Limits(Table):
-    """The autopilot stops beyond these. None: no limit."""
+    """Limits at which the autopilot stops; without a key there is no limit."""
 
     min_sog_mps: Positive | None = None
     max_sog_mps: Positive | None = None
@@ -44,7 +44,7 @@ Instead = Literal["stop", "hand-back", "hold", "return"]
 
 
 class OnStop(Table):
-    """What is done in place of a stop for a reason that leaves the boat able to steer."""
+    """Actions in place of a stop, for reasons that leave the boat able to steer."""
 
     operator: Instead = "stop"  # no operator was heard for `operator_lost`
     off_route: Instead = "stop"  # beyond the cross-track limit
@@ -70,10 +70,10 @@ class MissionTable(RouteKeys):
     """What a mission file may set beside its waypoints and fence."""
 
     name: str = ""
-    origin: PlaceTable | None = Field(default=None, description="a place, for waypoints given in m")
+    origin: PlaceTable | None = Field(default=None, description="position of north = east = 0")
     law: Literal[*LAWS] | None = Field(default=None, description="short for guidance.law")  # type: ignore[valid-type]
     lookahead: Annotated[Positive | None, "m"] = Field(
-        default=None, description="short for guidance.lookahead; 20 where both are missing"
+        default=None, description="short for guidance.lookahead; 20 m if both are missing"
     )  # m
     guidance: GuidanceTable = Field(
         default=GuidanceTable(), description="the guidance law and its gains, as in scenarios"
@@ -84,7 +84,7 @@ class MissionTable(RouteKeys):
     hold_radius: Annotated[Positive, "m"] = 5.0  # m within which the boat may drift about a position
     safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
     on_stop: OnStop = OnStop()
-    rally: PlaceTable | None = Field(default=None, description="where `return` goes; the route's beginning without it")
+    rally: PlaceTable | None = Field(default=None, description="position for `return`; default: the first waypoint")
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
 
