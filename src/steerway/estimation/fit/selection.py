@@ -96,7 +96,7 @@ def infer(record: Rows, aids: Sequence[str] = (), effort: int = 1) -> Inference:
 
 
 def affordable(record: Rows, parts: Parts, most: int, apart: float) -> Rows:
-    """At most `most` rows; fewer for large structures and fixes far apart, so that a run of the filter costs no more."""
+    """At most `most` rows; fewer for large structures and fixes far apart, so that no run of the filter costs more."""
     rows = excerpt(record, most, apart)
     states = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0)).states
     share = USUAL_STATES / (states * predictions(rows).mean())
