@@ -1,4 +1,4 @@
-"""The numbers of the built-in profiles: each says for which vessel and which receiver."""
+"""Numbers of the built-in profiles, each with the vessel and the receiver that it is for."""
 
 PRESETS = (
     # Otter and Mariner: the process noise of S. Fossen and T. I. Fossen (Sensors 21, 2021, 7910, §6–7) as a
