@@ -1,6 +1,6 @@
 """Fixed-interval smoothing of a record of fixes and forces by a `VesselFilter`.
 
-Rauch, Tung and Striebel, AIAA Journal 3(8), 1965. As in `smoothing`, the backward pass predicts each row again.
+Rauch, Tung and Striebel, AIAA Journal 3(8), 1965. The backward pass predicts each row again.
 """
 
 import math
