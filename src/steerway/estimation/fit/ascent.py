@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 _TOLERANCE = 0.3
 """The search ends after a round that raises the log posterior by less than this: a tenth of `selection.BETTER`."""
 _STALLED = 2.0
-"""Gain of log posterior by scoring below which each number is varied alone. Above it, differentiating again gains more
-for as many runs of the filter."""
+"""Gain of log posterior by scoring below which each number is varied alone. After a larger gain, the next round of
+scoring gains more per run of the filter."""
 _FAILURES = 2
 """Steps down in a row after which scoring tries one more; each is at most half as long as the one before."""
 _SHORTEST, _LONGEST = 0.1, 1.0

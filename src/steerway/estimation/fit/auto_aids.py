@@ -33,7 +33,7 @@ _BLOCKS, _BLOCK = 4, 400
 class Velocity(NamedTuple):
     """The receiver's velocity as an aid: its noise along and across the course (m/s), and the gain of log density.
 
-    The gain compares the fixes' density with the velocity, averaged over `_NOISES`, to that without.
+    The gain is the log ratio of the fixes' density with the velocity, averaged over `_NOISES`, to that without.
     """
 
     noise: float

@@ -24,7 +24,7 @@ FEW, MANY = 500, 1500
 """Rows of the first and the last fits: a few minutes and half an hour of fixes. They bound the time of an inference."""
 FEWEST = 200
 """Least rows for a fit: ten for each number of the plain structure. With 150, one of four simulated logs with fixes 20
-and 30 s apart loses 12 of log evidence. 300 gain nothing there, and cost 1.7 times with fixes minutes apart."""
+and 30 s apart loses 12 of log evidence. With 300 nothing is gained, at 1.7 times the cost."""
 OPEN = 10_000
 """Most fixes of a record for which posterior samples (`posterior.DRAWS`) replace the fitted numbers; they cost time
 with every fix. Without them, 95 % intervals of a boat at constant speed in 1,001 fixes cover 79 to 89 %."""

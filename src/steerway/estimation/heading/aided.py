@@ -94,7 +94,7 @@ class HeadingTuning:
         positive("heading_tuning.speed", self.speed)
 
     def pairs(self) -> Floats:
-        """(7, 2) start and walk of the states beyond vehicle and compass."""
+        """(7, 2) 1σ at the start and random walk of the states beyond vehicle and compass."""
         both = (self.deviation, self.deviation, self.current, self.current)
         return np.array([self.bias, self.scale, *both, self.water_speed])
 
@@ -233,7 +233,7 @@ class AidedHeadingFilter:
             p[WATER_SPEED, WATER_SPEED] += std * std
 
     def turned(self, std: float) -> None:
-        """Add the variance of a turn that the model does not predict, 1σ in rad."""
+        """Widen the heading by a turn that the model does not predict, 1σ in rad."""
         for each in self._beginnings:
             each.covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 

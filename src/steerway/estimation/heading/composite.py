@@ -73,8 +73,8 @@ def composite_model(
 ) -> Floats:
     """The (14,) parameters of a filter for this compass and this vehicle, whose steps are 1 s long.
 
-    vehicle_noise: variance that a second adds to each state of yaw, compass_noise: a tick to each of the compass's,
-    deg²; reading_variance: of one reading, deg².
+    vehicle_noise: variance added to each state of yaw in a second; compass_noise: variance (deg²) added to each state
+    of the compass in a tick; reading_variance: of one reading, deg².
     """
     _, inputs, outputs = yaw.matrices()
     noise = (vehicle_noise, compass_noise, reading_variance)
@@ -131,7 +131,7 @@ class CompositeFilter:
         return math.radians(math.sqrt(heading_variance_deg2(self._covariance, self._model)))
 
     def turned(self, std: float) -> None:
-        """Add the variance of a turn that the model does not predict, 1σ in rad."""
+        """Widen the heading by a turn that the model does not predict, 1σ in rad."""
         self._covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 
     def yaw_rate(self, difference: float) -> float:

@@ -81,7 +81,7 @@ def smoothed_rows(record: Rows, model: Model, kept: Kept, apart: Floats) -> Floa
 
 @kernel
 def add_unresolved(processes: np.ndarray, apart: Floats, outs: Floats) -> None:
-    """Add to a structure's `fuse` (n, FUSED) the variance of motion that is faster than fixes `apart` (n,) s."""
+    """Add the variance of motion that fixes at intervals of `apart` (n,) s do not resolve to `fuse` (n, FUSED)."""
     for k in range(len(outs)):
         add_unresolved_speed(processes, apart[k], outs[k])
         add_unresolved_rate(processes, apart[k], outs[k])

@@ -168,7 +168,7 @@ def strike(x: Floats, error: Floats, heading: float, gains: Floats, model: Float
 
 
 class PassiveObserver:
-    """The observer as an `Observer` (see `vessel_filter`).
+    """The observer of this module, with the interface `Observer` (see `vessel_filter`).
 
     Args:
         inertia, damping: (3, 3) M and D of the vessel.

@@ -182,7 +182,7 @@ def retake(x: Floats, p: Floats, fix: Fix) -> None:
 
 
 class VesselFilter:
-    """The filter as an `Observer`.
+    """The Kalman filter of this module, with the interface `Observer`.
 
     Args:
         inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² and their like per second.
@@ -250,8 +250,7 @@ class VesselFilter:
         return nis
 
     def _noise_of(self, fix_noise: FixNoise, north: float, east: float) -> tuple[float, float]:
-        """Variances learned from a fix. An outlier counts as a fix at the gate, so that several are needed for a
-        change."""
+        """Variances learned from a fix. An outlier counts as a fix at the gate, so that one alone changes little."""
         x, p = self.state, self.covariance_upper
         nu_n, nu_e, nis = innovation_of(x, p, Fix(north, east, *fix_noise.expected(x)))
         share = 1.0 - math.sqrt(self._gate / nis) if nis > self._gate else 0.0

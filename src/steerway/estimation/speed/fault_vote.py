@@ -126,7 +126,7 @@ def _difference(record: _Record, window: float, explained: float) -> tuple[float
 def _judge(
     record: _Record, excluded: int, since: float, explained: float, drift: float
 ) -> tuple[int, bool, float, float]:
-    """(excluded or NONE, whether an unsettled conflict stands, misled, window)."""
+    """(excluded or NONE, whether a conflict is unsettled, mean difference and window as of `FaultVote.judge`)."""
     if excluded != NONE:
         # Readmitted only when the long mean, made of readings since, is well within what noise explains.
         difference, most = _difference(record, LONG, explained)
