@@ -23,7 +23,7 @@ _STALLED = 2.0
 """Gain of log posterior by scoring below which each number is varied alone. After a larger gain, the next round of
 scoring gains more per run of the filter."""
 _FAILURES = 2
-"""Steps down in a row after which scoring tries one more; each is at most half as long as the one before."""
+"""Failed steps in a row that scoring allows; each is at most half as long as the one before."""
 _SHORTEST, _LONGEST = 0.1, 1.0
 """Bounds of the step of a number varied alone, in prior standard deviations. At the prior median the shortest step
 changes the log prior by 0.005."""
