@@ -9,6 +9,7 @@ from collections import deque
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.estimation.steering.correction import (
@@ -133,7 +134,7 @@ class SteeringFilter:
         self._drift_or_depart(time)
 
     @property
-    def _oldest(self):
+    def _oldest(self) -> float:
         """Orders before this time have no further effect."""
         return self._time - 1.0 if self.started else math.inf
 
@@ -192,7 +193,7 @@ class SteeringFilter:
         self._deviations = None
         return kind
 
-    def _read(self, number, std, what):
+    def _read(self, number: float, std: float, what: int) -> None:
         """Use a reading of compass or gyro, NaN for none; its variance is learned where it is larger than said."""
         if not math.isfinite(number):
             return
@@ -209,11 +210,11 @@ class SteeringFilter:
         left = math.exp(min((self.idle_since - time) / self.response.speed_time, 0.0))
         return left * self.response.speed if left < _REST else math.inf
 
-    def _is_driven(self, time):
+    def _is_driven(self, time: float) -> bool:
         """Whether the boat has gathered way by its motor."""
         return time - self.driven_since > _GATHERED * self.response.speed_time
 
-    def _drift_or_depart(self, time):
+    def _drift_or_depart(self, time: float) -> None:
         """In a drift there is no speed through the water but what is left; at first that tells hypotheses apart."""
         way, drifted = self._way(time), self._drifts
         self._drifts = self.started and math.isfinite(way)
@@ -224,7 +225,7 @@ class SteeringFilter:
                 take_number(*self._mixture, 0.0, way, WATER_SPEED)
             drifting(self._mixture.states, self._mixture.covariances, way)
 
-    def _forget_heading(self):
+    def _forget_heading(self) -> None:
         """Without an order and at rest in the water nothing tells the heading.
 
         The current does not change: a boat whose velocity over ground does is under way, and the hypotheses begin anew.
@@ -257,7 +258,7 @@ class SteeringFilter:
             self._deviations = self._mixture.heading_std(), self._mixture.current_std()
         return estimate_of(x, p, *self._deviations, age, pivot)
 
-    def _moved(self, best, time):
+    def _moved(self, best: int, time: float) -> Floats:
         """The state at a time, from the state asked for last where that was earlier."""
         before, x = self._ahead
         if not before <= time:
@@ -266,7 +267,7 @@ class SteeringFilter:
         self._ahead = time, x
         return x
 
-    def _remember(self, time, north, east):
+    def _remember(self, time: float, north: float, east: float) -> None:
         self._noise.add(time, north, east)
         if self.learn:
             self._learn()
@@ -274,7 +275,7 @@ class SteeringFilter:
         while time - self._recent[0][0] > LONGEST_START and len(self._recent) > START_FIXES:
             self._recent.popleft()
 
-    def _begin(self, time, least):
+    def _begin(self, time: float, least: float) -> None:
         """Hypotheses by a straight line through the last fixes; none before they span `least` s.
 
         Anew where fixes do not fit for long: the position has jumped, or all hypotheses have gone astray.
@@ -285,7 +286,8 @@ class SteeringFilter:
             lasted = time - fixes[since, 0]
             if lasted < least:
                 continue
-            line = straight_line(*fixes[since:].T, self.position_std)
+            moments, north, east = fixes[since:].T
+            line = straight_line(moments, north, east, self.position_std)
             if line[3] < _START_STD * self.response.speed:
                 break
         if line is None or (
@@ -300,7 +302,7 @@ class SteeringFilter:
         self._ahead = (math.nan, self._ahead[1])
         self._deviations = None
 
-    def _learn(self):
+    def _learn(self) -> None:
         """The receiver's noise is what its fixes show."""
         if not math.isnan(self._noise.white):
             self.position_std = min(_MOST_STD, max(self._least_std, self._noise.white))
@@ -308,5 +310,5 @@ class SteeringFilter:
             self.slow_std = min(_MOST_STD, max(_LEAST_STD, self._noise.slow))
 
 
-def _same(one, other):
+def _same(one: float, other: float) -> bool:
     return one == other or (math.isnan(one) and math.isnan(other))

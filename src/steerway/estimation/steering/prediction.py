@@ -121,7 +121,7 @@ def predict(
 
 
 @lean_kernel
-def _slide(x, f, water, sway, turned, c, s, dt):
+def _slide(x: Floats, f: Floats, water: float, sway: float, turned: float, c: float, s: float, dt: float) -> None:
     """Rows of F of the sway and the position, those of the heading being complete; x after the step of dt, speeds
     before it; c and s of the mean heading.
     """
@@ -143,7 +143,7 @@ def _slide(x, f, water, sway, turned, c, s, dt):
 
 
 @lean_kernel
-def _transform(f, p, work):
+def _transform(f: Floats, p: Floats, work: Floats) -> None:
     """P ← F P Fᵀ, by the rows of F that differ from those of the identity."""
     for i in range(STATES):
         own = _is_own(f, i)
@@ -167,7 +167,7 @@ def _transform(f, p, work):
 
 
 @lean_kernel
-def _is_own(f, i):
+def _is_own(f: Floats, i: int) -> bool:
     """Whether a row is that of the identity."""
     for k in range(STATES):
         if f[i, k] != (1.0 if k == i else 0.0):
@@ -183,7 +183,7 @@ def rate_density(known: bool, response: Response) -> float:
 
 
 @lean_kernel
-def _identified(response):
+def _identified(response: Response) -> float:
     """s in which gain, damping and time constant may drift by their first deviations."""
     return max(_IDENTIFIED, _TIMES * response.time)
 
@@ -195,7 +195,9 @@ def bias_density(response: Response) -> float:
 
 
 @lean_kernel
-def _add_noise(x, p, order, has_speed, beyond, response, wander, dt):
+def _add_noise(
+    x: Floats, p: Floats, order: float, has_speed: bool, beyond: float, response: Response, wander: float, dt: float
+) -> None:
     known = math.isfinite(order)
     rate, time = response.rate, response.time
     q = rate_density(known, response)
@@ -229,7 +231,7 @@ def _add_noise(x, p, order, has_speed, beyond, response, wander, dt):
 
 
 @lean_kernel
-def _add_slip_and_instruments(x, p, turned, response, dt):
+def _add_slip_and_instruments(x: Floats, p: Floats, turned: float, response: Response, dt: float) -> None:
     """Noise of the sway and its time, of the bias of the gyro, and of the deviation in a turn of this angle."""
     slips = x[SLIP]
     if slips > LEAST_SLIP:

@@ -155,12 +155,12 @@ def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf)
     return states, np.tile(covariance, (_DIRECTIONS, 1, 1)), np.full(_DIRECTIONS, -math.log(_DIRECTIONS))
 
 
-def _at_rest(response, way):
+def _at_rest(response: Response, way: float) -> tuple[float, float]:
     """1σ of the current beside the velocity over ground, and of the speed through the water, m/s."""
     return (0.0, way) if math.isfinite(way) else (_CURRENT_STD * response.speed, _REST_STD * response.speed)
 
 
-def _spread(x, p, place_std, velocity_std, response, way):
+def _spread(x: Floats, p: Floats, place_std: float, velocity_std: float, response: Response, way: float) -> None:
     """Current and motion through the water are uncertain, less so their sum."""
     speed, c, s = x[WATER_SPEED], math.cos(x[HEADING]), math.sin(x[HEADING])
     for k in (NORTH, EAST):
