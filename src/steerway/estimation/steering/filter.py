@@ -12,21 +12,9 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
-from steerway.estimation.steering.correction import (
-    GOOD,
-    REFUSED,
-    fold,
-    take_number,
-    take_position,
-    take_velocity,
-)
+from steerway.estimation.steering.correction import GOOD, REFUSED, fold, take_number, take_position, take_velocity
 from steerway.estimation.steering.mixture import Mixture, estimate_of, over_ground
-from steerway.estimation.steering.motion import (
-    HEADING,
-    WATER_SPEED,
-    YAW_RATE,
-    moved_by_orders,
-)
+from steerway.estimation.steering.motion import HEADING, WATER_SPEED, YAW_RATE, moved_by_orders
 from steerway.estimation.steering.prediction import predict_bank
 from steerway.estimation.steering.receiver import ReceiverNoise
 from steerway.estimation.steering.response import Response
