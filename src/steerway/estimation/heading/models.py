@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 
 RPM = 2.0 * math.pi / 60.0
@@ -25,7 +26,7 @@ class HeadingModel(NamedTuple):
     inputs: tuple[float, float]  # rad per rpm, as printed
     outputs: tuple[float, float]
 
-    def matrices(self, step: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def matrices(self, step: float = 1.0) -> tuple[Floats, Floats, Floats]:
         """A (2, 2), B (2,) per rad/s of n_d, C (2,) to rad; for steps of `step` s."""
         kept, entered = np.array([held(pole, step) for pole in self.poles]).T
         return np.diag(kept), entered * np.array(self.inputs) / RPM, np.array(self.outputs)

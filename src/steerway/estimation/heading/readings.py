@@ -9,9 +9,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Floats, Ints
 from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -73,7 +73,7 @@ class Ticks:
 
 
 @kernel
-def _gather(columns: NDArray[np.int64], degrees: Floats, table: Floats) -> None:
+def _gather(columns: Ints, degrees: Floats, table: Floats) -> None:
     """Means and numbers of the readings of each tick; readings a turn apart are one direction."""
     for k in range(len(degrees)):
         cell = table[:, columns[k]]

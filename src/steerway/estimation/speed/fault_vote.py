@@ -11,9 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Floats, Ints
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 
@@ -51,7 +50,7 @@ class _Record(NamedTuple):
 
     time: float  # now
     rows: Floats  # (2, _ROWS, 5): time, reading − estimate, − third, − inertial (NaN: none); reading
-    last: NDArray[np.int64]  # (2,) the latest row of each
+    last: Ints  # (2,) the latest row of each
     stds: tuple[float, float]
 
 
