@@ -83,7 +83,7 @@ def test_a_scenario_is_sailed_by_it(inferred, tmp_path):
 def test_an_archive_refuses_it_in_one_sentence(inferred, log, tmp_path):
     code, _, said = run("archive", "run", log, "-o", tmp_path / "archive", "--profile", inferred)
     assert code == 2 and said.count("\n") == 1
-    assert "profile prior has structures, which archives do not support" in said
+    assert "profile prior is a profile of structures, which archives do not support" in said
 
 
 def test_the_profile_of_a_log_of_many_vessels_is_the_built_in_one(tmp_path):
