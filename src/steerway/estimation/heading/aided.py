@@ -233,7 +233,7 @@ class AidedHeadingFilter:
             p[WATER_SPEED, WATER_SPEED] += std * std
 
     def turned(self, std: float) -> None:
-        """Widen the heading by a turn that the model does not predict, 1σ in rad."""
+        """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
         for each in self._beginnings:
             each.covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 

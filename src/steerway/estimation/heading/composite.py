@@ -131,7 +131,7 @@ class CompositeFilter:
         return math.radians(math.sqrt(heading_variance_deg2(self._covariance, self._model)))
 
     def turned(self, std: float) -> None:
-        """Widen the heading by a turn that the model does not predict, 1σ in rad."""
+        """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
         self._covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 
     def yaw_rate(self, difference: float) -> float:

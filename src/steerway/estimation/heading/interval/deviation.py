@@ -93,7 +93,7 @@ class DeviationBounds:
         return self.low, self.high
 
     def turned(self, std: float) -> None:
-        """Widen the heading by a turn that the model does not predict, 1σ in rad."""
+        """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
         self._covariance[0, 0] += math.degrees(std) ** 2
 
     def yaw_rate(self, difference: float) -> float:
