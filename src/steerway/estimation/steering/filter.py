@@ -181,7 +181,7 @@ class SteeringFilter:
         self._deviations = None
         return kind
 
-    def _read(self, number: float, std: float, what: int) -> None:
+    def _read(self, number, std, what):
         """Use a reading of compass or gyro, NaN for none; its variance is learned where it is larger than said."""
         if not math.isfinite(number):
             return
