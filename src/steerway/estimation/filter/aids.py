@@ -8,9 +8,10 @@ lasts, as of a receiver that filters its velocity. SOG and COG of one moment are
 import math
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.filter.fuse import rate_weights
-from steerway.estimation.filter.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, RATE, SPEED, Bank, Model
 from steerway.estimation.filter.relative import corrected, is_steady
 from steerway.estimation.filter.weigh import DECADES, LEAST_OUTLIER
 from steerway.estimation.vessel.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
@@ -22,7 +23,7 @@ _LEAST_SPEED = 0.1
 
 
 @inlined_kernel
-def take_aids(bank, model, aids):
+def take_aids(bank: Bank, model: Model, aids: Floats) -> float:
     """Weigh and take the aids (n,) that are known (not NaN). Returns the log density of them all."""
     log_density = 0.0
     for which in range(len(aids)):
@@ -32,7 +33,7 @@ def take_aids(bank, model, aids):
 
 
 @called_kernel
-def take_aid(bank, model, aids, which):
+def take_aid(bank: Bank, model: Model, aids: Floats, which: int) -> float:
     """Weigh and take one of the aids (n,) in every mode. Returns its log density."""
     probability, density, variance = bank.probability, bank.shares[0], model.aids[which].variance
     h, row, error = bank.rows[0], bank.rows[1], bank.rows[2]
@@ -69,7 +70,7 @@ def take_aid(bank, model, aids, which):
 
 
 @called_kernel
-def measured(x, p, model, aids, which, h):
+def measured(x: Floats, p: Floats, model: Model, aids: Floats, which: int, h: Floats) -> float:
     """Innovation of an aid for a mode; what it measures of the state into h (n,)."""
     for j in range(len(x)):
         h[j] = 0.0

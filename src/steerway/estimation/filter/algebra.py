@@ -2,6 +2,7 @@
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel
 
 _ROUNDING = 1e-6
@@ -12,7 +13,7 @@ _LEAST = 1e-11
 
 
 @called_kernel
-def inverse(a, out, lower):
+def inverse(a: Floats, out: Floats, lower: Floats) -> float:
     """out ← a⁻¹ of a symmetric positive definite matrix (n, n) by Cholesky's decomposition, lower receives L⁻¹.
 
     Returns log det a, or NaN where a is not positive definite.
@@ -24,7 +25,7 @@ def inverse(a, out, lower):
 
 
 @called_kernel
-def factor(a, lower):
+def factor(a: Floats, lower: Floats) -> float:
     """lower ← L with a = L Lᵀ (n, n), of which the part on and below the diagonal is read.
 
     Returns log det a, or NaN where a is not positive definite.
@@ -52,7 +53,7 @@ def factor(a, lower):
 
 
 @called_kernel
-def invert_factor(lower, out):
+def invert_factor(lower: Floats, out: Floats) -> None:
     """lower ← L⁻¹ and out ← (L Lᵀ)⁻¹ of a factor L (n, n)."""
     n = len(lower)
     for j in range(n):
@@ -71,7 +72,7 @@ def invert_factor(lower, out):
 
 
 @called_kernel
-def whitened_square(lower, vector, out):
+def whitened_square(lower: Floats, vector: Floats, out: Floats) -> float:
     """out ← L⁻¹ v of a factor L (n, n). Returns its square, vᵀ (L Lᵀ)⁻¹ v."""
     square = 0.0
     for i in range(len(vector)):

@@ -8,10 +8,11 @@ within 0.01 of their standard deviations.
 
 import math
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
 from steerway.core.shaping import shaped
 from steerway.estimation.filter.discrete import set_steps
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_FIX, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_FIX, RATE, SPEED, Bank, Mode, Model
 from steerway.estimation.filter.motion import predict
 from steerway.estimation.filter.relative import from_likeliest, shifted
 
@@ -37,7 +38,7 @@ manoeuvres are followed late."""
 
 
 @called_kernel
-def start(bank, model, north, east):
+def start(bank: Bank, model: Model, north: float, east: float) -> None:
     """Begin from one fix: its place, and a velocity about which nothing is known."""
     run = bank.run[0]
     for k in range(len(bank.x)):
@@ -49,7 +50,7 @@ def start(bank, model, north, east):
 
 
 @called_kernel
-def start_mode(x, p, model, mode, north, east):
+def start_mode(x: Floats, p: Floats, model: Model, mode: Mode, north: float, east: float) -> None:
     """State (n,) and covariance of one mode after the first fix."""
     n, processes = len(x), model.processes
     for i in range(n):
@@ -74,7 +75,7 @@ def start_mode(x, p, model, mode, north, east):
 
 
 @called_kernel
-def mix(bank, modes):
+def mix(bank: Bank, modes: Records) -> None:
     """What each mode starts a step from: the moments of all, as likely as each of them led to it."""
     x, p, probability, moments = bank.x, bank.p, bank.probability, bank.moments
     predicted, shares, origin = bank.shares[0], bank.shares[1], bank.rows[0]
@@ -97,7 +98,7 @@ def mix(bank, modes):
 
 
 @lean_kernel
-def add_second_moments(moments, p):
+def add_second_moments(moments: Floats, p: Floats) -> None:
     """Behind the mean error (n,) in `moments`: P (n, n) and its square."""
     n = len(p)
     second = shaped(moments[n:], (n, n))
@@ -107,7 +108,7 @@ def add_second_moments(moments, p):
 
 
 @lean_kernel
-def take_covariance(moments, p):
+def take_covariance(moments: Floats, p: Floats) -> None:
     """P (n, n) of moments as `add_second_moments` makes them."""
     n = len(p)
     second = shaped(moments[n:], (n, n))
@@ -117,7 +118,7 @@ def take_covariance(moments, p):
 
 
 @lean_kernel
-def set_shares(shares, probability, change, j, least):
+def set_shares(shares: Floats, probability: Floats, change: Floats, j: int, least: float) -> float:
     """Fill in which shares (m,) mode j starts a step from the modes of these probabilities. Returns its own."""
     total = kept = 0.0
     for i in range(len(shares)):
@@ -132,7 +133,7 @@ def set_shares(shares, probability, change, j, least):
 
 
 @called_kernel
-def average(shares, rows, out):
+def average(shares: Floats, rows: Floats, out: Floats) -> None:
     """Mean of the first rows (m, k) by shares (m,), into `out` (k,)."""
     m = len(shares)
     for a in range(len(out)):
@@ -146,7 +147,7 @@ def average(shares, rows, out):
 
 
 @called_kernel
-def steps_in(dt):
+def steps_in(dt: float) -> int:
     """How many steps an interval of dt > 0 seconds is predicted in."""
     if dt <= 4.0 * LONGEST_STEP:
         return max(math.ceil(dt / LONGEST_STEP - 1e-3), 1)
@@ -154,7 +155,7 @@ def steps_in(dt):
 
 
 @called_kernel
-def step_of(k, dt):
+def step_of(k: int, dt: float) -> float:
     """The k-th of the steps (s) that an interval of dt > 0 seconds is predicted in."""
     steps = steps_in(dt)
     if steps <= 4:
@@ -163,7 +164,7 @@ def step_of(k, dt):
 
 
 @inlined_kernel
-def advance(bank, model, dt):
+def advance(bank: Bank, model: Model, dt: float) -> None:
     """Predict by dt > 0 seconds."""
     bank.run[0].since += dt
     for j in range(steps_in(dt)):
@@ -171,7 +172,7 @@ def advance(bank, model, dt):
 
 
 @inlined_kernel
-def take_step(bank, model, step):
+def take_step(bank: Bank, model: Model, step: float) -> None:
     """Predict by one step of so many seconds."""
     if abs(step - bank.steps[0].dt) > SAME_STEP * step:
         set_steps(bank, model, step)
@@ -184,13 +185,13 @@ def take_step(bank, model, step):
 
 
 @called_kernel
-def loses_course(x, p):
+def loses_course(x: Floats, p: Floats) -> bool:
     """Whether a mode of a vessel under way knows no course any more."""
     return p[COURSE, COURSE] > _LOST * (x[SPEED] ** 2 + p[SPEED, SPEED])
 
 
 @called_kernel
-def forget_direction(x, p):
+def forget_direction(x: Floats, p: Floats) -> None:
     """Where the course is lost, a velocity that may lie in any direction: of its moments those of a normal course.
 
     A covariance that is linear in the course would lay them all on a line across it. A course of variance σ² leaves
@@ -230,7 +231,7 @@ _DRIFTS = 0.1
 
 
 @called_kernel
-def parts_of(x, p, mode, dt):
+def parts_of(x: Floats, p: Floats, mode: Mode, dt: float) -> int:
     """Into how many equal steps to divide the prediction of a mode, x (n,) and p (n, n), over dt > 0 seconds.
 
     A step assumes a constant turn and, for the noise across the course, a constant speed. Where the course may be lost
@@ -247,7 +248,7 @@ def parts_of(x, p, mode, dt):
 
 
 @lean_kernel
-def may_lose_course(x, p, mode, dt):
+def may_lose_course(x: Floats, p: Floats, mode: Mode, dt: float) -> bool:
     """Whether a bound of the variance of the course after dt exceeds 1 rad²."""
     s, u = lasting(mode.rate_decay, dt), x[SPEED]
     wander = mode.rate_noise * dt * s * s
@@ -256,6 +257,6 @@ def may_lose_course(x, p, mode, dt):
 
 
 @lean_kernel
-def lasting(rate, dt):
+def lasting(rate: float, dt: float) -> float:
     """s for which what decays at `rate` lasts within dt, at most."""
     return min(dt, 1.0 / rate) if rate > 0.0 else dt

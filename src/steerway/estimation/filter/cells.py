@@ -39,7 +39,7 @@ class Cell(NamedTuple):
 
 
 @lean_kernel
-def interval_of(middle, variance, width):
+def interval_of(middle: float, variance: float, width: float) -> Interval:
     """A number of mean 0 and this variance that lies in an interval about `middle`."""
     std = math.sqrt(variance)
     low, high = (abs(middle) - 0.5 * width) / std, (abs(middle) + 0.5 * width) / std
@@ -56,7 +56,7 @@ def interval_of(middle, variance, width):
 
 
 @lean_kernel
-def cell_of(off, s, width):
+def cell_of(off: Vec2, s: Sym2, width: Vec2) -> Cell:
     """The cell of this width (Vec2, m) about an innovation, of covariance S before rounding."""
     north = interval_of(off.n, s.nn, width.n)
     slope = s.ne / s.nn
@@ -69,7 +69,7 @@ def cell_of(off, s, width):
 
 
 @lean_kernel
-def written(off, s, width):
+def written(off: Vec2, s: Sym2, width: Vec2) -> Cell:
     """The cell of a fix as it is written: where it is not rounded, of width 0, the point itself."""
     if width.n > 0.0:
         return cell_of(off, s, width)
@@ -77,7 +77,7 @@ def written(off, s, width):
 
 
 @lean_kernel
-def step_density(off, scale, width):
+def step_density(off: Vec2, scale: Sym2, width: Vec2) -> float:
     """Density (1/m²) of a cell behind a step, either coordinate by Student's t distribution of this scale (Sym2, m²).
 
     With the added variance small steps would be likelier than a vessel that stays in a cell.
@@ -86,7 +86,7 @@ def step_density(off, scale, width):
 
 
 @lean_kernel
-def student_density(middle, scale, width):
+def student_density(middle: float, scale: float, width: float) -> float:
     """Density of an interval about `middle` of Student's t distribution of four degrees of freedom, in closed form."""
     std = math.sqrt(scale)
     low, high = (abs(middle) - 0.5 * width) / std, (abs(middle) + 0.5 * width) / std
@@ -95,7 +95,7 @@ def student_density(middle, scale, width):
 
 
 @lean_kernel
-def student_tail(t):
+def student_tail(t: float) -> float:
     """Probability that a number of that distribution is above t ≥ 0."""
     root = (t * t + 4.0) ** 1.5
     return (6.0 * t * t + 32.0) / (root * (root + t * (t * t + 6.0)))

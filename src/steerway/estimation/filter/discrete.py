@@ -8,9 +8,22 @@ import cmath
 import math
 from typing import NamedTuple
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import multiply
-from steerway.estimation.filter.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
+from steerway.estimation.filter.model import (
+    ON_ACCELERATION,
+    ON_COURSE,
+    ON_FIX,
+    ON_RATE,
+    ON_SPEED,
+    RATE,
+    Bank,
+    Mode,
+    Model,
+    Response,
+    Step,
+)
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
@@ -20,7 +33,7 @@ _SHORT = 0.1
 
 
 @lean_kernel
-def decaying(rate, t):
+def decaying(rate: float, t: float) -> tuple[float, float, float]:
     """After a unit of a state that decays at a rate (1/s): what is left, its integral and the integral of that."""
     a = rate * t
     if abs(a) < 0.1:
@@ -43,7 +56,7 @@ class Noise(NamedTuple):
 
 
 @called_kernel
-def noise(decay, h):
+def noise(decay: float, h: float) -> Noise:
     """Noise over h seconds: the integral of the responses to a unit of it, in short steps by quadrature.
 
     The closed form cancels where `decay` h is small; the quadrature errs by 4e-6 where it is `_SHORT`.
@@ -69,7 +82,7 @@ def noise(decay, h):
 
 
 @lean_kernel
-def phi(pole, s):
+def phi(pole: complex, s: float) -> tuple[complex, complex, complex]:
     """φ0, φ1, φ2 at lag s."""
     a = pole * s
     if abs(a.real) + abs(a.imag) < 0.1:
@@ -82,13 +95,13 @@ def phi(pole, s):
 
 
 @lean_kernel
-def together(a, b):
+def together(a: complex, b: complex) -> float:
     """Real part of a b*: the covariance of the real and imaginary parts of two processes with one noise."""
     return a.real * b.real + a.imag * b.imag
 
 
 @lean_kernel
-def respond(response, acts_on, change, mean, dt):
+def respond(response: Response, acts_on: int, change: float, mean: float, dt: float) -> None:
     """Set the effect of one unit of a driving state on the motion, and its mean over dt."""
     if acts_on == ON_SPEED or acts_on == ON_ACCELERATION:
         response.gain, response.way = change, dt * mean
@@ -97,7 +110,9 @@ def respond(response, acts_on, change, mean, dt):
 
 
 @called_kernel
-def add_process(responses, j, pole, density, acts_on, dt):
+def add_process(
+    responses: Records, j: int, pole: complex, density: float, acts_on: int, dt: float
+) -> tuple[float, float, float]:
     """One process with first state j: its deterministic response over dt, and the noise of density that it takes up.
 
     Returns variance and covariance of what it adds to the way (along, or for each m/s across) and the speed (course).
@@ -133,7 +148,7 @@ class TakenUp(NamedTuple):
 
 
 @lean_kernel
-def taken_up(pole, integrates, dt):
+def taken_up(pole: complex, integrates: bool, dt: float) -> TakenUp:
     """What noise adds over a step: in closed form, which cancels in steps that are short against the process, and there
     by quadrature.
     """
@@ -155,7 +170,7 @@ def taken_up(pole, integrates, dt):
 
 
 @lean_kernel
-def over_a_long_step(pole, integrates, dt):
+def over_a_long_step(pole: complex, integrates: bool, dt: float) -> TakenUp:
     """Closed form of `taken_up`: with φ1 = (φ0 − 1)/p and φ2 = (φ0 − 1 − p s)/p² all are integrals of |φ0|², φ0, s φ0
     and powers of s.
     """
@@ -175,7 +190,7 @@ def over_a_long_step(pole, integrates, dt):
 
 
 @called_kernel
-def set_steps(bank, model, dt):
+def set_steps(bank: Bank, model: Model, dt: float) -> None:
     """Fill steps and responses of every mode, and the probabilities of change between modes, for dt > 0 seconds."""
     steps, responses, modes, units = bank.steps, bank.responses, model.modes, bank.moments
     set_processes(steps[0], responses[0], model.processes, dt)
@@ -191,7 +206,7 @@ def set_steps(bank, model, dt):
 
 
 @called_kernel
-def set_processes(step, responses, processes, dt):
+def set_processes(step: Step, responses: Records, processes: Records, dt: float) -> None:
     """Set what every mode shares: a step (STEP) and responses (n,), with the processes in them."""
     step.dt = dt
     step.ll = step.lu = step.uu = step.yy = step.yx = step.xx = 0.0
@@ -219,7 +234,7 @@ def set_processes(step, responses, processes, dt):
 
 
 @lean_kernel
-def hold_rate(responses, modes, units, i, dt):
+def hold_rate(responses: Records, modes: Records, units: Floats, i: int, dt: float) -> None:
     """Response of the rate that mode i holds, to noise of density 1; into units (m, ≥ 3) what that adds to way and
     course. Modes whose rates decay alike have it in common."""
     alike = 0
@@ -236,7 +251,7 @@ def hold_rate(responses, modes, units, i, dt):
 
 
 @lean_kernel
-def set_noise(step, rate, mode, unit):
+def set_noise(step: Step, rate: Response, mode: Mode, unit: Floats) -> None:
     """Complete a step by the noise of its mode; rate: response of the held rate to noise of density 1, see
     `hold_rate`."""
     step.sideways, step.drift_speed = mode.sideways, mode.drift_speed
@@ -249,7 +264,7 @@ def set_noise(step, rate, mode, unit):
 
 
 @lean_kernel
-def hold_speed(step, decay, density):
+def hold_speed(step: Step, decay: float, density: float) -> None:
     """Set the remaining part of a decaying speed, the distance it covers, and its noise."""
     step.left, step.way, _ = decaying(decay, step.dt)
     unit = noise(decay, step.dt)  # speed and way decay as rate and course
@@ -257,7 +272,7 @@ def hold_speed(step, decay, density):
 
 
 @called_kernel
-def exponential(out, product, generator, dt):
+def exponential(out: Floats, product: Floats, generator: Floats, dt: float) -> None:
     """out = e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; product: workspace."""
     m, fastest = len(generator), 0.0
     for i in range(m):

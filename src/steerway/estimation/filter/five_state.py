@@ -20,32 +20,22 @@ import math
 from typing import NamedTuple
 
 from steerway.core.angles import sinc, wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
 from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
 from steerway.estimation.filter.bank import advance as advance_modes
 from steerway.estimation.filter.discrete import decaying, hold_speed, noise
 from steerway.estimation.filter.fuse import COURSE_STD, mean_speed
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Bank, Mode, Model, Response, Run, Step
 from steerway.estimation.filter.relative import corrected
-from steerway.estimation.filter.row import Row, Taken, keep, row_of, take_row
-from steerway.estimation.filter.vectors import (
-    Sym2,
-    Vec2,
-    determinant,
-    inverse,
-    nis,
-    outer,
-    plus,
-    scaled,
-    times,
-    trace,
-)
+from steerway.estimation.filter.row import Asked, Row, Rows, Taken, keep, row_of, take_row
+from steerway.estimation.filter.vectors import Sym2, Vec2, determinant, inverse, nis, outer, plus, scaled, times, trace
 from steerway.estimation.filter.weigh import DIFFUSE, OUTLIERS_LAST, RARE, outlier_density
 
 
 @called_kernel
-def discretise(step, turn, mode, h):
+def discretise(step: Step, turn: Response, mode: Mode, h: float) -> None:
     """(11)–(15) over a step of h seconds, into `step` (STEP) and `turn` (RESPONSE of the course rate).
 
     Noise reaches speed and then the way l along the course, the rate and then the course and the way y across.
@@ -61,7 +51,7 @@ def discretise(step, turn, mode, h):
 
 
 @lean_kernel
-def predict(x, p, step, turn):
+def predict(x: Floats, p: Floats, step: Step, turn: Response) -> None:
     """State and covariance predictor of Table 1, x ← f(x) and P ← F P Fᵀ + Q.
 
     With the chord dN, dE of the arc sailed and A = F − I, of which only N, E, U, s and ω have entries.
@@ -127,7 +117,7 @@ class Innovation(NamedTuple):
 
 
 @lean_kernel
-def innovate(x, p, fix, variance, clock, outlier_rate):
+def innovate(x: Floats, p: Floats, fix: Vec2, variance: float, clock: float, outlier_rate: float) -> Innovation:
     """ν and S of a fix (Vec2), and how probable it is.
 
     R = `variance` I + `clock` v vᵀ: white noise, and the way of a vessel of velocity v in the error of the fix's time,
@@ -142,7 +132,7 @@ def innovate(x, p, fix, variance, clock, outlier_rate):
 
 
 @lean_kernel
-def correct(x, p, off, s, beta, error):
+def correct(x: Floats, p: Floats, off: Vec2, s: Sym2, beta: float, error: Floats) -> None:
     """Gain, state and covariance corrector of Table 1, K = P Cᵀ S⁻¹, x ← x + β K ν.
 
     P ← P − β K S Kᵀ + β (1 − β) K ν νᵀ Kᵀ (probabilistic data association, Y. Bar-Shalom and X. R. Li,
@@ -180,7 +170,7 @@ def correct(x, p, off, s, beta, error):
 
 
 @inlined_kernel
-def advance(bank, model, h):
+def advance(bank: Bank, model: Model, h: float) -> None:
     """Predict by h > 0 seconds, at most `LONGEST_STEP`."""
     x, p, step, turn = bank.x[0], bank.p[0], bank.steps[0], bank.responses[0, RATE]
     bank.run[0].since += h
@@ -193,7 +183,7 @@ def advance(bank, model, h):
 
 
 @inlined_kernel
-def take_fix(bank, model, fix, excess):
+def take_fix(bank: Bank, model: Model, fix: Vec2, excess: float) -> Taken:
     """Correct by a fix. Returns what the filter says of it; NaN, and nothing changed, where it is an outlier."""
     x, p, run, receiver = bank.x[0], bank.p[0], bank.run[0], model.receiver[0]
     variance = excess * receiver.fix_variance
@@ -209,13 +199,13 @@ def take_fix(bank, model, fix, excess):
 
 
 @inlined_kernel
-def is_usual(run):
+def is_usual(run: Run) -> bool:
     """Whether a filter is under way, and its last fixes agree with it."""
-    return run.started and run.outliers == 0.0 and run.step_north == 0.0 and run.step_east == 0.0
+    return run.started == 1 and run.outliers == 0.0 and run.step_north == 0.0 and run.step_east == 0.0
 
 
 @inlined_kernel
-def wait(bank, model, dt):
+def wait(bank: Bank, model: Model, dt: float) -> None:
     """A row without a fix, as `take` takes it."""
     if is_usual(bank.run[0]) and dt <= LONGEST_STEP:
         if dt > 0.0:
@@ -225,14 +215,14 @@ def wait(bank, model, dt):
 
 
 @called_kernel
-def wait_longer(bank, model, dt):
+def wait_longer(bank: Bank, model: Model, dt: float) -> None:
     """Predict by the general filter."""
     fill_lower(bank.p[0])
     advance_modes(bank, model, dt)
 
 
 @inlined_kernel
-def take(bank, model, row):
+def take(bank: Bank, model: Model, row: Row) -> Taken:
     """One row without aids, as `take_row` takes it."""
     fixed, dt = math.isfinite(row.north) and math.isfinite(row.east), row.dt
     if is_usual(bank.run[0]) and dt <= LONGEST_STEP:
@@ -248,14 +238,14 @@ def take(bank, model, row):
 
 
 @called_kernel
-def leave(bank, model, row):
+def leave(bank: Bank, model: Model, row: Row) -> Taken:
     """Leave a row to the general filter. A call: inlined it would slow down all other rows."""
     fill_lower(bank.p[0])
     return take_row(bank, model, row, bank.rows[0, :0])
 
 
 @called_kernel
-def run(rows, model, bank, asked):
+def run(rows: Rows, model: Model, bank: Bank, asked: Asked) -> None:
     """Over a record (Rows) without aids, as `run_record` does it; of `asked` its output and what is kept."""
     r = 0
     for k in range(len(rows.time)):
@@ -273,7 +263,7 @@ def run(rows, model, bank, asked):
 
 
 @lean_kernel
-def state_row(bank, model, out):
+def state_row(bank: Bank, model: Model, out: Floats) -> None:
     """Write the estimate after a row into `out` (≥ FUSED), as `row.state_row` does; NaN before the first fix."""
     x, p = bank.x[0], bank.p[0]
     if bank.run[0].started == 0:
@@ -287,7 +277,7 @@ def state_row(bank, model, out):
 
 
 @lean_kernel
-def write_estimate(bank, model, steerageway, estimate):
+def write_estimate(bank: Bank, model: Model, steerageway: float, estimate: Floats) -> None:
     """SOG, COG and course rate after a row as they are given out, into `estimate` (9,); see `log.course`."""
     state_row(bank, model, estimate)
     for i in range(5, 9):
@@ -296,8 +286,8 @@ def write_estimate(bank, model, steerageway, estimate):
         estimate[3] = estimate[4] = estimate[6] = estimate[7] = math.nan
 
 
-def is_plain(model, aids) -> bool:
+def is_plain(model: Model, aids: Floats) -> bool:
     """Whether this filter serves a model and a table of aids: one mode, five states, fixes good or outliers."""
     receiver, mode = model.receiver[0], model.modes[0]
-    extras = receiver["poor_rate"], receiver["step_rate"], mode["sideways"]
+    extras = receiver.poor_rate, receiver.step_rate, mode.sideways
     return len(model.modes) == 1 and model.states == 5 and not any(extras) and len(aids) == 0

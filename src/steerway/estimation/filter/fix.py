@@ -7,6 +7,7 @@ noise.
 import math
 from typing import NamedTuple
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_ANTENNA, ON_FIX, RATE, SPEED
 from steerway.estimation.filter.relative import corrected
@@ -22,7 +23,7 @@ class Seen(NamedTuple):
 
 
 @called_kernel
-def see(x, p, processes, clock, fix, variance, rows):
+def see(x: Floats, p: Floats, processes: Records, clock: float, fix: Vec2, variance: float, rows: Floats) -> Seen:
     """A fix (Vec2, m) of this white variance (m²) as a mode, x (n,) and p (n, n), sees it.
 
     clock: variance of the moment of the fix, s². rows: workspace, of which the first two (n,) are filled with the
@@ -51,7 +52,7 @@ def see(x, p, processes, clock, fix, variance, rows):
 
 
 @lean_kernel
-def observe(x, processes, h_n, h_e):
+def observe(x: Floats, processes: Records, h_n: Floats, h_e: Floats) -> Vec2:
     """Fill H, what a fix measures north and east of a state (n,), behind the rate. Returns the velocity (Vec2)."""
     c, s = math.cos(x[COURSE]), math.sin(x[COURSE])
     velocity = Vec2(x[SPEED] * c, x[SPEED] * s)
@@ -67,7 +68,7 @@ def observe(x, processes, h_n, h_e):
 
 
 @called_kernel
-def correct(x, p, rows, m, s, alone):
+def correct(x: Floats, p: Floats, rows: Floats, m: Sym2, s: Vec2, alone: bool) -> None:
     """Correct a mode by a fix: x ← x + C s and P ← P − C M Cᵀ (Vec2, Sym2), with C in the first two `rows`.
 
     alone: see `relative.corrected`.

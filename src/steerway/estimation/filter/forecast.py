@@ -12,10 +12,12 @@ to what it was; and they take 40 times as long.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.estimation.filter.bank import add_second_moments, average, take_covariance
 from steerway.estimation.filter.discrete import decaying
@@ -30,11 +32,14 @@ from steerway.estimation.filter.model import (
     PROCESS,
     RATE,
     SPEED,
+    Bank,
+    Mode,
+    Model,
     empty_bank,
     room_to_keep,
 )
 from steerway.estimation.filter.relative import from_likeliest, shifted
-from steerway.estimation.filter.row import Asked, recall
+from steerway.estimation.filter.row import Asked, Rows, recall
 from steerway.estimation.log.course import run_model
 from steerway.estimation.log.place import MOMENTS
 
@@ -54,12 +59,14 @@ _NO_PROCESS = np.zeros(1, PROCESS)
 class Outlook(NamedTuple):
     """How a vessel moves in the long run."""
 
-    mode: np.ndarray  # (1,) MODE
-    acceleration: np.ndarray  # (1,) PROCESS, of variance 0 for none
-    deviation: np.ndarray  # (1,) PROCESS that waves make of the course, of variance 0 for none
+    mode: Records  # (1,) MODE
+    acceleration: Records  # (1,) PROCESS, of variance 0 for none
+    deviation: Records  # (1,) PROCESS that waves make of the course, of variance 0 for none
 
 
-def forecasts(record, model, on_average, horizons, rows=None) -> np.ndarray:
+def forecasts(
+    record: Rows, model: Model, on_average: Model, horizons: Floats, rows: Sequence[int] | None = None
+) -> Floats:
     """(rows, horizons, MOMENTS) in the plane `horizons` seconds after these rows of a record, or after the last.
 
     model: of the filter. on_average: the one of one mode that disperses as far in the long run, with the same states:
@@ -78,8 +85,8 @@ def forecasts(record, model, on_average, horizons, rows=None) -> np.ndarray:
     return out
 
 
-def _outlook_of(model) -> Outlook:
-    def acting(on):
+def _outlook_of(model: Model) -> Outlook:
+    def acting(on: int) -> Records:
         found = model.processes[model.processes["acts_on"] == on]
         return found if len(found) else _NO_PROCESS
 
@@ -87,7 +94,7 @@ def _outlook_of(model) -> Outlook:
 
 
 @kernel
-def look_ahead(bank, outlook, horizons, out):
+def look_ahead(bank: Bank, outlook: Outlook, horizons: Floats, out: Floats) -> None:
     """Fill `out` (horizons, MOMENTS); uses the modes of the bank up."""
     n = bank.x.shape[1]
     x, p = np.empty(n), np.empty((n, n))
@@ -104,7 +111,7 @@ def look_ahead(bank, outlook, horizons, out):
 
 
 @kernel
-def combine(bank, x, p):
+def combine(bank: Bank, x: Floats, p: Floats) -> None:
     """Mean and covariance of all modes, into x (n,) and p (n, n); uses them up."""
     m, mean = len(bank.x), bank.moments[len(bank.x)]
     reference, steady = from_likeliest(bank.x, bank.p, bank.probability, bank.moments)
@@ -116,7 +123,7 @@ def combine(bank, x, p):
 
 
 @lean_kernel
-def follow_mean(x, p, d):
+def follow_mean(x: Floats, p: Floats, d: int) -> None:
     """The mean course for the course, of which state d is the deviation, and its rate, of which nothing is known."""
     x[COURSE] -= x[d]
     speed = x[SPEED]
@@ -127,7 +134,7 @@ def follow_mean(x, p, d):
 
 
 @lean_kernel
-def drift(x, p, outlook, horizon, out):
+def drift(x: Floats, p: Floats, outlook: Outlook, horizon: float, out: Floats) -> None:
     """Velocity decays to a stationary standard deviation of half of steerageway."""
     rate, c, s = 1.0 / DRIFT_TIME, math.cos(x[COURSE]), math.sin(x[COURSE])
     _, reach, _ = decaying(rate, horizon)
@@ -142,7 +149,7 @@ def drift(x, p, outlook, horizon, out):
 
 
 @lean_kernel
-def integral_moments(rate, t):
+def integral_moments(rate: float, t: float) -> tuple[float, float]:
     """Variance of the integral after t of a process that decays at `rate` and starts from 0, under unit white noise.
 
     And the covariance of that integral with the process. Times S_ω: of course, and of course and course rate.
@@ -155,7 +162,9 @@ def integral_moments(rate, t):
 
 
 @lean_kernel
-def course_covariance(p, speed, gain, later_gain, mode, t, later):
+def course_covariance(
+    p: Floats, speed: float, gain: float, later_gain: float, mode: Mode, t: float, later: float
+) -> float:
     """Covariance of χ at t and at t + later."""
     area, mixed = integral_moments(mode.rate_decay, t)
     known = p[COURSE, COURSE] / speed**2 + (gain + later_gain) * p[COURSE, RATE] / speed
@@ -164,7 +173,7 @@ def course_covariance(p, speed, gain, later_gain, mode, t, later):
 
 
 @kernel
-def sail(x, p, outlook, horizon, out):
+def sail(x: Floats, p: Floats, outlook: Outlook, horizon: float, out: Floats) -> None:
     """Moments of ∫ U e^{iχ} by midpoints that are close at first and wide later, where the integrand is smooth."""
     s, w = np.empty(NODES), np.empty(NODES)
     speed, left, gain = np.empty(NODES), np.empty(NODES), np.empty(NODES)

@@ -3,8 +3,9 @@
 import math
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED, Mode, Model
 
 SOG_VARIANCE, COURSE_VARIANCE, RATE_VARIANCE = 5, 6, 7
 """Columns of `fuse`."""
@@ -16,7 +17,7 @@ medians of the priors of wander, for a craft of 1.5 m/s."""
 
 
 @called_kernel
-def rate_weights(processes, h):
+def rate_weights(processes: Records, h: Floats) -> None:
     """What each state contributes to the course rate, into h (n,)."""
     for i in range(len(h)):
         h[i] = 0.0
@@ -32,7 +33,7 @@ def rate_weights(processes, h):
 
 
 @lean_kernel
-def course_rate(x, p, h):
+def course_rate(x: Floats, p: Floats, h: Floats) -> tuple[float, float]:
     """Course rate of a mode, held and shaped, and its variance; h as of `rate_weights`."""
     rate = variance = 0.0
     for i in range(RATE, len(x)):
@@ -44,7 +45,7 @@ def course_rate(x, p, h):
 
 
 @lean_kernel
-def mean_speed(x, p, mode):
+def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
     """Mean of the speed in a mode: where its velocity may lie in any direction, that of Rayleigh's distribution."""
     speed, across = x[SPEED], p[3, 3]
     if mode.manoeuvres or across < speed * speed or across < _VAGUE**2:
@@ -63,7 +64,7 @@ deviation of the rate would be 1.5 times as large. With 0.01 it holds 78 % of th
 
 
 @called_kernel
-def fuse(x, p, probability, model, h, out):
+def fuse(x: Floats, p: Floats, probability: Floats, model: Model, h: Floats, out: Floats) -> None:
     """Mean and spread of all modes, or of pairs of modes, into `out` (FUSED); h is workspace (n,).
 
     A pair's number is m times that of its second mode and that of its first, which it is like.
@@ -104,7 +105,7 @@ def fuse(x, p, probability, model, h, out):
 
 
 @called_kernel
-def add_unresolved_speed(processes, apart, out):
+def add_unresolved_speed(processes: Records, apart: float, out: Floats) -> None:
     """Add to the variance of the speed in `out` (FUSED) the motion that is faster than fixes `apart` s.
 
     The wander of a structure is fitted to what the fixes resolve. Of that which changes between them they tell nothing,
@@ -114,13 +115,13 @@ def add_unresolved_speed(processes, apart, out):
 
 
 @called_kernel
-def add_unresolved_rate(processes, apart, out):
+def add_unresolved_rate(processes: Records, apart: float, out: Floats) -> None:
     """As `add_unresolved_speed`, of the course rate."""
     out[RATE_VARIANCE] += unresolved_variance(processes, ON_RATE, apart, QUICK_RATE, QUICK_RATE_TIME)
 
 
 @lean_kernel
-def unresolved_variance(processes, acts_on, apart, usual, usual_time):
+def unresolved_variance(processes: Records, acts_on: int, apart: float, usual: float, usual_time: float) -> float:
     """Variance of usual wander that fixes `apart` s do not resolve, as far as that of a structure does not hold it.
 
     0 of a vessel that does not wander.
@@ -134,7 +135,7 @@ def unresolved_variance(processes, acts_on, apart, usual, usual_time):
 
 
 @lean_kernel
-def unresolved(interval):
+def unresolved(interval: float) -> float:
     """Share of the variance of a first-order process that means over an interval, in its time constants, lack."""
     a = max(interval, 1e-3)
     return 1.0 - 2.0 * (a - 1.0 + math.exp(-a)) / (a * a)

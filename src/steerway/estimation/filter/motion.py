@@ -7,9 +7,10 @@ import math
 from typing import NamedTuple
 
 from steerway.core.angles import sinc
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Step
 
 _SLOW = 1e-6
 """m/s: below it a change of speed does not scale the velocity across: it is divided by."""
@@ -32,7 +33,7 @@ class Arc(NamedTuple):
 
 
 @called_kernel
-def predict(x, p, step, responses, driving, rows):
+def predict(x: Floats, p: Floats, step: Step, responses: Records, driving: int, rows: Floats) -> None:
     """Predict a mode, x (n,) and p (n, n), over a step; `driving` states drive the motion.
 
     P ← F P Fᵀ + Q with F in two factors: pose and speed by all states that drive them, then every process by itself.
@@ -54,7 +55,7 @@ def predict(x, p, step, responses, driving, rows):
 
 
 @lean_kernel
-def arc_of(x, responses, step, driving):
+def arc_of(x: Floats, responses: Records, step: Step, driving: int) -> Arc:
     """The motion of a step from a state (n,)."""
     way, speed, turn, lean = x[SPEED] * step.way, x[SPEED] * step.left, 0.0, 0.0
     for j in range(RATE, driving):
@@ -69,7 +70,7 @@ def arc_of(x, responses, step, driving):
 
 
 @lean_kernel
-def set_rates(rates, was, arc, responses, step, driving):
+def set_rates(rates: Floats, was: float, arc: Arc, responses: Records, step: Step, driving: int) -> None:
     """Fill rows north, east, along and across of F − I (4, n), but for the columns north and east, which are 0.
 
     was: the speed at the begin of the step.
@@ -92,7 +93,7 @@ def set_rates(rates, was, arc, responses, step, driving):
 
 
 @lean_kernel
-def propagate(p, rates, moved, driving):
+def propagate(p: Floats, rates: Floats, moved: Floats, driving: int) -> None:
     """P ← F P Fᵀ (upper triangle), with the rows of F − I of `set_rates`; moved: workspace (4, n) for (F − I) P."""
     n = len(p)
     north, east, along, across = moved[0], moved[1], moved[2], moved[3]
@@ -122,7 +123,7 @@ def propagate(p, rates, moved, driving):
 
 
 @called_kernel
-def decay_processes(x, p, responses):
+def decay_processes(x: Floats, p: Floats, responses: Records) -> None:
     """Every process beyond the pose and speed by itself (upper triangle)."""
     n = len(x)
     for j in range(RATE, n):
@@ -139,7 +140,7 @@ def decay_processes(x, p, responses):
 
 
 @called_kernel
-def turn_pair(p, a, c, s):
+def turn_pair(p: Floats, a: int, c: float, s: float) -> None:
     """P ← J P Jᵀ in place (upper triangle), J = [[c, −s], [s, c]] on the states a and a + 1."""
     b = a + 1
     for i in range(a):
@@ -153,7 +154,7 @@ def turn_pair(p, a, c, s):
 
 
 @called_kernel
-def take_noise(p, step, responses, arc):
+def take_noise(p: Floats, step: Step, responses: Records, arc: Arc) -> None:
     """Add the noise of the processes over a step (upper triangle).
 
     At rest a vessel is pushed about in any direction: of the noise of the held speed a share that falls with the
@@ -192,13 +193,13 @@ def take_noise(p, step, responses, arc):
 
 
 @lean_kernel
-def spin_share(step, speed):
+def spin_share(step: Step, speed: float) -> float:
     """Share of its noise of the course rate that a mode has at a speed: less than 1 in an emergency."""
     return 1.0 / (1.0 + step.sideways * (speed / _SPINS_BELOW) ** 2)
 
 
 @called_kernel
-def reverse(x, p):
+def reverse(x: Floats, p: Floats) -> None:
     """A vessel that runs backwards runs forwards on the opposite course (upper triangle)."""
     x[SPEED] = -x[SPEED]
     x[COURSE] += math.pi

@@ -7,12 +7,10 @@ predicts each row again: only the filter state after every row is kept.
 
 from typing import NamedTuple
 
-import numpy as np
-
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
-from steerway.estimation.filter.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, RATE, SPEED, Bank, Model
 from steerway.estimation.filter.motion import arc_of, set_rates
 from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
 
@@ -28,12 +26,12 @@ the velocity across would grow with the ratio. Chosen."""
 class Room(NamedTuple):
     """Workspace for n states."""
 
-    gain: np.ndarray  # (n, n)
-    lower: np.ndarray  # (n, n)
-    product: np.ndarray  # (n, n)
-    scale: np.ndarray  # (n,)
-    error: np.ndarray  # (n,)
-    rates: np.ndarray  # (4, n)
+    gain: Floats  # (n, n)
+    lower: Floats  # (n, n)
+    product: Floats  # (n, n)
+    scale: Floats  # (n,)
+    error: Floats  # (n,)
+    rates: Floats  # (4, n)
 
 
 @lean_kernel
@@ -52,7 +50,7 @@ def smoothing_step(
 
 
 @called_kernel
-def apply_gain(p, p_next, x_excess, p_later, room):
+def apply_gain(p: Floats, p_next: Floats, x_excess: Floats, p_later: Floats, room: Room) -> None:
     """P (upper triangle) and the error of x from `room.gain` = P Fᵀ, the covariance of the row and its prediction."""
     n, gain = len(p), room.gain
     factor(p_next, room.scale, room.lower)
@@ -79,7 +77,7 @@ def ignore(k: int, x_later: Floats, x_next: Floats, p_next: Floats) -> None:
 
 
 @called_kernel
-def carry(covariance, bank, model, room):
+def carry(covariance: Floats, bank: Bank, model: Model, room: Room) -> None:
     """C ← C Fᵀ, C (n, n) the covariance of any state with that of a bank of one mode, over the bank's next step."""
     x, responses, rates = bank.x[0], bank.responses[0], room.rates
     arc = arc_of(x, responses, bank.steps[0], model.driving)
@@ -102,7 +100,9 @@ def carry(covariance, bank, model, room):
 
 
 @called_kernel
-def smooth_row(x, p, x_next, p_next, later, p_later, room):
+def smooth_row(
+    x: Floats, p: Floats, x_next: Floats, p_next: Floats, later: Floats, p_later: Floats, room: Room
+) -> None:
     """Smooth x (n,) and P of a row, as errors of velocity along and across the course, see `filter.model`.
 
     x_next, p_next: predicted from there, of which `room.gain` is the covariance with the row; later, p_later: the next
@@ -125,7 +125,7 @@ def smooth_row(x, p, x_next, p_next, later, p_later, room):
 
 
 @lean_kernel
-def are_compared_by_course(x, p, other):
+def are_compared_by_course(x: Floats, p: Floats, other: Floats) -> bool:
     """Whether another state is compared with this one by speed and course, not as a vector."""
     return (
         is_steady(x[SPEED], p[SPEED, SPEED], p[COURSE, COURSE]) and 1.0 < _RATIO * other[SPEED] / x[SPEED] < _RATIO**2

@@ -3,6 +3,7 @@
 import math
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.model import COURSE, SPEED
@@ -19,7 +20,7 @@ Chosen: the angle is then a fifth of a radian, and what a turn adds to a vector 
 
 
 @lean_kernel
-def is_steady(speed, along, across):
+def is_steady(speed: float, along: float, across: float) -> bool:
     """Whether velocities near this one, of these variances (m²/s²), are compared as speeds and courses.
 
     A turn leaves the speed as it is: as vectors, velocities that differ by their courses alone have a slower mean.
@@ -29,7 +30,7 @@ def is_steady(speed, along, across):
 
 
 @called_kernel
-def from_likeliest(x, p, probability, errors):
+def from_likeliest(x: Floats, p: Floats, probability: Floats, errors: Floats) -> tuple[int, bool]:
     """All modes as errors (m, ≥ n) at the likeliest, their covariances in its frame. Returns it, and `is_steady`."""
     m = len(x)
     reference = 0
@@ -48,7 +49,7 @@ def from_likeliest(x, p, probability, errors):
 
 
 @called_kernel
-def difference(x, origin, steady, error):
+def difference(x: Floats, origin: Floats, steady: bool, error: Floats) -> float:
     """x − origin (n,) as an error at `origin`. Returns the angle by which the covariance of x turns."""
     for i in range(len(x)):
         error[i] = x[i] - origin[i]
@@ -62,7 +63,7 @@ def difference(x, origin, steady, error):
 
 
 @called_kernel
-def shifted(origin, error, steady, x, p):
+def shifted(origin: Floats, error: Floats, steady: bool, x: Floats, p: Floats) -> None:
     """x ← origin + error (n,), with p given at `origin`."""
     along, across = origin[SPEED] + error[SPEED], error[COURSE]
     for i in range(len(x)):
@@ -80,7 +81,7 @@ def shifted(origin, error, steady, x, p):
 
 
 @called_kernel
-def turned(p, angle):
+def turned(p: Floats, angle: float) -> None:
     """The covariance p in a body frame turned back by an angle."""
     if angle != 0.0:
         turn_pair(p, SPEED, math.cos(angle), math.sin(angle))
@@ -88,7 +89,7 @@ def turned(p, angle):
 
 
 @called_kernel
-def corrected(x, p, error, alone):
+def corrected(x: Floats, p: Floats, error: Floats, alone: bool) -> None:
     """x ← x + error (n,), which has p: its velocity as a turn where a vessel has way, else as a vector.
 
     The fixes after a start tell a velocity, not a speed and a course: turned without its covariance, such a one would
@@ -119,7 +120,7 @@ def corrected(x, p, error, alone):
 
 
 @lean_kernel
-def widen(p, factor):
+def widen(p: Floats, factor: float) -> None:
     """Scale the velocity across the course in a covariance."""
     for i in range(len(p)):
         p[i, COURSE] *= factor

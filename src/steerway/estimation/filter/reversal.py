@@ -11,15 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.angles import wrap_array
-from steerway.estimation.filter.model import (
-    ON_ACCELERATION,
-    ON_ANTENNA,
-    ON_RATE,
-    RATE,
-    SPEED,
-    Model,
-    has_two_states,
-)
+from steerway.core.arrays import Floats, Ints, Records
+from steerway.estimation.filter.model import ON_ACCELERATION, ON_ANTENNA, ON_RATE, RATE, SPEED, Model, has_two_states
 from steerway.estimation.vessel.aids import IS_ANGLE, STATE_OF
 
 _LEFT_BY_TURNS = 0.1
@@ -36,11 +29,11 @@ class Reversal(NamedTuple):
     """A structure backwards in time, and what is known of its states without any fix. Arrays of float64."""
 
     model: Model
-    sign: np.ndarray  # (n,) of every state against that forwards; the course is the opposite one
-    share: np.ndarray  # (m,) stationary probabilities of the modes
-    variance: np.ndarray  # (m, n) stationary variance of every state, infinite of a random walk
+    sign: Floats  # (n,) of every state against that forwards; the course is the opposite one
+    share: Floats  # (m,) stationary probabilities of the modes
+    variance: Floats  # (m, n) stationary variance of every state, infinite of a random walk
     is_normal: bool  # whether the held rate of a mode is a stationary process of its own, see `smoother.inform`
-    kind: np.ndarray  # (m,) first of the modes that move as each does: they differ by what a filter remembers alone
+    kind: Ints  # (m,) first of the modes that move as each does: they differ by what a filter remembers alone
 
 
 def reversal_of(model: Model) -> Reversal:
@@ -68,20 +61,21 @@ def reversal_of(model: Model) -> Reversal:
     variance[decays, SPEED] = 0.5 * modes["speed_noise"][decays] / modes["speed_decay"][decays]
     sign[RATE], variance[:, RATE] = -1.0, rate
     for process in model.processes:
-        begin, last = process["state"], process["state"] + has_two_states(process)
-        variance[:, begin : last + 1] = process["variance"]
-        if process["acts_on"] in (ON_RATE, ON_ANTENNA, ON_ACCELERATION):
+        begin, acts_on, frequency = process.state, process.acts_on, process.frequency
+        last = begin + has_two_states(acts_on, frequency)
+        variance[:, begin : last + 1] = process.variance
+        if acts_on in (ON_RATE, ON_ANTENNA, ON_ACCELERATION):
             sign[begin] = -1.0
-        if process["frequency"] > 0.0:
+        if frequency > 0.0:
             sign[last] = -sign[begin]
     for aid, measured in zip(model.aids, STATE_OF, strict=True):
-        if measured == RATE and aid["companion"] > 0:
-            sign[aid["companion"]] = -1.0
+        if measured == RATE and aid.companion > 0:
+            sign[aid.companion] = -1.0
     reversed_ = np.ascontiguousarray(reversed_)  # else all is compiled for its layout too
     return Reversal(model._replace(modes=modes, generator=reversed_), sign, share, variance, is_normal, kind)
 
 
-def _kinds(modes):
+def _kinds(modes: Records) -> Ints:
     """(m,) first of the modes that move as each does."""
     motions = modes.copy()
     motions["start"] = 0.0
@@ -89,7 +83,7 @@ def _kinds(modes):
     return np.array([alike.index(each) for each in alike])
 
 
-def reversed_aids(aids):
+def reversed_aids(aids: Floats) -> Floats:
     """Aids (n or 0, 5) of the same vessel on the opposite course."""
     turned = np.where(STATE_OF == RATE, -aids, aids)
     return np.where(IS_ANGLE, wrap_array(turned + np.pi), turned)

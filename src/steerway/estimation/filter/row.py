@@ -3,13 +3,12 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
+from steerway.core.arrays import Floats, Ints, Records
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.bank import advance, start
 from steerway.estimation.filter.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
-from steerway.estimation.filter.model import COURSE, ON_ACCELERATION, SPEED, Kept
+from steerway.estimation.filter.model import COURSE, ON_ACCELERATION, SPEED, Bank, Kept, Model
 from steerway.estimation.filter.weigh import take_fix
 
 
@@ -31,7 +30,7 @@ class Taken(NamedTuple):
 
 
 @inlined_kernel
-def take_row(bank, model, row, aids):
+def take_row(bank: Bank, model: Model, row: Row, aids: Floats) -> Taken:
     """Begin at the first fix; then predict to the row's time, weigh and take its fix, and its aids (a or 0,)."""
     fixed = math.isfinite(row.north) and math.isfinite(row.east)
     nis, log_density, wrong = math.nan, 0.0, math.nan
@@ -50,26 +49,26 @@ def take_row(bank, model, row, aids):
 class Rows(NamedTuple):
     """A record: fixes and aids of every row, and where the filter begins anew."""
 
-    time: np.ndarray  # (n,) s
-    north: np.ndarray  # (n,) m, NaN where a row is no fix
-    east: np.ndarray
-    excess: np.ndarray  # (n or 0,) how many times its usual variance the noise of a fix has
-    aids: np.ndarray  # (n or 0, aids), NaN where unknown
-    restarts: np.ndarray  # (r,) rows at which the filter begins anew
+    time: Floats  # (n,) s
+    north: Floats  # (n,) m, NaN where a row is no fix
+    east: Floats
+    excess: Floats  # (n or 0,) how many times its usual variance the noise of a fix has
+    aids: Floats  # (n or 0, aids), NaN where unknown
+    restarts: Ints  # (r,) rows at which the filter begins anew
     quantum: tuple[float, float] = (0.0, 0.0)  # last digit of a fix north and east, m; 0: not rounded
 
 
 class Asked(NamedTuple):
     """What is asked of a run over n rows, filled as far as there is room."""
 
-    out: np.ndarray  # (n or 0, FUSED + 2): `state_row`, NIS and the probability of an outlier
-    density: np.ndarray  # (n or 0,) log density of every row that counts, else 0
+    out: Floats  # (n or 0, FUSED + 2): `state_row`, NIS and the probability of an outlier
+    density: Floats  # (n or 0,) log density of every row that counts, else 0
     kept: Kept  # of n or 0 rows, for the smoother
     settling: int  # fixes after a start that do not count
 
 
 @called_kernel
-def run_record(rows, model, bank, asked):
+def run_record(rows: Rows, model: Model, bank: Bank, asked: Asked) -> float:
     """Over a record (Rows). Returns the sum of log densities of what counts: all but the first fixes after a start."""
     run, total, since, r = bank.run[0], 0.0, 0, 0
     for k in range(len(rows.time)):
@@ -96,14 +95,14 @@ def run_record(rows, model, bank, asked):
 
 
 @inlined_kernel
-def row_of(rows, k, begins):
+def row_of(rows: Rows, k: int, begins: bool) -> Row:
     """Row k of a record."""
     dt = 0.0 if begins else rows.time[k] - rows.time[k - 1]
     return Row(dt, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
 
 
 @called_kernel
-def state_row(bank, model, out):
+def state_row(bank: Bank, model: Model, out: Floats) -> None:
     """What all modes say after a row, into `out` (≥ FUSED); NaN before the first fix."""
     run = bank.run[0]
     if run.started == 0:
@@ -117,7 +116,7 @@ def state_row(bank, model, out):
 
 
 @called_kernel
-def take_sense(x, p, processes, out):
+def take_sense(x: Floats, p: Floats, processes: Records, out: Floats) -> None:
     """If acceleration acts along the course, change in `out` (FUSED) what depends on the sense of the motion.
 
     A vessel that may have any speed, forwards or backwards, has that of its mean velocity, and its course is known but
@@ -133,7 +132,7 @@ def take_sense(x, p, processes, out):
 
 
 @called_kernel
-def keep(bank, kept, k):
+def keep(bank: Bank, kept: Kept, k: int) -> None:
     """Copy the modes into row k."""
     m, n = bank.x.shape
     for i in range(m):
@@ -145,7 +144,7 @@ def keep(bank, kept, k):
 
 
 @called_kernel
-def recall(kept, k, bank):
+def recall(kept: Kept, k: int, bank: Bank) -> None:
     """Copy the modes from row k."""
     m, n = bank.x.shape
     for i in range(m):

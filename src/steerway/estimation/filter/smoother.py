@@ -12,14 +12,17 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.algebra import factor, inverse, invert_factor, whitened_square
 from steerway.estimation.filter.bank import advance, start
 from steerway.estimation.filter.fuse import fuse
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Model
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Bank, Kept, Model
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
+from steerway.estimation.filter.reversal import Reversal
+from steerway.estimation.filter.row import Rows
 from steerway.estimation.filter.vectors import Sym2, Vec2, density, dot, plus, trace, widened
 from steerway.estimation.filter.weigh import FREEDOM, NORMAL, outlier_density, take_fix
 
@@ -38,17 +41,17 @@ class Room(NamedTuple):
     """Workspace in which the modes before a row meet those after it. A pair's number is m times that of its mode after
     the row and that of its mode before it."""
 
-    x: np.ndarray  # (m², n) mean, covariance and probability of the pairs
-    p: np.ndarray  # (m², n, n)
-    weight: np.ndarray  # (m²,)
-    ahead: np.ndarray  # (m, n) states of the modes after, as those of a vessel forwards
-    before: np.ndarray  # (m, n, n) information of the modes before, and after
-    after: np.ndarray  # (m, n, n)
-    known: np.ndarray  # (m, n) information about each state without any fix
-    log_before: np.ndarray  # (m,) log determinants of the covariances, NaN of a mode that is in no pair
-    log_after: np.ndarray  # (m,) of the quotient of what is known with fixes and without
-    matrices: np.ndarray  # (2, n, n)
-    vectors: np.ndarray  # (2, n)
+    x: Floats  # (m², n) mean, covariance and probability of the pairs
+    p: Floats  # (m², n, n)
+    weight: Floats  # (m²,)
+    ahead: Floats  # (m, n) states of the modes after, as those of a vessel forwards
+    before: Floats  # (m, n, n) information of the modes before, and after
+    after: Floats  # (m, n, n)
+    known: Floats  # (m, n) information about each state without any fix
+    log_before: Floats  # (m,) log determinants of the covariances, NaN of a mode that is in no pair
+    log_after: Floats  # (m,) of the quotient of what is known with fixes and without
+    matrices: Floats  # (2, n, n)
+    vectors: Floats  # (2, n)
 
 
 def room_to_meet(model: Model) -> Room:
@@ -61,7 +64,7 @@ def room_to_meet(model: Model) -> Room:
 
 
 @called_kernel
-def smooth_kept(rows, reversal, bank, kept, room, out):
+def smooth_kept(rows: Rows, reversal: Reversal, bank: Bank, kept: Kept, room: Room, out: Floats) -> None:
     """Smoothed `fuse` of every row that a filter kept.
 
     rows: a record (Rows), with the aids of the opposite course. bank: empty, of the backward filter. out: (rows, ≥
@@ -96,7 +99,7 @@ def smooth_kept(rows, reversal, bank, kept, room, out):
 
 
 @called_kernel
-def meet(kept, k, reversal, bank, room):
+def meet(kept: Kept, k: int, reversal: Reversal, bank: Bank, room: Room) -> bool:
     """Every mode that a filter kept of row k with every mode that the backward filter predicts for it.
 
     Fills the pairs of the room. Returns whether there is any.
@@ -121,7 +124,7 @@ def meet(kept, k, reversal, bank, room):
 
 
 @called_kernel
-def inform(filtered_p, loose, reversal, bank, room):
+def inform(filtered_p: Floats, loose: float, reversal: Reversal, bank: Bank, room: Room) -> None:
     """Information of the modes of pairs that have a weight, and log determinants.
 
     For the backward filter's modes also what is known without any fix, and the log determinants are those of the
@@ -161,7 +164,7 @@ def inform(filtered_p, loose, reversal, bank, room):
 
 
 @called_kernel
-def compare(filtered_x, filtered_p, bank, room):
+def compare(filtered_x: Floats, filtered_p: Floats, bank: Bank, room: Room) -> bool:
     """Mean, covariance and probability of all pairs (see `meet`), of which the weights are the prior probabilities.
 
     Returns whether there is any.
@@ -196,7 +199,7 @@ def compare(filtered_x, filtered_p, bank, room):
 
 
 @called_kernel
-def agreement(before, after, steady, room, q):
+def agreement(before: Floats, after: Floats, steady: bool, room: Room, q: int) -> float:
     """Log density with which the states (n,) of a pair agree, NaN where they cannot.
 
     Into the room: the information of both together as a factor in p of the pair, and in x what multiplies its inverse
@@ -232,7 +235,7 @@ def agreement(before, after, steady, room, q):
 
 
 @called_kernel
-def join(before, steady, room, q):
+def join(before: Floats, steady: bool, room: Room, q: int) -> None:
     """State and covariance of a pair by what `agreement` left."""
     covariance, error, x, p = room.matrices[0], room.vectors[0], room.x[q], room.p[q]
     invert_factor(p, covariance)
@@ -247,7 +250,7 @@ def join(before, steady, room, q):
 
 
 @lean_kernel
-def are_steady(x, p, other_x, other_p):
+def are_steady(x: Floats, p: Floats, other_x: Floats, other_p: Floats) -> bool:
     """Whether a mode and one met there (states (n,), covariances) are compared as speeds and courses."""
     one = is_steady(x[SPEED], p[2, 2], p[3, 3])
     other = is_steady(other_x[SPEED], other_p[2, 2], other_p[3, 3])
@@ -255,7 +258,7 @@ def are_steady(x, p, other_x, other_p):
 
 
 @called_kernel
-def forwards(reversal, x, out):
+def forwards(reversal: Reversal, x: Floats, out: Floats) -> None:
     """States of the backward filter (m, n) as those of a vessel forwards."""
     m, n = x.shape
     for j in range(m):
@@ -265,7 +268,7 @@ def forwards(reversal, x, out):
 
 
 @called_kernel
-def step_between(x, p, reversal, bank, room):
+def step_between(x: Floats, p: Floats, reversal: Reversal, bank: Bank, room: Room) -> float:
     """Variance (m²) by which a step of the receiver loosens the place behind a row from that before it, x and p.
 
     The step may be one of its error, or one that only one filter follows yet. It went as far as both places are farther
@@ -294,6 +297,6 @@ def step_between(x, p, reversal, bank, room):
 
 
 @lean_kernel
-def place_of(p):
+def place_of(p: Floats) -> Sym2:
     """Covariance of the place of a mode."""
     return Sym2(p[0, 0], p[0, 1], p[1, 1])

@@ -9,10 +9,12 @@ of the walk to remain that of those speeds.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats, Ints, Records
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.filter.discrete import set_steps
 from steerway.estimation.filter.model import (
@@ -22,12 +24,15 @@ from steerway.estimation.filter.model import (
     NORTH,
     RATE,
     SPEED,
+    Bank,
     Model,
+    Step,
     empty_bank,
     room_to_keep,
 )
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.row import Asked, recall, run_record
+from steerway.estimation.fit.selection import Structure
 from steerway.estimation.log.course import SOG
 from steerway.estimation.log.place import MOMENTS, mixed
 from steerway.estimation.log.run import Track
@@ -45,7 +50,9 @@ RECORD_TIME = 600.0
 equally probable. Chosen: with half an hour in its place no coverage moves by 1 %."""
 
 
-def forecasts(track: Track, structures, horizons, rows=None) -> np.ndarray:
+def forecasts(
+    track: Track, structures: Sequence[Structure], horizons: Floats, rows: Sequence[int] | None = None
+) -> Floats:
     """(rows, horizons, 5): MOMENTS in the plane `horizons` seconds (ascending) after these rows, or after the last."""
     horizons, weights, outs = np.asarray(horizons, float), [], []
     record = track.record
@@ -75,13 +82,13 @@ def forecasts(track: Track, structures, horizons, rows=None) -> np.ndarray:
 class Stages(NamedTuple):
     """How voyages go on from each horizon to the next: so many steps, all alike."""
 
-    counts: np.ndarray  # (horizons,)
-    steps: np.ndarray  # (horizons, m) STEP
-    responses: np.ndarray  # (horizons, m, driving states) RESPONSE
-    change: np.ndarray  # (horizons, m, m)
+    counts: Ints  # (horizons,)
+    steps: Records  # (horizons, m) STEP
+    responses: Records  # (horizons, m, driving states) RESPONSE
+    change: Floats  # (horizons, m, m)
 
 
-def stages_of(model: Model, parts, counts) -> Stages:
+def stages_of(model: Model, parts: Floats, counts: Ints) -> Stages:
     """Stages of `parts` seconds, each in so many steps (0: none)."""
     bank, stages = empty_bank(model), []
     for part, count in zip(parts, counts, strict=True):
@@ -95,8 +102,8 @@ class Past(NamedTuple):
     """Speeds that a vessel has had so far (m/s), for how long any was known up to each (s), and how fast voyages return
     to one of them (1/s): see `usual_speeds`."""
 
-    speeds: np.ndarray
-    elapsed: np.ndarray
+    speeds: Floats
+    elapsed: Floats
     returns: float
 
 
@@ -108,7 +115,7 @@ def spread_rate(model: Model) -> float:
     return float(shares @ model.modes["speed_noise"])
 
 
-def usual_speeds(time, speed, rows, spread):
+def usual_speeds(time: Floats, speed: Floats, rows: Sequence[int], spread: float) -> tuple[Floats, Floats, Floats]:
     """Speeds (n,), for how long any was known up to each row (n,), and how fast voyages from `rows` return (1/s)."""
     known = np.isfinite(speed)
     speed = np.where(known, speed, 0.0)
@@ -122,7 +129,7 @@ def usual_speeds(time, speed, rows, spread):
 
 
 @kernel
-def draw_voyages(bank, stages, past, voyages, rng, out):
+def draw_voyages(bank: Bank, stages: Stages, past: Past, voyages: int, rng: np.random.Generator, out: Floats) -> None:
     """Fill `out` (horizons, MOMENTS) with those of `voyages` voyages from a bank as it is; rng: a numpy Generator."""
     m, n = stages.responses.shape[1], stages.responses.shape[2]
     x, z, roots = np.empty(n), np.empty(n), np.empty((m, n, n))
@@ -156,7 +163,7 @@ def draw_voyages(bank, stages, past, voyages, rng, out):
 
 
 @called_kernel
-def add_place(north, east, weight, out):
+def add_place(north: float, east: float, weight: float, out: Floats) -> None:
     """Add to sums of the place and of its squares and product."""
     out[0] += weight * north
     out[1] += weight * east
@@ -166,7 +173,7 @@ def add_place(north, east, weight, out):
 
 
 @called_kernel
-def one_of(probability, u):
+def one_of(probability: Floats, u: float) -> int:
     """Which of these (m,) a number u drawn evenly from [0, 1) means."""
     k, below = 0, probability[0]
     while u > below and k < len(probability) - 1:
@@ -176,7 +183,7 @@ def one_of(probability, u):
 
 
 @called_kernel
-def square_root(p, out):
+def square_root(p: Floats, out: Floats) -> None:
     """Cholesky's lower triangle L of a leading part of P = L Lᵀ, as large as `out`; 0 for what is known exactly."""
     for i in range(len(out)):
         for j in range(i + 1):
@@ -190,7 +197,7 @@ def square_root(p, out):
 
 
 @called_kernel
-def draw_start(mean, root, responses, z, x):
+def draw_start(mean: Floats, root: Floats, responses: Records, z: Floats, x: Floats) -> None:
     """The state x (n,) in which a voyage begins, of a mode with this mean and root of its covariance; z (n,) normal."""
     for i in range(len(x)):
         x[i] = 0.0 if i == COURSE else mean[i]
@@ -202,7 +209,7 @@ def draw_start(mean, root, responses, z, x):
 
 
 @called_kernel
-def swing_of(x, responses):
+def swing_of(x: Floats, responses: Records) -> float:
     """By how much the speed is off the held one: wander and waves together."""
     swing, i = 0.0, RATE
     while i < len(x):
@@ -213,7 +220,9 @@ def swing_of(x, responses):
 
 
 @called_kernel
-def step_voyage(x, step, responses, returns, usual, sideways, z):
+def step_voyage(
+    x: Floats, step: Step, responses: Records, returns: float, usual: float, sideways: float, z: Floats
+) -> None:
     """One step of a voyage, straight at its mean speed and course; z (n,) and `sideways` are normal.
 
     The noise of every process is drawn first, then what the course has besides (`discrete`, `motion`). Waves may carry

@@ -6,10 +6,11 @@ All hypotheses are weighed in one likelihood, and nothing is left out of it.
 import math
 from typing import NamedTuple
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.filter.cells import REGULAR, step_density, written
-from steerway.estimation.filter.fix import correct, see
-from steerway.estimation.filter.model import EAST, NORTH
+from steerway.estimation.filter.cells import REGULAR, Cell, step_density, written
+from steerway.estimation.filter.fix import Seen, correct, see
+from steerway.estimation.filter.model import EAST, NORTH, Bank, Model, Receiver, Run
 from steerway.estimation.filter.vectors import (
     Sym2,
     Vec2,
@@ -68,7 +69,7 @@ class Expected(NamedTuple):
 
 
 @lean_kernel
-def expect(run, receiver):
+def expect(run: Run, receiver: Receiver) -> Expected:
     """What is expected of the next fix.
 
     Where the sky is obstructed a poor fix is mostly followed by one, and those before it tell how large the noise is
@@ -105,7 +106,7 @@ class Share(NamedTuple):
 
 
 @called_kernel
-def take_fix(bank, model, north, east, excess):
+def take_fix(bank: Bank, model: Model, north: float, east: float, excess: float) -> tuple[float, float, float]:
     """Weigh and take a fix. Returns (NIS of the mean of all modes, log density, probability of an outlier).
 
     A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
@@ -150,7 +151,7 @@ def take_fix(bank, model, north, east, excess):
 
 
 @lean_kernel
-def weigh(seen, cell, expected, run, receiver, variance):
+def weigh(seen: Seen, cell: Cell, expected: Expected, run: Run, receiver: Receiver, variance: float) -> Weighed:
     """A fix by all hypotheses, in one mode."""
     off, s = seen.off, seen.s
     wrong = outlier_density(off, trace(s), variance)
@@ -170,7 +171,7 @@ def weigh(seen, cell, expected, run, receiver, variance):
 
 
 @lean_kernel
-def whole_of(seen, weighed, variance):
+def whole_of(seen: Seen, weighed: Weighed, variance: float) -> float:
     """What all hypotheses of a fix weigh, without an outlier that is rare beside a vague prediction (see DIFFUSE)."""
     known = weighed.good + weighed.poor + weighed.step
     whole = known + weighed.wrong
@@ -178,7 +179,9 @@ def whole_of(seen, weighed, variance):
 
 
 @lean_kernel
-def take_shares(bank, k, seen, weighed, whole, receiver, mean):
+def take_shares(
+    bank: Bank, k: int, seen: Seen, weighed: Weighed, whole: float, receiver: Receiver, mean: Share
+) -> None:
     """Correct mode k by the mean of all hypotheses h, of which `mean` has that of a good fix.
 
     Probabilistic data association (Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4):
@@ -198,7 +201,7 @@ def take_shares(bank, k, seen, weighed, whole, receiver, mean):
 
 
 @lean_kernel
-def share(probability, mean, spread, s):
+def share(probability: float, mean: Vec2, spread: Sym2, s: Sym2) -> Share:
     """The summands of a hypothesis of probability β: β (S⁻¹ − S⁻¹ V S⁻¹ − s sᵀ) and β s with s = S⁻¹ a.
 
     Under the hypothesis the innovation has mean a and covariance V; its expected covariance was S.
@@ -210,26 +213,26 @@ def share(probability, mean, spread, s):
 
 
 @lean_kernel
-def joined(a, b):
+def joined(a: Share, b: Share) -> Share:
     """What two hypotheses add together."""
     return Share(plus(a.information, b.information), Vec2(a.s.n + b.s.n, a.s.e + b.s.e))
 
 
 @lean_kernel
-def outlier_density(off, spread, variance):
+def outlier_density(off: Vec2, spread: float, variance: float) -> float:
     """Density (1/m²) of an outlier so far from the predicted fix, which is uncertain by `spread` (m²) itself."""
     return 1.0 / (2.0 * math.pi * DECADES * (dot(off, off) + spread + LEAST_OUTLIER**2 * variance))
 
 
 @lean_kernel
-def poor_noise(seen, expected, receiver, variance):
+def poor_noise(seen: Seen, expected: Expected, receiver: Receiver, variance: float) -> Sym2:
     """Covariance (m²) that a poor fix has besides: in any direction, and along the velocity."""
     added = expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     return widened(scaled(receiver.late_variance, outer(seen.velocity)), added)
 
 
 @lean_kernel
-def noise_shown(seen, noise, freedom):
+def noise_shown(seen: Seen, noise: Sym2, freedom: float) -> Sym2:
     """The covariance of a poor fix as far as its innovation tells it."""
     if math.isinf(freedom):
         return noise
@@ -237,7 +240,7 @@ def noise_shown(seen, noise, freedom):
 
 
 @lean_kernel
-def usual_spread(seen, expected, receiver, variance):
+def usual_spread(seen: Seen, expected: Expected, receiver: Receiver, variance: float) -> Sym2:
     """Covariance (m²) of the innovation of fixes of all kinds but outliers."""
     loose = expected.poor * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     if expected.freedom < NORMAL:
@@ -246,7 +249,7 @@ def usual_spread(seen, expected, receiver, variance):
 
 
 @called_kernel
-def step_position(x, p, size, probability, own, mean, rows):
+def step_position(x: Floats, p: Floats, size: float, probability: float, own: Share, mean: Vec2, rows: Floats) -> None:
     """Move the position of a mode by what a step of variance d = `size` (m²) and probability β does to it, E of x.
 
     x ← x + d E b and P ← P − d (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β d I − d² (J + b bᵀ)) Eᵀ, with J and b of its
@@ -272,7 +275,7 @@ def step_position(x, p, size, probability, own, mean, rows):
 
 
 @lean_kernel
-def noise_seen(seen, expected, receiver, variance):
+def noise_seen(seen: Seen, expected: Expected, receiver: Receiver, variance: float) -> float:
     """Mean square of the noise of a poor fix, in its usual variance, where the innovation is known."""
     noise = poor_noise(seen, expected, receiver, variance)
     added = 2.0 * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
@@ -282,7 +285,7 @@ def noise_seen(seen, expected, receiver, variance):
 
 
 @lean_kernel
-def learn_noise(run, expected, poor, seen):
+def learn_noise(run: Run, expected: Expected, poor: float, seen: float) -> None:
     """What a fix that was poor with a probability tells of the noise of those after it."""
     run.was_poor, run.learnt = poor, expected.learnt
     if expected.freedom < NORMAL and poor > 0.0:
@@ -292,7 +295,7 @@ def learn_noise(run, expected, poor, seen):
 
 
 @called_kernel
-def follow_run(bank, off, wrong, spread, after):
+def follow_run(bank: Bank, off: Vec2, wrong: float, spread: float, after: float) -> None:
     """Count outliers in a row that agree; a step of the receiver is followed in position, and the motion kept."""
     run = bank.run[0]
     run.was_outlier = wrong
@@ -312,7 +315,7 @@ def follow_run(bank, off, wrong, spread, after):
 
 
 @called_kernel
-def shift(bank, north, east, variance):
+def shift(bank: Bank, north: float, east: float, variance: float) -> None:
     """Follow a step of the receiver in position, and keep the motion."""
     run, x, p = bank.run[0], bank.x, bank.p
     for k in range(len(x)):
@@ -326,7 +329,7 @@ def shift(bank, north, east, variance):
 
 
 @called_kernel
-def return_step(bank, model, fix, variance):
+def return_step(bank: Bank, model: Model, fix: Vec2, variance: float) -> tuple[float, float]:
     """Undo the step last followed where the fix is likelier so than as a good one or an outlier.
 
     Returns the prior probability of what is taken, return or none, and prior times density (1/m²) of the other.
