@@ -1,6 +1,7 @@
 """Estimators aboard: the measurements of one step in, one estimate out."""
 
 import math
+from collections.abc import Sequence
 
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
@@ -44,13 +45,13 @@ class HeadingTracker:
             self.heading = self.yaw_rate = math.nan
         return self.heading, self.yaw_rate
 
-    def _begin(self, heading):
+    def _begin(self, heading: float) -> None:
         self.heading = heading
         self._since_compass = 0.0
         if math.isnan(self.yaw_rate):
             self.yaw_rate = 0.0
 
-    def _correct(self, heading, gyro):
+    def _correct(self, heading: float, gyro: bool) -> None:
         error = wrap(heading - self.heading)
         left = math.exp(-self.bandwidth * self._since_compass)
         self.heading = wrap(self.heading + (1.0 - left * left) * error)
@@ -83,16 +84,17 @@ class FilterEstimator:
             self.filter.update_north_east(north, east)
         if self.filter.aid:
             self.filter.aid_by(sog, cog, heading, water_speed, yaw_rate)
-        *motion, relative = self.filter.output()
-        turning = self.tracker.step(heading, yaw_rate, dt)
-        return Estimate(*motion, math.hypot(relative, self._slow_std), *turning, position_relative_std=relative)
+        north, east, sog, cog, rate, sog_std, cog_std, rate_std, relative = self.filter.output()
+        std, turning = math.hypot(relative, self._slow_std), self.tracker.step(heading, yaw_rate, dt)
+        motion = Estimate(north, east, sog, cog, rate, sog_std, cog_std, rate_std, std, *turning)
+        return motion._replace(position_relative_std=relative)
 
 
 class AtFaceValue:
     """The last measurements without a filter. For control on true states, as the papers compare with."""
 
-    def __init__(self):
-        self._last = NO_MEASUREMENTS
+    def __init__(self) -> None:
+        self._last: Sequence[float] = NO_MEASUREMENTS
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""

@@ -13,18 +13,19 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.linear_algebra import symmetric
-from steerway.estimation.filter import rauch_tung_striebel
+from steerway.estimation.filter import smoother
 from steerway.estimation.filter.bank import loses_course, step_of, steps_in
 from steerway.estimation.filter.discrete import set_steps
 from steerway.estimation.filter.fuse import fuse
-from steerway.estimation.filter.model import FUSED, Kept, Model, empty_bank
+from steerway.estimation.filter.model import FUSED, Bank, Model, empty_bank, room_to_keep
 from steerway.estimation.filter.motion import predict
-from steerway.estimation.filter.rauch_tung_striebel import carry, smooth_row
-from steerway.estimation.filter.reversal import reversal_of, reversed_aids
+from steerway.estimation.filter.rauch_tung_striebel import Room, carry, smooth_row
+from steerway.estimation.filter.reversal import Reversal, reversal_of, reversed_aids
 from steerway.estimation.filter.row import Rows
 from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
 from steerway.estimation.log.course import add_unresolved, averaged, fixes_apart
-from steerway.estimation.stream_row import ELAPSED, HEADER, KNOWN
+from steerway.estimation.running import Running
+from steerway.estimation.stream_row import HEADER, KNOWN
 
 _NEGLIGIBLE = 1e-3
 """Weight of a structure below which it is not smoothed. Chosen: its part of SOG is then less than a centimetre a second
@@ -58,21 +59,22 @@ class FixedLag:
     def __init__(self, lag: float):
         self.lag = lag
         self._rows: deque[_Row] = deque()
-        self._ready: list[tuple] = []  # time, header, `fuse` of every structure, their weights
+        # time, header, `fuse` of every structure, their weights
+        self._ready: list[tuple[float, Floats, list[Floats], Floats]] = []
         self._structures: tuple[Model, ...] = ()
         self._weights: Floats = np.empty(0)
-        self._reversed: dict = {}
+        self._reversed: dict[int, tuple[Reversal, smoother.Room]] = {}
         self._before: tuple[float, float] = (np.nan, np.nan)  # time and north of the row that was dropped last
 
-    def add(self, state: Floats, structures, banks, measured: tuple) -> None:
-        """A row: the stream's state with the weights behind its header, its structures and banks, and what was
-        measured (north, east, excess, aids)."""
-        if structures is not self._structures:
+    def add(self, running: Running, north: float, east: float, excess: float, aids: Floats) -> None:
+        """Keep a row: what was measured, and the state of the stream after it."""
+        if running.set.structures is not self._structures:
             self._flush()
-            self._structures, self._reversed = structures, {}
-        self._weights = state[HEADER : HEADER + len(banks)].copy()
-        kept = [(bank.x.copy(), symmetric(bank.p), bank.probability.copy()) for bank in banks]
-        self._rows.append(_Row(state.item(ELAPSED), *measured, state[:HEADER].copy(), kept))
+            self._structures, self._reversed = running.set.structures, {}
+        self._weights = running.weights.copy()
+        kept = [(bank.x.copy(), symmetric(bank.p), bank.probability.copy()) for bank in running.banks]
+        header = running.state[:HEADER].copy()
+        self._rows.append(_Row(running.elapsed, north, east, excess, aids, header, kept))
 
     def drop_after(self, elapsed: float) -> None:
         """Forget rows that are taken back."""
@@ -84,56 +86,54 @@ class FixedLag:
         while self._rows and self._rows[0].time <= elapsed - self.lag + _SLACK:
             self._smooth_first()
         found, self._ready = self._ready, []
-        return [Lagged(*row, averaged(*of, steerageway)[0]) for *row, of in found]
+        return [Lagged(time, header, averaged(outs, w, steerageway)[0]) for time, header, outs, w in found]
 
-    def _flush(self):
+    def _flush(self) -> None:
         while self._rows:
             self._smooth_first()
 
-    def _smooth_first(self):
+    def _smooth_first(self) -> None:
         """Smooth the oldest row by those behind it, and drop it; a row before the speed is known is left out."""
         rows = list(self._rows)
         first, before = self._rows.popleft(), self._before
         self._before = first.time, first.north
         if first.header[KNOWN] != 1.0:
             return
-        columns = np.array([each[:4] for each in rows]).T.copy()
-        record = Rows(*columns, reversed_aids(np.concatenate([each.aids for each in rows])), np.empty(0, np.int64))
-        apart = fixes_apart(*(np.append(one, more) for one, more in zip(before, record[:2], strict=True)))[1:2]
+        time, north, east, excess = np.array([each[:4] for each in rows]).T.copy()
+        aids = reversed_aids(np.concatenate([each.aids for each in rows]))
+        record = Rows(time, north, east, excess, aids, np.empty(0, np.int64))
+        apart = fixes_apart(np.append(before[0], time), np.append(before[1], north))[1:2]
         outs, weights = [], []
         for which, weight in enumerate(self._weights):
             if weight > _NEGLIGIBLE:
                 outs.append(self._by_structure(which, record, rows, apart))
                 weights.append(weight)
-        self._ready.append((first.time, first.header, (outs, np.array(weights) / sum(weights))))
+        self._ready.append((first.time, first.header, outs, np.array(weights) / sum(weights)))
 
-    def _by_structure(self, which, record, rows, apart):
+    def _by_structure(self, which: int, record: Rows, rows: list[_Row], apart: Floats) -> Floats:
         """(1, FUSED) `fuse` of the first row by one structure."""
-        model, n = self._structures[which], len(record.time)
+        model = self._structures[which]
         if len(model.modes) == 1:
             x, p = (np.concatenate([each.banks[which][part] for each in rows]) for part in (0, 1))
-            out, bank = np.empty((1, FUSED + 2)), empty_bank(model)
-            _recur(record.time, x, p, model, bank, _room(model.states), out[0])
+            out, n = np.empty((1, FUSED + 2)), model.states
+            workspace = Room(*(np.empty(shape) for shape in ((n, n), (n, n), (n, n), n, n, (4, n))))
+            _recur(record.time, x, p, model, empty_bank(model), workspace, out[0])
             add_unresolved(model.processes, apart, out)
             return out
         if which not in self._reversed:
             self._reversed[which] = reversal_of(model), room_to_meet(model)
         reversal, room = self._reversed[which]
         x, p, probability = rows[0].banks[which]
-        kept = Kept(np.empty((n, *x.shape)), np.empty((n, *p.shape)), np.full((n, len(probability)), np.nan))
-        kept.x[0], kept.p[0], kept.probability[0] = x, p, probability
-        out = np.empty((n, FUSED + 2))
+        kept = room_to_keep(len(record.time), model)
+        kept.x[0], kept.p[0], kept.probability[0], kept.probability[1:] = x, p, probability, np.nan
+        out = np.empty((len(record.time), FUSED + 2))
         smooth_kept(record, reversal, empty_bank(model), kept, room, out)
         add_unresolved(model.processes, apart, out[:1])
         return out[:1]
 
 
-def _room(n) -> rauch_tung_striebel.Room:
-    return rauch_tung_striebel.Room(*np.empty((3, n, n)), *np.empty((2, n)), np.empty((4, n)))
-
-
 @kernel
-def _recur(time, x, p, model, bank, room, out):
+def _recur(time: Floats, x: Floats, p: Floats, model: Model, bank: Bank, room: Room, out: Floats) -> None:
     """Smooth x (rows, n) and P of one mode in place from the last row back, and `fuse` the first one into `out`.
 
     Where the course is lost from one row to the next, the later ones say nothing of it.

@@ -13,10 +13,10 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.gaps import LONGEST_GAP
-from steerway.estimation.filter.model import FUSED, Bank, empty_bank, room_to_keep
+from steerway.estimation.filter.model import FUSED, Bank, Model, empty_bank, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
-from steerway.estimation.fit.selection import infer
+from steerway.estimation.fit.selection import Structure, infer
 from steerway.estimation.log.digits import quantum_of
 from steerway.estimation.log.record import Measurements, extrapolated, measurements
 from steerway.estimation.running import Set, set_of
@@ -33,6 +33,7 @@ _FIRST, _FEWEST = 60.0, 100
 _LATER, _LATEST = 2.0, 600.0
 """Factor from one inference to the next, and s between two at most: the window is then half another one. Chosen."""
 _UNKNOWN = float("nan")
+_NO_FIX = (_UNKNOWN, _UNKNOWN, 1.0)
 _AIDS = 6
 """Columns of a row of the window before its aids: time, place in the plane, excess, latitude and longitude."""
 
@@ -59,7 +60,7 @@ class LearningFilter(FiveStateFilter):
         super().__init__(start or prior_profile(), tuple(dict.fromkeys(used)), learns=start is None)
         self.background, self.keep = background, keep
         self.learned = start
-        self._rows: deque = deque(maxlen=_ROWS)
+        self._rows: deque[Floats] = deque(maxlen=_ROWS)
         self._due = _FIRST
         self._thread: threading.Thread | None = None
         self._found: tuple[Set, list[Bank], float, Measurements | None] | None = None
@@ -94,17 +95,17 @@ class LearningFilter(FiveStateFilter):
         self._infer_if_due()
         return found
 
-    def _advance(self, dt, first, second, excess, aids):
+    def _advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
         measured = self._measured(self._running.elapsed + dt, first)
         super()._advance(dt, measured, second, excess, aids)
         if np.isfinite(first) or len(aids):
             given = aids[0] if len(aids) else _UNKNOWN
             place = self._running.state[[LATITUDE, LONGITUDE]] if self._geodetic and np.isfinite(first) else _UNKNOWN
-            self._rows.append(_row(self._running.elapsed, first, second, excess, given, place))
+            self._rows.append(_row(self._running.elapsed, (first, second, excess), given, place))
             while self._rows[0][0] < self._running.elapsed - _WINDOW:
                 self._rows.popleft()
 
-    def _measured(self, time, first):
+    def _measured(self, time: float, first: float) -> float:
         """The first coordinate of a fix, NaN of one that the receiver extrapolated."""
         if self._measurements is None or not np.isfinite(first):
             return first
@@ -113,7 +114,7 @@ class LearningFilter(FiveStateFilter):
         self._measurements = self._measurements._replace(last=time)
         return first
 
-    def _infer_if_due(self):
+    def _infer_if_due(self) -> None:
         elapsed = self._running.elapsed
         if self._thread is not None or self._found is not None or elapsed < self._due or len(self._rows) < _FEWEST:
             return
@@ -125,7 +126,7 @@ class LearningFilter(FiveStateFilter):
         self._thread = threading.Thread(target=self._infer, args=(rows,), daemon=True, name="inference")
         self._thread.start()
 
-    def _infer(self, rows):
+    def _infer(self, rows: list[Floats]) -> None:
         try:
             record, when = _record(rows)
             known = [name for name, column in zip(AIDS, record.aids.T, strict=False) if np.isfinite(column).any()]
@@ -143,13 +144,13 @@ class LearningFilter(FiveStateFilter):
         finally:
             self._thread = None
 
-    def _structures(self, record, aids):
+    def _structures(self, record: Rows, aids: list[str]) -> tuple[Structure, ...]:
         if not self._auto:
             return infer(record, aids).structures
         structures = infer(record, [name for name in aids if name not in VELOCITY]).structures
         return infer(record, aids).structures if velocity_in(record, structures) else structures
 
-    def _go_over(self):
+    def _go_over(self) -> None:
         """Take up what was found, with the fixes that came meanwhile."""
         if self._found is None or self._running.set.fading:
             return
@@ -158,33 +159,36 @@ class LearningFilter(FiveStateFilter):
         for each in since:
             each[1] = self._measured(each[0], each[1])
         record = _columns([_row(until), *since, _row(self._running.elapsed)])
-        for each, bank in zip(running.structures, banks, strict=True):
-            _run(record, each, bank)
+        for model, bank in zip(running.structures, banks, strict=True):
+            _run(record, model, bank)
         self._running.take_up(running, banks)
 
 
-def _run(record, model, bank):
+def _run(record: Rows, model: Model, bank: Bank) -> None:
     """Over a record by one structure; its bank goes on from where it is, or begins."""
     run_record(record, model, bank, Asked(np.empty((0, FUSED + 2)), np.empty(0), room_to_keep(0, model), 0))
 
 
-def _row(time, first=_UNKNOWN, second=_UNKNOWN, excess=1.0, aids=_UNKNOWN, place=_UNKNOWN) -> Floats:
+def _row(
+    time: float, fix: Sequence[float] = _NO_FIX, aids: float | Floats = _UNKNOWN, place: float | Floats = _UNKNOWN
+) -> Floats:
     """A row of the window in one array, which takes less memory than its numbers: there are up to 12,000."""
     row = np.empty(_AIDS + len(AIDS))
-    row[:4], row[4:_AIDS], row[_AIDS:] = (time, first, second, excess), place, aids
+    row[:4], row[4:_AIDS], row[_AIDS:] = (time, *fix), place, aids
     return row
 
 
-def _columns(rows) -> Rows:
+def _columns(rows: Sequence[Floats]) -> Rows:
     """Rows of a window as columns."""
     table = np.array(rows)
     aids = table[:, _AIDS:].copy()
     if not np.isfinite(aids).any():
         aids = np.empty((0, len(AIDS)))
-    return Rows(*table[:, :4].T.copy(), aids, np.empty(0, np.int64))
+    time, north, east, excess = table[:, :4].T.copy()
+    return Rows(time, north, east, excess, aids, np.empty(0, np.int64))
 
 
-def _record(rows) -> tuple[Rows, Measurements | None]:
+def _record(rows: Sequence[Floats]) -> tuple[Rows, Measurements | None]:
     """Rows of a window as a record in the plane of the filter, and when the receiver measures."""
     record = _columns(rows)
     time, north, east, *_ = record

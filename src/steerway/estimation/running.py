@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from steerway.core.gaps import LONGEST_GAP
 from steerway.core.linear_algebra import symmetric
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import COURSE, FUSED, SPEED, Bank, Model, bank_in, bank_size, packed
+from steerway.estimation.fit.selection import Structure
 from steerway.estimation.log.copies import FEW_STEPS, HELD
 from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, average, least_course_speed
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
@@ -58,7 +59,7 @@ class Set(NamedTuple):
     learns: bool
 
 
-def set_of(structures, learns: bool = False) -> Set:
+def set_of(structures: Sequence[WeighedModel | Structure], learns: bool = False) -> Set:
     """The set of weighed structures."""
     return Set(tuple(each.model for each in structures), tuple(each.weight for each in structures), 0, (), learns)
 
@@ -82,7 +83,7 @@ class Running:
         """Make room for a set of structures."""
         self.set = running
         n = len(running.structures)
-        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
+        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, lambda model: model.sizes)]
         space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
         self.state = np.zeros(HEADER + n + sum(space))
         if header is not None:
@@ -91,7 +92,7 @@ class Running:
         self.weights[:] = running.weights
         self._outs = np.full((n, FUSED + 3), np.nan)
         self.banks: list[Bank] = []
-        self._groups = []
+        self._groups: list[Alike] = []
         for (sizes, models), size in zip(groups, space, strict=True):
             banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
             outs = self._outs[len(self.banks) : len(self.banks) + len(models)]
@@ -106,10 +107,10 @@ class Running:
         self.least_speed = least_course_speed(weighed, self._steerageway)
         self.is_current = False
 
-    def __getstate__(self) -> dict:
+    def __getstate__(self) -> dict[str, Any]:
         return {"made": (self._steerageway, self._may_be_plain), "own": self.snapshot()}
 
-    def __setstate__(self, state: dict) -> None:
+    def __setstate__(self, state: dict[str, Any]) -> None:
         self._steerageway, self._may_be_plain = state["made"]
         snapshot = state["own"]
         self._arrange(snapshot[0], None)  # views, which copies and pickles would make arrays of their own
@@ -152,13 +153,13 @@ class Running:
         if self.set.learns and math.isfinite(first):
             self._learn()
 
-    def _learn(self):
+    def _learn(self) -> None:
         logs = np.log(self.weights) + self._outs[:, LOG_DENSITY]
         logs = np.maximum(logs - logs.max(), LEAST_LOG_WEIGHT)
         weights = np.exp(logs)
         self.weights[:] = weights / weights.sum()
 
-    def _fade(self, dt):
+    def _fade(self, dt: float) -> None:
         """Let the weight go over to the newer structures."""
         running, state = self.set, self.state
         state[FADED] += dt
@@ -182,7 +183,7 @@ class Running:
         self.weights[:n], self.weights[n:] = weights, 0.0
         self.state[FADED] = 0.0
 
-    def _copy_banks(self, banks):
+    def _copy_banks(self, banks: Sequence[Bank]) -> None:
         for bank, from_ in zip(self.banks, banks, strict=True):
             for part, other in zip(bank, from_, strict=True):
                 part[...] = other
@@ -251,7 +252,7 @@ def output_of(state: Floats, estimate: Floats, is_geodetic: bool) -> list[float]
     return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
 
 
-def motion_moments(models, banks, weights) -> tuple[Floats, Floats]:
+def motion_moments(models: Sequence[Model], banks: Sequence[Bank], weights: Floats) -> tuple[Floats, Floats]:
     """State [x^n y^n U χ ω_χ …] and covariance of one mode (n, n), or of the mixture of all (5,) and (5, 5).
 
     The course rate is the held one; NaN before the first fix.
@@ -276,12 +277,8 @@ def motion_moments(models, banks, weights) -> tuple[Floats, Floats]:
     return state, np.einsum("k,kij->ij", share, np.array(covariances)) + spread
 
 
-def of_course(x, p) -> Floats:
+def of_course(x: Floats, p: Floats) -> Floats:
     """Covariance (n, n) of the state, of that with the velocity across the course in place of the course."""
     scale = np.ones(len(x))
     scale[COURSE] = 1.0 / max(x[SPEED], _LEAST_SPEED)
     return symmetric(p) * np.outer(scale, scale)
-
-
-def _sizes(model):
-    return model.sizes

@@ -8,6 +8,7 @@ Table 1 (`filter.five_state`), all others by the general filter (`filter.row`).
 import math
 from collections.abc import Sequence
 from copy import copy
+from typing import Any
 
 import numpy as np
 
@@ -83,7 +84,7 @@ class FiveStateFilter:
         may_be_plain = not self.aid and self._waiting is None
         self._running = Running(running, self.profile.steerageway, may_be_plain)
 
-    def __getstate__(self) -> dict:
+    def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_running": copy(self._running)}  # its own of a copy, too
 
     def __repr__(self) -> str:
@@ -151,7 +152,7 @@ class FiveStateFilter:
         self._geodetic = False
         return self._take(north, east, position_std)
 
-    def _take(self, first, second, position_std) -> float:
+    def _take(self, first: float, second: float, position_std: float | None) -> float:
         reported = math.nan if position_std is None else position_std
         running = self._running
         plain = running.plain
@@ -162,7 +163,7 @@ class FiveStateFilter:
         nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
         return nis
 
-    def _fix(self, dt, first, second, excess, aids) -> tuple[float, float]:
+    def _fix(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> tuple[float, float]:
         """Advance by dt and take a fix of the plane. Returns its NIS and the probability that it is an outlier."""
         running = self._running
         note_interval(running.state, dt)
@@ -181,7 +182,7 @@ class FiveStateFilter:
             raise TypeError(f"aids are {', '.join(AIDS)}; {', '.join(given) or len(values)} given")
         self._advance(0.0, math.nan, math.nan, 1.0, self._aids(measured))
 
-    def _aids(self, aids) -> Floats:
+    def _aids(self, aids: Sequence[float] | Floats | None) -> Floats:
         """(1 or 0, aids): those of `aid`."""
         if not self.aid or aids is None:
             return NO_AIDS
@@ -220,7 +221,7 @@ class FiveStateFilter:
             self._running.settle()
         return self.output(), nis, self._status(fixed and not math.isnan(nis), wrong)
 
-    def _status(self, fixed, wrong) -> int:
+    def _status(self, fixed: bool, wrong: float) -> int:
         if not self.started:
             return STARTING
         if wrong > 0.5:
@@ -229,12 +230,12 @@ class FiveStateFilter:
             return NO_COURSE
         return OK if fixed else PREDICTED
 
-    def _advance(self, dt, first, second, excess, aids):
+    def _advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
         running = self._running
         running.advance(dt, first, second, excess, aids)
         if self._waiting is not None and (math.isfinite(first) or len(aids)):
             table = aids if len(aids) or not self.aid else np.full((1, len(AIDS)), math.nan)
-            self._waiting.add(running.state, running.set.structures, running.banks, (first, second, excess, table))
+            self._waiting.add(running, first, second, excess, table)
 
     def wait(self, lag: float) -> None:
         """Begin anew, with another `lag` (s)."""
@@ -325,7 +326,7 @@ class FiveStateFilter:
         """Fixed-interval estimate: every row uses the whole record."""
         return self._whole(fixes, rate, True)
 
-    def _whole(self, fixes, rate, smooth):
+    def _whole(self, fixes: Fixes, rate: float | None, smooth: bool) -> Motion:
         if self._infers:
             return estimate(fixes, aid=self.aid, rate=rate, smooth=smooth)
         return motion_of(fixes, self.profile, self.aid, rate, smooth)

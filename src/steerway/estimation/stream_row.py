@@ -62,7 +62,9 @@ class Alike(NamedTuple):
 
 
 @kernel
-def step(banks, models, dt, first, second, excess, aids, outs):
+def step(
+    banks: Floats, models: Floats, dt: float, first: float, second: float, excess: float, aids: Floats, outs: Floats
+) -> None:
     """One row (see `Row`) of structures of one size, as `run_record` does it; aids (1 or 0, a).
 
     Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
@@ -77,7 +79,9 @@ def step(banks, models, dt, first, second, excess, aids, outs):
 
 
 @kernel
-def step_plain(banks, models, dt, first, second, excess, aids, outs):
+def step_plain(
+    banks: Floats, models: Floats, dt: float, first: float, second: float, excess: float, aids: Floats, outs: Floats
+) -> None:
     """As `step`, of structures of one mode without extras, without aids and `state_row`."""
     for k in range(len(outs)):
         model, out = model_in(models[k]), outs[k]
@@ -86,7 +90,7 @@ def step_plain(banks, models, dt, first, second, excess, aids, outs):
 
 
 @lean_kernel
-def predict_plain(state, numbers, dt):
+def predict_plain(state: Floats, numbers: Floats, dt: float) -> None:
     """Advance one structure of one mode without extras."""
     bank = bank_in(state[_ONE_BANK:], 1, 5)
     if dt > LONGEST_GAP:
@@ -98,7 +102,9 @@ def predict_plain(state, numbers, dt):
 
 
 @lean_kernel
-def take_plain(state, numbers, first, second, reported, steerageway, estimate):
+def take_plain(
+    state: Floats, numbers: Floats, first: float, second: float, reported: float, steerageway: float, estimate: Floats
+) -> float:
     """Take a fix by one structure of one mode without extras, and fill the estimate (9,). Returns its NIS."""
     bank, model = bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers)
     excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
@@ -111,7 +117,7 @@ def take_plain(state, numbers, first, second, reported, steerageway, estimate):
 
 
 @lean_kernel
-def note_interval(state, dt):
+def note_interval(state: Floats, dt: float) -> None:
     """Before a fix dt s from now is taken: note the end of an outage. Behind a long one the speed is unknown."""
     interval = state[SINCE]
     if interval > LONG:
@@ -125,7 +131,7 @@ def note_interval(state, dt):
 
 
 @lean_kernel
-def settle(state, estimate):
+def settle(state: Floats, estimate: Floats) -> None:
     """After a row: note the speed and whether it is known from now on; then doubt what may be a slide."""
     state[LAST_SOG] = estimate[SOG]
     if estimate[SOG_STD] < UNKNOWN_SPEED:
@@ -136,32 +142,32 @@ def settle(state, estimate):
 
 
 @lean_kernel
-def note_fix(state, estimate):
+def note_fix(state: Floats, estimate: Floats) -> None:
     """Note the velocity at a fix."""
     state[FIXED_SOG], state[FIXED_COG] = estimate[SOG], estimate[COG]
 
 
 @lean_kernel
-def may_slide(state):
+def may_slide(state: Floats) -> bool:
     """Whether the receiver may slide in after an outage."""
     return state[RETURNED] > 0.0 and state[ELAPSED] - state[RETURNED] < SLIDES
 
 
 @lean_kernel
-def doubt_slide(state, estimate):
+def doubt_slide(state: Floats, estimate: Floats) -> None:
     """`outage.doubt` of an estimate (9,) where the receiver may slide in."""
     if may_slide(state):
         doubt(estimate, state[SOG_BEFORE], state[COG_BEFORE], state[SLIDES_IN] == 1.0)
 
 
 @lean_kernel
-def read_plain(state, numbers, steerageway, estimate):
+def read_plain(state: Floats, numbers: Floats, steerageway: float, estimate: Floats) -> None:
     """Fill the estimate (9,) of one structure of one mode without extras."""
     five_state.write_estimate(bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers), steerageway, estimate)
 
 
 @kernel
-def read(banks, models, outs):
+def read(banks: Floats, models: Floats, outs: Floats) -> None:
     """Fill `state_row` of structures of one size."""
     for k in range(len(outs)):
         model = model_in(models[k])
@@ -170,7 +176,7 @@ def read(banks, models, outs):
 
 
 @kernel
-def walk(state, latitude, longitude):
+def walk(state: Floats, latitude: float, longitude: float) -> tuple[float, float]:
     """Go on to a fix in the plane; its place there (m)."""
     if state[PLACED] == 0.0:
         state[PLACED] = 1.0
@@ -188,13 +194,13 @@ def walk(state, latitude, longitude):
 
 
 @kernel
-def place_of(state, estimate):
+def place_of(state: Floats, estimate: Floats) -> tuple[float, float]:
     """Latitude and longitude (rad) of an estimate."""
     ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
     return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
 
 
-def true_course(state, estimate) -> float:
+def true_course(state: Floats, estimate: Floats) -> float:
     """Course from true north."""
     cog = estimate.item(COG) + state.item(AZIMUTH)
     return cog if -math.pi <= cog < math.pi else (cog + math.pi) % (2.0 * math.pi) - math.pi
