@@ -1,8 +1,8 @@
 """Fixed-lag smoothing of a stream: the estimate at a fix also uses the fixes of the seconds after it.
 
-A structure of one mode is smoothed by Rauch, Tung and Striebel's recursion from the latest row back. With several modes
-the state at the fix meets a filter that comes backwards from the latest one, as in a whole record (`filter.smoother`).
-With one mode that is worse than the recursion while few fixes follow.
+A model of one mode is smoothed by Rauch, Tung and Striebel's recursion from the latest row back. A model of several
+modes is smoothed as a whole record is (`filter.smoother`), by a filter that runs backwards from the latest row. For one
+mode this is less accurate than the recursion while few fixes follow.
 """
 
 from collections import deque
@@ -28,13 +28,12 @@ from steerway.estimation.running import Running
 from steerway.estimation.stream_row import HEADER, KNOWN
 
 _NEGLIGIBLE = 1e-3
-"""Weight of a structure below which it is not smoothed. Chosen: its part of SOG is then less than a centimetre a second
-where structures differ by ten."""
+"""Weight of a structure below which it is left out: for SOG 10 m/s apart, the mean changes by less than 1 cm/s."""
 _SLACK = 1e-6  # s
 
 
 class _Row(NamedTuple):
-    """A row of the stream and what the filter made of it."""
+    """A row of the stream, and the state of the filter after it."""
 
     time: float
     north: float
@@ -42,11 +41,11 @@ class _Row(NamedTuple):
     excess: float
     aids: Floats  # (1 or 0, a)
     header: Floats
-    banks: list[tuple[Floats, Floats, Floats]]  # of every structure x, P and probabilities
+    banks: list[tuple[Floats, Floats, Floats]]  # x, P and probabilities of the modes, for every structure
 
 
 class Lagged(NamedTuple):
-    """The smoothed estimate (9,) of a row, in the plane of the filter, of which `header` is the place then."""
+    """The smoothed estimate (9,) of a row in the plane of the filter; `header` (see `stream_row`) locates the plane."""
 
     time: float
     header: Floats
@@ -54,7 +53,7 @@ class Lagged(NamedTuple):
 
 
 class FixedLag:
-    """The rows of the last `lag` s. `due` returns those that are older, each smoothed by all rows after it."""
+    """Rows of the last `lag` s. `due` returns older rows, each smoothed by all rows after it."""
 
     def __init__(self, lag: float):
         self.lag = lag
@@ -67,7 +66,7 @@ class FixedLag:
         self._before: tuple[float, float] = (np.nan, np.nan)  # time and north of the row that was dropped last
 
     def add(self, running: Running, north: float, east: float, excess: float, aids: Floats) -> None:
-        """Keep a row: what was measured, and the state of the stream after it."""
+        """Keep a row: its measurements, and the state of the stream after it."""
         if running.set.structures is not self._structures:
             self._flush()
             self._structures, self._reversed = running.set.structures, {}
@@ -77,12 +76,12 @@ class FixedLag:
         self._rows.append(_Row(running.elapsed, north, east, excess, aids, header, kept))
 
     def drop_after(self, elapsed: float) -> None:
-        """Forget rows that are taken back."""
+        """Drop rows later than `elapsed` (s), to which the stream was set back."""
         while self._rows and self._rows[-1].time > elapsed:
             self._rows.pop()
 
     def due(self, elapsed: float, steerageway: float) -> list[Lagged]:
-        """The smoothed rows that are `lag` s old or older by now, oldest first; all rows for an infinite time."""
+        """The smoothed rows at least `lag` s old at the time `elapsed` (s), oldest first; all for an infinite time."""
         while self._rows and self._rows[0].time <= elapsed - self.lag + _SLACK:
             self._smooth_first()
         found, self._ready = self._ready, []
@@ -93,7 +92,7 @@ class FixedLag:
             self._smooth_first()
 
     def _smooth_first(self) -> None:
-        """Smooth the oldest row by those behind it, and drop it; a row before the speed is known is left out."""
+        """Smooth the oldest row by the later ones, and drop it; a row before the speed is known is not smoothed."""
         rows = list(self._rows)
         first, before = self._rows.popleft(), self._before
         self._before = first.time, first.north
@@ -134,9 +133,9 @@ class FixedLag:
 
 @kernel
 def _recur(time: Floats, x: Floats, p: Floats, model: Model, bank: Bank, room: Room, out: Floats) -> None:
-    """Smooth x (rows, n) and P of one mode in place from the last row back, and `fuse` the first one into `out`.
+    """Smooth x (rows, n) and P of one mode in place from the last row back, and `fuse` the first row into `out`.
 
-    Where the course is lost from one row to the next, the later ones say nothing of it.
+    Where the course is lost between two rows, the earlier one is not smoothed.
     """
     bank.run[0].started = 1
     for k in range(len(time) - 2, -1, -1):

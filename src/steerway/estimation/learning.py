@@ -1,7 +1,7 @@
-"""LearningFilter: a filter that begins from a broad prior and infers vessel and receiver anew while it runs.
+"""LearningFilter: a filter that starts from a broad prior and infers vessel and receiver while it runs.
 
-The latest fixes are kept in a window. From time to time the inference of `estimate` runs on it, in the background; the
-weight then goes over to what was found within some seconds, so that the estimate makes no jump.
+A window keeps the latest fixes. The inference of `estimate` runs on the window from time to time, in the background.
+The estimate then blends to the structures found within some seconds, without a jump.
 """
 
 import logging
@@ -27,25 +27,25 @@ from steerway.estimation.vessel.inferred import InferredProfile, prior_profile
 
 LOG = logging.getLogger("steerway.live")
 _WINDOW, _ROWS = 1200.0, 12_000
-"""s and rows that are kept. Chosen: the rows of 10 Hz, five times `selection.MANY`."""
+"""Length of the window, s and rows: the rows of 10 Hz, eight times `selection.MANY`."""
 _FIRST, _FEWEST = 60.0, 100
-"""s and fixes after which vessel and receiver are inferred first: about what `tune` needs. Chosen."""
+"""s and fixes before the first inference: about the least that `tune` needs."""
 _LATER, _LATEST = 2.0, 600.0
-"""Factor from one inference to the next, and s between two at most: the window is then half another one. Chosen."""
+"""Ratio of the times of two inferences, and longest time between them (s), in which half the window is replaced."""
 _UNKNOWN = float("nan")
 _NO_FIX = (_UNKNOWN, _UNKNOWN, 1.0)
 _AIDS = 6
-"""Columns of a row of the window before its aids: time, place in the plane, excess, latitude and longitude."""
+"""Columns of the window before the aids: time, position in the plane (2), excess, latitude and longitude."""
 
 
 class LearningFilter(FiveStateFilter):
-    """A `FiveStateFilter` that learns its profile.
+    """A `FiveStateFilter` that infers its profile while it runs.
 
     Args:
-        start: profile to begin with, None for the prior.
-        aid: as of `FiveStateFilter`; "auto" for the receiver's SOG and COG where they predict the fixes better.
-        background: whether inferences run in a thread; otherwise within the row that makes one due, as in a replay.
-        keep: called with every profile that is found, in the background.
+        start: first profile, None for the prior.
+        aid: as for `FiveStateFilter`; "auto" uses the receiver's SOG and COG where they predict the fixes better.
+        background: whether inferences run in a thread; otherwise a row that makes one due waits for it, as in a replay.
+        keep: called with every inferred profile, in the thread of the inference.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class LearningFilter(FiveStateFilter):
         self._measurements: Measurements | None = None
 
     def reset(self) -> None:
-        """Return to the state before the first fix; what was learned stays."""
+        """Return to the state before the first fix; the inferred profile stays."""
         super().reset()
         self._rows.clear()
         self._found, self._due, self._measurements = None, _FIRST, None
@@ -86,7 +86,7 @@ class LearningFilter(FiveStateFilter):
         aids: Sequence[float] | Floats | None = None,
         position_std: float = _UNKNOWN,
     ) -> tuple[list[float], float, int]:
-        """As of `FiveStateFilter.row`."""
+        """See `FiveStateFilter.row`."""
         if dt > LONGEST_GAP:
             self._rows.clear()
             self._measurements = None
@@ -106,7 +106,7 @@ class LearningFilter(FiveStateFilter):
                 self._rows.popleft()
 
     def _measured(self, time: float, first: float) -> float:
-        """The first coordinate of a fix, NaN of one that the receiver extrapolated."""
+        """The first coordinate of a fix; NaN for a fix that the receiver extrapolated."""
         if self._measurements is None or not np.isfinite(first):
             return first
         if not self._measurements.include(time):
@@ -139,8 +139,8 @@ class LearningFilter(FiveStateFilter):
             if self.keep is not None:
                 self.keep(self.learned)
             self._found = running, banks, rows[-1][0], when
-        except Exception:  # the filter goes on with what it has
-            LOG.exception("vessel and receiver could not be inferred anew")
+        except Exception:  # the filter goes on with its present structures
+            LOG.exception("the inference of vessel and receiver failed; the filter keeps its profile")
         finally:
             self._thread = None
 
@@ -151,7 +151,7 @@ class LearningFilter(FiveStateFilter):
         return infer(record, aids).structures if velocity_in(record, structures) else structures
 
     def _go_over(self) -> None:
-        """Take up what was found, with the fixes that came meanwhile."""
+        """Switch to the inferred structures, after running them over the fixes that came during the inference."""
         if self._found is None or self._running.set.fading:
             return
         (running, banks, until, self._measurements), self._found = self._found, None
@@ -165,21 +165,21 @@ class LearningFilter(FiveStateFilter):
 
 
 def _run(record: Rows, model: Model, bank: Bank) -> None:
-    """Over a record by one structure; its bank goes on from where it is, or begins."""
+    """Filter a record with one model; its bank continues from its state, or starts."""
     run_record(record, model, bank, Asked(np.empty((0, FUSED + 2)), np.empty(0), room_to_keep(0, model), 0))
 
 
 def _row(
     time: float, fix: Sequence[float] = _NO_FIX, aids: float | Floats = _UNKNOWN, place: float | Floats = _UNKNOWN
 ) -> Floats:
-    """A row of the window in one array, which takes less memory than its numbers: there are up to 12,000."""
+    """A row of the window, in one array to save memory. fix: position in the plane and excess. place: (2,) rad."""
     row = np.empty(_AIDS + len(AIDS))
     row[:4], row[4:_AIDS], row[_AIDS:] = (time, *fix), place, aids
     return row
 
 
 def _columns(rows: Sequence[Floats]) -> Rows:
-    """Rows of a window as columns."""
+    """The rows of a window as a record."""
     table = np.array(rows)
     aids = table[:, _AIDS:].copy()
     if not np.isfinite(aids).any():
@@ -189,7 +189,10 @@ def _columns(rows: Sequence[Floats]) -> Rows:
 
 
 def _record(rows: Sequence[Floats]) -> tuple[Rows, Measurements | None]:
-    """Rows of a window as a record in the plane of the filter, and when the receiver measures."""
+    """The measured fixes of a window as a record in the plane of the filter, and when the receiver measures.
+
+    Fixes that the receiver extrapolated are NaN.
+    """
     record = _columns(rows)
     time, north, east, *_ = record
     fixed = np.flatnonzero(np.isfinite(north))

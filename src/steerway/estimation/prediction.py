@@ -1,4 +1,4 @@
-"""`predict`: where every vessel of a record will be, and how sure that is (motion prediction from AIS, P0 §1)."""
+"""`predict`: later positions of every vessel of a record, with covariances (motion prediction from AIS, P0 §1)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ LONGEST_HORIZON = 3600.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Prediction(Record):
-    """Positions to come: one row a vessel and horizon. Shapes: every array (n,); mmsi None for one's own boat."""
+    """Predicted positions, one row for every vessel and horizon: arrays (n,). `mmsi` is None for your own boat."""
 
     time: Floats  # Unix UTC, of the predicted position
     latitude: Floats  # rad
@@ -40,7 +40,7 @@ class Prediction(Record):
 
     @property
     def ellipse(self) -> tuple[Floats, Floats, Floats]:
-        """Half axes of the 95 % ellipse (m, the longer first) and the direction of the longer one (rad from north)."""
+        """Half axes of the 95 % ellipse (m, the longer first), and direction of the longer one (rad from north)."""
         mean, half = 0.5 * (self.variance_north + self.variance_east), 0.5 * (self.variance_north - self.variance_east)
         spread = np.hypot(half, self.covariance)
         chi_square = -2.0 * np.log(0.05)  # two degrees of freedom, 95 %
@@ -79,13 +79,13 @@ def predict(
 ) -> Prediction:
     """Position and covariance of every vessel, `horizons` seconds after the end of the record.
 
-    Vessels without a report for longer than `LONGEST_GAP` are left out.
+    Vessels whose last report is older than `LONGEST_GAP` are left out.
 
     Args:
         fixes: reports up to now.
-        horizons: 0 to 3600 s.
+        horizons: more than 0 s and at most 3600 s.
         profile: as for `estimate`.
-        aid: as for `estimate`; None takes the SOG and COG that AIS reports transmit, and positions alone otherwise.
+        aid: as for `estimate`; None uses the SOG and COG of AIS reports, and positions alone for other records.
 
     Raises InputError for a horizon out of range and as `estimate` does.
     """
@@ -117,15 +117,15 @@ def hindcast(
     profile: AnyProfile = None,
     aid: tuple[str, ...] | None = None,
 ) -> tuple[Ints, Prediction]:
-    """What `predict` would have given at earlier rows of the record of one vessel, each from the rows up to it.
+    """Predictions from earlier rows of the record of one vessel, each by the rows up to it.
 
     Args:
         track: rows with positions of one vessel, in order of time.
         horizons: s after each of the rows.
         spacing: least time between two of the rows, s.
-        profile, aid: as for `predict`; a profile that is None is chosen from the whole record.
+        profile, aid: as for `predict`; for None, the profile that `estimate` uses for the whole record.
 
-    Returns the rows (n,) and the predictions from them, n times as many as horizons, horizons within rows.
+    Returns the rows (n,), and predictions (n × horizons,): all horizons of the first row, then those of the next.
     Raises InputError as `estimate` does.
     """
     aid = _aids_of(track, aid)
@@ -143,7 +143,7 @@ def hindcast(
 
 
 def _prediction(table: Floats, mmsi: Ints | None) -> Prediction:
-    """The prediction of which a table has the columns but for the last."""
+    """The prediction whose columns before `mmsi` are those of a table (n, 7)."""
     time, latitude, longitude, horizon, nn, ee, ne = table.reshape(-1, 7).T
     return Prediction(time, latitude, longitude, horizon, nn, ee, ne, mmsi)
 
@@ -158,7 +158,7 @@ def _aids_of(fixes: Fixes, aid: tuple[str, ...] | None) -> tuple[str, ...]:
 def _ahead(
     profile: Profile | InferredProfile, aid: tuple[str, ...], fixes: Fixes, rows: list[int] | None, horizons: Floats
 ) -> list[tuple[float, float, float, float, float, float]]:
-    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) at horizons within these rows; rows None: after the last."""
+    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) for all horizons of every row; for None, of the last row."""
     track = Track(fixes, aid, recognises=profile.recognises)
     if isinstance(profile, Profile):
         (_, model), (_, on_average) = *profile.models(aid), *profile.on_average.models(aid)

@@ -1,17 +1,16 @@
-"""The numbers of a structure and the state of its filter, as the kernels read them.
+"""The model of a vessel and its receiver, and the state of a filter, as arrays for the kernels.
 
-Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the course rate that is held.
-Beyond the five come shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.,
-§8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts
-on the speed, on the acceleration along the course, on the course rate, on the course (waves swing a vessel about the
-course it holds; were it the rate, they would let it wander), athwart on the antenna, or as the receiver's error north
-and east.
+Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the held course rate. Further
+states are shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., §8.2 and
+§10.2). Each is a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts on one
+of the quantities below. Waves act on the course: they swing a vessel about its course, and as a course rate they would
+let it wander.
 
-The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course. It stays
-regular at rest, where course means nothing.
+The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course (m/s). It
+stays regular at rest, where the course is undefined.
 
-Everything is an array of float64 or of records of eight-byte fields. A model and a bank are therefore one row of
-float64 each (`packed`, `bank_in`): a row is copied at once, and costs a call a tenth of what its arrays cost.
+All numbers have eight bytes, so that a model and a bank fit into one row of float64 each (`packed`, `bank_in`). A row
+is copied at once, and costs a call a tenth of the time that its arrays would cost.
 """
 
 from typing import NamedTuple, Protocol
@@ -23,12 +22,13 @@ from steerway.core.compiled import jitable
 from steerway.core.shaping import shaped
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
-"""The states that every structure has."""
+"""The states that every model has."""
 ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_ACCELERATION = range(7)
-"""Quantities that a process can act on. A process on fixes has two states, north and east; a complex one has a real
-and an imaginary state."""
+"""Quantities that a process can act on: speed, course rate, course, displacement of the antenna to starboard, error of
+a fix, error of an aid, acceleration along the course. A process on fixes has two states, north and east; a complex one
+has a real and an imaginary state."""
 DRIVING = (ON_SPEED, ON_RATE, ON_COURSE, ON_ACCELERATION)
-"""Those that drive the motion."""
+"""The quantities that drive the motion."""
 
 
 class Mode(Protocol):
@@ -144,15 +144,15 @@ STEP_SIZE, RESPONSE_SIZE, RUN_SIZE = (each.itemsize // 8 for each in (STEP, RESP
 
 
 class Model(NamedTuple):
-    """The numbers that a filter works with."""
+    """Modes of motion, shaping filters, receiver and aids."""
 
     modes: Records  # (m,) MODE
-    generator: Floats  # (m, m) rates of change between modes, 1/s; rows sum to 0
+    generator: Floats  # (m, m) rates of change from the mode of a row to that of a column, 1/s; rows sum to 0
     processes: Records  # (f,) PROCESS
     receiver: Records  # (1,) RECEIVER
     aids: Records  # (aids,) AID
     states: int  # n
-    driving: int  # how many of these, from the first on, drive the motion
+    driving: int  # number of states, from the first on, that drive the motion
 
     @property
     def sizes(self) -> "Sizes":
@@ -160,7 +160,7 @@ class Model(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """What filters have in common that one call steps."""
+    """Dimensions of a model: one kernel call steps filters of equal dimensions."""
 
     modes: int
     states: int
@@ -175,7 +175,7 @@ def has_two_states(acts_on: int, frequency: float) -> bool:
 
 
 class Bank(NamedTuple):
-    """State of a filter, one Gaussian a mode, what it keeps from step to step, and its workspace."""
+    """A filter: one Gaussian for every mode, what is kept between steps, and workspace."""
 
     x: Floats  # (m, n)
     p: Floats  # (m, n, n), symmetric
@@ -183,22 +183,22 @@ class Bank(NamedTuple):
     run: Records  # (1,) RUN
     steps: Records  # (m,) STEP
     responses: Records  # (m, n) RESPONSE
-    change: Floats  # (m, m) probabilities of change in a step
-    moments: Floats  # (m + 1, n + n²) workspace, as all that follows: modes as errors at another,
-    shares: Floats  # (2, m) numbers of modes,
-    rows: Floats  # (8, n) vectors,
-    product: Floats  # (m, m) of matrices
+    change: Floats  # (m, m) probabilities of a change of mode in a step
+    moments: Floats  # (m + 1, n + n²) this and what follows is workspace
+    shares: Floats  # (2, m)
+    rows: Floats  # (8, n)
+    product: Floats  # (m, m)
 
 
 @jitable
 def moments_of(n: int) -> int:
-    """How many first and second moments n states have."""
+    """Number of first and second moments of n states."""
     return n + n * n
 
 
 @jitable
 def bank_in(memory: Floats, m: int, n: int) -> Bank:
-    """The Bank of m modes and n states in a row of `bank_size` float64, which it shares."""
+    """The Bank of m modes and n states whose arrays are views of a row of `bank_size` float64."""
     x, p = m * n, m * n * n
     a = x + p + m
     b = a + RUN_SIZE
@@ -224,20 +224,20 @@ def bank_in(memory: Floats, m: int, n: int) -> Bank:
 
 
 def bank_size(m: int, n: int) -> int:
-    """How many float64 a bank of m modes and n states takes."""
+    """Number of float64 in a bank of m modes and n states."""
     numbers = m * (n + n * n + n * RESPONSE_SIZE + STEP_SIZE + 2 * m + 3) + RUN_SIZE + 8 * n
     return numbers + (m + 1) * moments_of(n)
 
 
 def empty_bank(model: Model) -> Bank:
-    """Memory of a filter that has seen nothing."""
+    """The bank of a filter before the first fix."""
     m, n = len(model.modes), model.states
     return bank_in(np.zeros(bank_size(m, n)), m, n)
 
 
 @jitable
 def model_in(numbers: Floats) -> Model:
-    """The Model in a row of float64 of `packed`, which it shares."""
+    """The Model whose arrays are views of a row made by `packed`."""
     sizes = numbers[:5].view(np.int64)
     m, states, processes, aids, driving = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
     a = 5 + m * MODE_SIZE
@@ -262,11 +262,11 @@ def packed(model: Model) -> Floats:
 
 
 FUSED = 9
-"""Columns of `fuse`: N, E, U, χ, ω, variances of U, χ, ω and of position."""
+"""Number of columns of `fuse`: N, E, U, χ, ω, and the variances of U, χ, ω and of the position."""
 
 
 class Kept(NamedTuple):
-    """What a filter keeps of every row for the smoother; of no rows where nothing is to be smoothed."""
+    """The modes after every row, for the smoother; without rows where nothing is to be smoothed."""
 
     x: Floats  # (rows, m, n)
     p: Floats  # (rows, m, n, n)
@@ -274,6 +274,6 @@ class Kept(NamedTuple):
 
 
 def room_to_keep(rows: int, model: Model) -> Kept:
-    """Where a filter keeps so many rows."""
+    """Memory for the modes after so many rows."""
     m, n = len(model.modes), model.states
     return Kept(np.empty((rows, m, n)), np.empty((rows, m, n, n)), np.empty((rows, m)))

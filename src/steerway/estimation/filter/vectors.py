@@ -1,7 +1,4 @@
-"""Vectors and symmetric matrices of the plane, north and east, written out: numba's `@` is several times slower here.
-
-Inside a kernel a NamedTuple of numbers costs nothing.
-"""
+"""Vectors and symmetric matrices of the plane, north and east, written out: numba's `@` is several times slower."""
 
 import math
 from typing import NamedTuple
@@ -95,9 +92,9 @@ def nis(v: Vec2, s: Sym2) -> float:
 
 @lean_kernel
 def density(v: Vec2, s: Sym2, freedom: float) -> float:
-    """Density (1/m²) of an innovation v by Student's t distribution of scale S and so many degrees of freedom.
+    """Density (1/m²) of an innovation v (m) under Student's t distribution of scale S (m²).
 
-    The normal distribution where these are infinite.
+    freedom: its degrees of freedom; infinite for the normal distribution.
     """
     scale = 2.0 * math.pi * math.sqrt(determinant(s))
     if math.isinf(freedom):
