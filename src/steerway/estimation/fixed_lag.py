@@ -59,7 +59,7 @@ class FixedLag:
         self.lag = lag
         self._rows: deque[_Row] = deque()
         # time, header, `fuse` of every structure, their weights
-        self._ready: list[tuple[float, Floats, list[Floats], Floats]] = []
+        self._ready: list[tuple[float, Floats, list[Floats], list[float]]] = []
         self._structures: tuple[Model, ...] = ()
         self._weights: Floats = np.empty(0)
         self._reversed: dict[int, tuple[Reversal, smoother.Room]] = {}
@@ -107,7 +107,7 @@ class FixedLag:
             if weight > _NEGLIGIBLE:
                 outs.append(self._by_structure(which, record, rows, apart))
                 weights.append(weight)
-        self._ready.append((first.time, first.header, outs, np.array(weights) / sum(weights)))
+        self._ready.append((first.time, first.header, outs, (np.array(weights) / sum(weights)).tolist()))
 
     def _by_structure(self, which: int, record: Rows, rows: list[_Row], apart: Floats) -> Floats:
         """(1, FUSED) `fuse` of the first row by one structure."""

@@ -171,6 +171,6 @@ def _ahead(
     for row, of_row in zip([len(track.time) - 1] if rows is None else rows, moments, strict=True):
         for horizon, each in zip(horizons, of_row, strict=True):
             latitude, longitude, azimuth = track.place_of(row, each[0], each[1])
-            nn, ne, ee = rotated(each, azimuth)
+            nn, ne, ee = map(float, rotated(each, azimuth))
             found.append((latitude, longitude, horizon, nn, ee, ne))
     return found

@@ -13,9 +13,8 @@ from steerway.core.gaps import LONGEST_GAP
 from steerway.core.linear_algebra import symmetric
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import COURSE, FUSED, SPEED, Bank, Model, bank_in, bank_size, packed
-from steerway.estimation.fit.selection import Structure
 from steerway.estimation.log.copies import FEW_STEPS, HELD
-from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, average, least_course_speed
+from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, Weighed, average, least_course_speed
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.stream_row import (
     AZIMUTH,
@@ -59,7 +58,7 @@ class Set(NamedTuple):
     learns: bool  # whether the weights are multiplied by the likelihood of every fix
 
 
-def set_of(structures: Sequence[WeighedModel | Structure], learns: bool = False) -> Set:
+def set_of(structures: Sequence[Weighed], learns: bool = False) -> Set:
     """The set of weighed structures."""
     return Set(tuple(each.model for each in structures), tuple(each.weight for each in structures), 0, (), learns)
 

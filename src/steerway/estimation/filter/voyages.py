@@ -32,8 +32,7 @@ from steerway.estimation.filter.model import (
 )
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.row import Asked, recall, run_record
-from steerway.estimation.fit.selection import Structure
-from steerway.estimation.log.course import SOG
+from steerway.estimation.log.course import SOG, Weighed
 from steerway.estimation.log.place import MOMENTS, mixed
 from steerway.estimation.log.run import Track
 
@@ -51,7 +50,7 @@ length. With half an hour, no coverage changes by 1 %."""
 
 
 def forecasts(
-    track: Track, structures: Sequence[Structure], horizons: Floats, rows: Sequence[int] | None = None
+    track: Track, structures: Sequence[Weighed], horizons: Floats, rows: Sequence[int] | None = None
 ) -> Floats:
     """Forecasts (rows, horizons, MOMENTS) in the plane, `horizons` (s, ascending) after these rows, or the last one."""
     horizons, weights, outs = np.asarray(horizons, float), [], []
