@@ -115,7 +115,7 @@ def assembled(
         process = np.array((each.decay, each.frequency, each.variance, each.acts_on, states), PROCESS)
         processes.append(process)
         companions[each.aid] = states
-        states += 2 if has_two_states(process) else 1
+        states += 2 if has_two_states(each.acts_on, each.frequency) else 1
         if each.acts_on in DRIVING:
             driving = states
     aids = np.array([(math.nan, 0)] * len(TABLE), AID)
