@@ -18,7 +18,14 @@ from steerway.estimation.steering.motion import HEADING, WATER_SPEED, YAW_RATE, 
 from steerway.estimation.steering.prediction import predict_bank
 from steerway.estimation.steering.receiver import ReceiverNoise
 from steerway.estimation.steering.response import Response
-from steerway.estimation.steering.start import any_heading, departing, drifting, hypotheses, straight_line
+from steerway.estimation.steering.start import (
+    any_heading,
+    departing,
+    drifting,
+    forget_speed_gain,
+    hypotheses,
+    straight_line,
+)
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
 """s and fixes of the first straight line, and s at most. Chosen: in longer a boat turns."""
@@ -47,6 +54,8 @@ _GATHERED = 1.4
 _UNSTEADY, _SETTLING = 0.25, 5.0
 """1σ of the speed beside its response, as a share, of a vehicle whose own speed loop begins, and s for which it does.
 Chosen: the loop of a motorboat by ArduPilot's Rover begins without thrust, and loses a third of its speed."""
+_DRIVEN_NOISE = 0.12
+"""1σ of the speed beside the one that the throttle makes, as a share of the usual speed. Chosen."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
 """σ of a measured yaw rate (rad/s), and the error of its time (s). Chosen: half of the interval at which
 vehicles send it.
@@ -83,6 +92,8 @@ class SteeringFilter:
         self._parameters = response.packed
         unsteady = max(response.speed_noise, _UNSTEADY if response.over_ground else 0.0)
         self._at_first = response._replace(speed_noise=unsteady).packed
+        self._driven = response._replace(speed_noise=_DRIVEN_NOISE, over_ground=False).packed
+        self._is_by_throttle = False  # the speed of the last order is the one that the throttle makes
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
         self._misfit = 2.0  # NIS in the mean of the last fixes
@@ -103,12 +114,18 @@ class SteeringFilter:
         """Whether the motion is known."""
         return len(self._mixture.states) > 0
 
-    def order(self, time: float, yaw_rate: float, speed: float) -> None:
+    def order(self, time: float, yaw_rate: float, speed: float, driven: float = math.nan) -> None:
         """What is ordered from now on: yaw rate (rad/s) as the boat settles at, speed through the water (m/s).
 
-        NaN where someone else steers, or the speed is not controlled.
+        NaN where someone else steers, or the speed is not controlled. driven: the speed through the water that the
+        throttle makes, m/s, NaN where that is not known. It counts while someone else steers, and at first afterwards.
         """
         _, rate, before = last = self._orders[-1]
+        at_first = math.isnan(rate) or time - self._taken < _SETTLING
+        is_driven = math.isfinite(driven) and (math.isnan(yaw_rate) or at_first)
+        if self._is_by_throttle and not is_driven and self.started:
+            forget_speed_gain(self._mixture.states, self._mixture.covariances, self.response)
+        self._is_by_throttle, speed = is_driven, driven if is_driven else speed
         if _same(rate, yaw_rate) and _same(before, speed):
             return
         if math.isnan(rate) and math.isfinite(yaw_rate):
@@ -142,10 +159,7 @@ class SteeringFilter:
             self._begin(time, START_TIME)
             return GOOD
         interval = max(time - self._time, 0.0)
-        parameters = self._at_first if time - self._taken < _SETTLING else self._parameters
-        predict_bank(
-            self._mixture.states, self._mixture.covariances, self._table, parameters, self.slow_std**2, self._time, time
-        )
+        predict_bank(*self._mixture[:2], self._table, self._parameters_at(time), self.slow_std**2, self._time, time)
         self._time = time
         self._drift_or_depart(time)
         kind, nis = take_position(
@@ -180,6 +194,12 @@ class SteeringFilter:
         self._ahead = (math.nan, self._ahead[1])
         self._deviations = None
         return kind
+
+    def _parameters_at(self, time):
+        """The response until a time after the last fix."""
+        if self._is_by_throttle:
+            return self._driven
+        return self._at_first if time - self._taken < _SETTLING else self._parameters
 
     def _read(self, number, std, what):
         """Use a reading of compass or gyro, NaN for none; its variance is learned where it is larger than said."""
@@ -251,7 +271,7 @@ class SteeringFilter:
         before, x = self._ahead
         if not before <= time:
             before, x = self._time, self._mixture.states[best]
-        x = moved_by_orders(x, self._table, self._parameters, before, time)
+        x = moved_by_orders(x, self._table, self._driven if self._is_by_throttle else self._parameters, before, time)
         self._ahead = time, x
         return x
 
