@@ -195,13 +195,13 @@ class SteeringFilter:
         self._deviations = None
         return kind
 
-    def _parameters_at(self, time):
+    def _parameters_at(self, time: float) -> Response:
         """The response until a time after the last fix."""
         if self._is_by_throttle:
             return self._driven
         return self._at_first if time - self._taken < _SETTLING else self._parameters
 
-    def _read(self, number, std, what):
+    def _read(self, number: float, std: float, what: int) -> None:
         """Use a reading of compass or gyro, NaN for none; its variance is learned where it is larger than said."""
         if not math.isfinite(number):
             return
@@ -209,7 +209,7 @@ class SteeringFilter:
         nis = take_number(*self._mixture, number, math.sqrt(larger) * std, what)
         self._larger[what] += _LEARNED * (min(larger * nis, _WORST) - self._larger[what])
 
-    def _way(self, time):
+    def _way(self, time: float) -> float:
         """1σ of the speed through the water (m/s) that is left of the usual one where the motor is known to idle; inf
         where it is not, and before the boat is at rest.
         """
