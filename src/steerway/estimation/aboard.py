@@ -1,6 +1,7 @@
-"""Estimators aboard: the measurements of one step in, one estimate out."""
+"""Estimators aboard: each step takes measurements and returns one estimate."""
 
 import math
+from collections.abc import Sequence
 
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
@@ -12,11 +13,11 @@ from steerway.estimation.stream import FiveStateFilter
 
 
 class HeadingTracker:
-    """Heading and yaw rate at and between the measurements of a compass and, where there is one, of a gyro.
+    """Heading and yaw rate from a compass and, where there is one, a gyro, at the measurements and between them.
 
-    A critically damped observer of a constant rate, `bandwidth` in rad/s: both its poles are e^{−ωT} for measurements T
-    apart (Brookner, Tracking and Kalman Filtering Made Easy, 1998, section 1.2.6). After `patience` s without a compass
-    both are unknown.
+    A critically damped observer of a constant rate, `bandwidth` ω in rad/s: both its poles are e^{−ωT} for measurements
+    an interval T apart (Brookner, Tracking and Kalman Filtering Made Easy, 1998, section 1.2.6). After `patience` s
+    without a compass, heading and yaw rate are NaN.
     """
 
     def __init__(self, bandwidth: float = 2.0, patience: float = 2.0):
@@ -44,13 +45,13 @@ class HeadingTracker:
             self.heading = self.yaw_rate = math.nan
         return self.heading, self.yaw_rate
 
-    def _begin(self, heading):
+    def _begin(self, heading: float) -> None:
         self.heading = heading
         self._since_compass = 0.0
         if math.isnan(self.yaw_rate):
             self.yaw_rate = 0.0
 
-    def _correct(self, heading, gyro):
+    def _correct(self, heading: float, gyro: bool) -> None:
         error = wrap(heading - self.heading)
         left = math.exp(-self.bandwidth * self._since_compass)
         self.heading = wrap(self.heading + (1.0 - left * left) * error)
@@ -60,9 +61,9 @@ class HeadingTracker:
 
 
 class FilterEstimator:
-    """A filter by a profile for motion over ground, the heading tracker for heading and yaw rate.
+    """A `FiveStateFilter` for the motion over ground, and a `HeadingTracker` for heading and yaw rate.
 
-    slow_std: 1σ (m) of the receiver's slow error, by the kind of its fixes, see `core.slow_error`.
+    slow_std: 1σ (m) of the receiver's slow error, see `core.slow_error`.
     """
 
     def __init__(
@@ -83,16 +84,17 @@ class FilterEstimator:
             self.filter.update_north_east(north, east)
         if self.filter.aid:
             self.filter.aid_by(sog, cog, heading, water_speed, yaw_rate)
-        *motion, relative = self.filter.output()
-        turning = self.tracker.step(heading, yaw_rate, dt)
-        return Estimate(*motion, math.hypot(relative, self._slow_std), *turning, position_relative_std=relative)
+        north, east, sog, cog, rate, sog_std, cog_std, rate_std, relative = self.filter.output()
+        std, turning = math.hypot(relative, self._slow_std), self.tracker.step(heading, yaw_rate, dt)
+        motion = Estimate(north, east, sog, cog, rate, sog_std, cog_std, rate_std, std, *turning)
+        return motion._replace(position_relative_std=relative)
 
 
 class AtFaceValue:
-    """The last measurements without a filter. For control on true states, as the papers compare with."""
+    """The last measurements without a filter: for control by true states, with which the papers compare."""
 
-    def __init__(self):
-        self._last = NO_MEASUREMENTS
+    def __init__(self) -> None:
+        self._last: Sequence[float] = NO_MEASUREMENTS
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""
@@ -105,9 +107,10 @@ class AtFaceValue:
 class ComposedEstimator:
     """An estimator whose heading, speed or both come from further filters.
 
-    ground: gives the rest. heading: takes compass, orders and GNSS velocity; a gyro, where there is one, gives the yaw
-    rate. speed: takes accelerometer, receiver's speed and logs; its speed along the hull stands for the speed over
-    ground.
+    Args:
+        ground: estimates everything else.
+        heading: takes compass, orders and GNSS velocity. A gyro, where there is one, replaces its yaw rate.
+        speed: takes accelerometer, the receiver's SOG and speed logs. Its speed along the hull replaces the SOG.
     """
 
     def __init__(
@@ -116,7 +119,7 @@ class ComposedEstimator:
         self.ground, self.heading, self.speed = ground, heading, speed
 
     def order(self, yaw: float, speed: float = math.nan) -> None:
-        """The autopilot's output, and the speed (m/s) that it would settle at, in force until the next order."""
+        """Note the yaw order of the autopilot and the ordered speed (m/s), both in force until the next order."""
         if self.heading is not None:
             self.heading.order(yaw, speed)
 

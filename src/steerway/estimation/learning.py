@@ -1,7 +1,7 @@
-"""LearningFilter: a filter that begins from a broad prior and infers vessel and receiver anew while it runs.
+"""LearningFilter: a filter that starts from a broad prior and infers vessel and receiver while it runs.
 
-The latest fixes are kept in a window. From time to time the inference of `estimate` runs on it, in the background; the
-weight then goes over to what was found within some seconds, so that the estimate makes no jump.
+A window keeps the latest fixes. The inference of `estimate` runs on the window from time to time, in the background.
+The estimate then blends to the structures found within some seconds, without a jump.
 """
 
 import logging
@@ -13,10 +13,10 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.gaps import LONGEST_GAP
-from steerway.estimation.filter.model import FUSED, Bank, empty_bank, room_to_keep
+from steerway.estimation.filter.model import FUSED, Bank, Model, empty_bank, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
-from steerway.estimation.fit.selection import infer
+from steerway.estimation.fit.selection import Structure, infer
 from steerway.estimation.log.digits import quantum_of
 from steerway.estimation.log.record import Measurements, extrapolated, measurements
 from steerway.estimation.running import Set, set_of
@@ -27,24 +27,25 @@ from steerway.estimation.vessel.inferred import InferredProfile, prior_profile
 
 LOG = logging.getLogger("steerway.live")
 _WINDOW, _ROWS = 1200.0, 12_000
-"""s and rows that are kept. Chosen: the rows of 10 Hz, five times `selection.MANY`."""
+"""Length of the window, s and rows: the rows of 10 Hz, eight times `selection.MANY`."""
 _FIRST, _FEWEST = 60.0, 100
-"""s and fixes after which vessel and receiver are inferred first: about what `tune` needs. Chosen."""
+"""s and fixes before the first inference: about the least that `tune` needs."""
 _LATER, _LATEST = 2.0, 600.0
-"""Factor from one inference to the next, and s between two at most: the window is then half another one. Chosen."""
+"""Ratio of the times of two inferences, and longest time between them (s), in which half the window is replaced."""
 _UNKNOWN = float("nan")
+_NO_FIX = (_UNKNOWN, _UNKNOWN, 1.0)
 _AIDS = 6
-"""Columns of a row of the window before its aids: time, place in the plane, excess, latitude and longitude."""
+"""Columns of the window before the aids: time, position in the plane (2), excess, latitude and longitude."""
 
 
 class LearningFilter(FiveStateFilter):
-    """A `FiveStateFilter` that learns its profile.
+    """A `FiveStateFilter` that infers its profile while it runs.
 
     Args:
-        start: profile to begin with, None for the prior.
-        aid: as of `FiveStateFilter`; "auto" for the receiver's SOG and COG where they predict the fixes better.
-        background: whether inferences run in a thread; otherwise within the row that makes one due, as in a replay.
-        keep: called with every profile that is found, in the background.
+        start: first profile, None for the prior.
+        aid: as for `FiveStateFilter`; "auto" uses the receiver's SOG and COG where they predict the fixes better.
+        background: whether inferences run in a thread; otherwise a row that makes one due waits for it, as in a replay.
+        keep: called with every inferred profile, in the thread of the inference.
     """
 
     def __init__(
@@ -59,14 +60,14 @@ class LearningFilter(FiveStateFilter):
         super().__init__(start or prior_profile(), tuple(dict.fromkeys(used)), learns=start is None)
         self.background, self.keep = background, keep
         self.learned = start
-        self._rows: deque = deque(maxlen=_ROWS)
+        self._rows: deque[Floats] = deque(maxlen=_ROWS)
         self._due = _FIRST
         self._thread: threading.Thread | None = None
         self._found: tuple[Set, list[Bank], float, Measurements | None] | None = None
         self._measurements: Measurements | None = None
 
     def reset(self) -> None:
-        """Return to the state before the first fix; what was learned stays."""
+        """Return to the state before the first fix; the inferred profile stays."""
         super().reset()
         self._rows.clear()
         self._found, self._due, self._measurements = None, _FIRST, None
@@ -85,7 +86,7 @@ class LearningFilter(FiveStateFilter):
         aids: Sequence[float] | Floats | None = None,
         position_std: float = _UNKNOWN,
     ) -> tuple[list[float], float, int]:
-        """As of `FiveStateFilter.row`."""
+        """See `FiveStateFilter.row`."""
         if dt > LONGEST_GAP:
             self._rows.clear()
             self._measurements = None
@@ -94,18 +95,18 @@ class LearningFilter(FiveStateFilter):
         self._infer_if_due()
         return found
 
-    def _advance(self, dt, first, second, excess, aids):
+    def _advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
         measured = self._measured(self._running.elapsed + dt, first)
         super()._advance(dt, measured, second, excess, aids)
         if np.isfinite(first) or len(aids):
             given = aids[0] if len(aids) else _UNKNOWN
             place = self._running.state[[LATITUDE, LONGITUDE]] if self._geodetic and np.isfinite(first) else _UNKNOWN
-            self._rows.append(_row(self._running.elapsed, first, second, excess, given, place))
+            self._rows.append(_row(self._running.elapsed, (first, second, excess), given, place))
             while self._rows[0][0] < self._running.elapsed - _WINDOW:
                 self._rows.popleft()
 
-    def _measured(self, time, first):
-        """The first coordinate of a fix, NaN of one that the receiver extrapolated."""
+    def _measured(self, time: float, first: float) -> float:
+        """The first coordinate of a fix; NaN for a fix that the receiver extrapolated."""
         if self._measurements is None or not np.isfinite(first):
             return first
         if not self._measurements.include(time):
@@ -113,7 +114,7 @@ class LearningFilter(FiveStateFilter):
         self._measurements = self._measurements._replace(last=time)
         return first
 
-    def _infer_if_due(self):
+    def _infer_if_due(self) -> None:
         elapsed = self._running.elapsed
         if self._thread is not None or self._found is not None or elapsed < self._due or len(self._rows) < _FEWEST:
             return
@@ -125,7 +126,7 @@ class LearningFilter(FiveStateFilter):
         self._thread = threading.Thread(target=self._infer, args=(rows,), daemon=True, name="inference")
         self._thread.start()
 
-    def _infer(self, rows):
+    def _infer(self, rows: list[Floats]) -> None:
         try:
             record, when = _record(rows)
             known = [name for name, column in zip(AIDS, record.aids.T, strict=False) if np.isfinite(column).any()]
@@ -138,19 +139,19 @@ class LearningFilter(FiveStateFilter):
             if self.keep is not None:
                 self.keep(self.learned)
             self._found = running, banks, rows[-1][0], when
-        except Exception:  # the filter goes on with what it has
-            LOG.exception("vessel and receiver could not be inferred anew")
+        except Exception:  # the filter goes on with its present structures
+            LOG.exception("the inference of vessel and receiver failed; the filter keeps its profile")
         finally:
             self._thread = None
 
-    def _structures(self, record, aids):
+    def _structures(self, record: Rows, aids: list[str]) -> tuple[Structure, ...]:
         if not self._auto:
             return infer(record, aids).structures
         structures = infer(record, [name for name in aids if name not in VELOCITY]).structures
         return infer(record, aids).structures if velocity_in(record, structures) else structures
 
-    def _go_over(self):
-        """Take up what was found, with the fixes that came meanwhile."""
+    def _go_over(self) -> None:
+        """Switch to the inferred structures, after running them over the fixes that came during the inference."""
         if self._found is None or self._running.set.fading:
             return
         (running, banks, until, self._measurements), self._found = self._found, None
@@ -158,34 +159,40 @@ class LearningFilter(FiveStateFilter):
         for each in since:
             each[1] = self._measured(each[0], each[1])
         record = _columns([_row(until), *since, _row(self._running.elapsed)])
-        for each, bank in zip(running.structures, banks, strict=True):
-            _run(record, each, bank)
+        for model, bank in zip(running.structures, banks, strict=True):
+            _run(record, model, bank)
         self._running.take_up(running, banks)
 
 
-def _run(record, model, bank):
-    """Over a record by one structure; its bank goes on from where it is, or begins."""
+def _run(record: Rows, model: Model, bank: Bank) -> None:
+    """Filter a record with one model; its bank continues from its state, or starts."""
     run_record(record, model, bank, Asked(np.empty((0, FUSED + 2)), np.empty(0), room_to_keep(0, model), 0))
 
 
-def _row(time, first=_UNKNOWN, second=_UNKNOWN, excess=1.0, aids=_UNKNOWN, place=_UNKNOWN) -> Floats:
-    """A row of the window in one array, which takes less memory than its numbers: there are up to 12,000."""
+def _row(
+    time: float, fix: Sequence[float] = _NO_FIX, aids: float | Floats = _UNKNOWN, place: float | Floats = _UNKNOWN
+) -> Floats:
+    """A row of the window, in one array to save memory. fix: position in the plane and excess. place: (2,) rad."""
     row = np.empty(_AIDS + len(AIDS))
-    row[:4], row[4:_AIDS], row[_AIDS:] = (time, first, second, excess), place, aids
+    row[:4], row[4:_AIDS], row[_AIDS:] = (time, *fix), place, aids
     return row
 
 
-def _columns(rows) -> Rows:
-    """Rows of a window as columns."""
+def _columns(rows: Sequence[Floats]) -> Rows:
+    """The rows of a window as a record."""
     table = np.array(rows)
     aids = table[:, _AIDS:].copy()
     if not np.isfinite(aids).any():
         aids = np.empty((0, len(AIDS)))
-    return Rows(*table[:, :4].T.copy(), aids, np.empty(0, np.int64))
+    time, north, east, excess = table[:, :4].T.copy()
+    return Rows(time, north, east, excess, aids, np.empty(0, np.int64))
 
 
-def _record(rows) -> tuple[Rows, Measurements | None]:
-    """Rows of a window as a record in the plane of the filter, and when the receiver measures."""
+def _record(rows: Sequence[Floats]) -> tuple[Rows, Measurements | None]:
+    """The measured fixes of a window as a record in the plane of the filter, and when the receiver measures.
+
+    Fixes that the receiver extrapolated are NaN.
+    """
     record = _columns(rows)
     time, north, east, *_ = record
     fixed = np.flatnonzero(np.isfinite(north))

@@ -11,7 +11,7 @@ from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
 AnyProfile = Profile | InferredProfile | str | Path | None
-_ONE_TIME = 1e-3  # s: what a file with one time for all its points rounds to
+_ONE_TIME = 1e-3  # s: times of a log that differ by no more are one time, rounded
 
 
 def estimate(
@@ -26,16 +26,16 @@ def estimate(
     """SOG, COG and course rate of every vessel in `fixes`, smoothed: every row uses the whole record.
 
     Args:
-        fixes: measurements of receivers and instruments. Accuracy that a receiver reports (`position_std`) scales the
-            noise of a fix relative to what it usually reports.
+        fixes: measurements of receivers and instruments. The accuracy that a receiver reports (`position_std`), over
+            its usual one, scales the noise of a fix.
         profile: a profile, the name of a built-in one or a .toml file. None infers vessel and receiver from the log:
-            several structures are fitted, and the estimate is their mean, weighted by their evidence. Reports of many
-            vessels (with `mmsi`) are filtered by the built-in profile "ais" then.
-        aid: what to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate". Their noise is
-            inferred too where no profile is given. "auto" uses the receiver's SOG and COG where the fixes are predicted
-            better with them; with a profile, where its structures have them.
-        rate: rows a second in the result (Hz); None gives a row a fix.
-        causal: use only what was known at the time of each row, as on board; this is what `steerway live` gives.
+            several structures are fitted, and the estimate is their mean, weighted by their evidence. Without a
+            profile, reports of many vessels (with `mmsi`) are filtered by the built-in profile "ais".
+        aid: measurements to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate". Without a
+            profile, their noise is inferred too. "auto" uses the receiver's SOG and COG where they predict the fixes
+            better; with a profile, where its structures have parts for them.
+        rate: rows per second of the result (Hz); None gives one row for every fix.
+        causal: use only earlier measurements for every row, as on board and in `steerway live`.
         smooth: False is the same as `causal=True`, True is the default.
 
     Raises InputError for an unknown profile, aid or rate, where `causal` and `smooth` are both true, and for a log of
@@ -45,16 +45,16 @@ def estimate(
 
 
 def is_smoothed(causal: bool, smooth: bool | None) -> bool:
-    """Whether these arguments of `estimate` ask for the smoothed estimate. Raises InputError where both are true."""
+    """Whether `estimate` smooths with these arguments. Raises InputError where both are true."""
     if causal and smooth:
         raise InputError("causal and smooth are both true, expected one of them at most")
     return not causal and smooth is not False
 
 
 class LogEstimator:
-    """The estimator of a log: by a profile, or by what is inferred from the log; arguments as `estimate`.
+    """The estimator of a log, by a given profile or one inferred from the log; arguments as for `estimate`.
 
-    `inference` has all that competed, None with a profile given.
+    `inference` contains the fits of all structures that were compared; None with a given profile.
     """
 
     profile: Profile | InferredProfile
@@ -75,7 +75,7 @@ class LogEstimator:
                 self.aid = tuple(dict.fromkeys((*self.aid, *velocity_parts(self.profile))))
 
     def motion(self, fixes: Fixes, rate: float | None = None, smooth: bool = False) -> Motion:
-        """The estimate of the log or a part of it. Raises InputError for an impossible rate."""
+        """The estimate of the log or a part of it. Raises InputError for a rate out of range."""
         return motion_of(fixes, self.profile, self.aid, rate, smooth)
 
     def smooth(self, fixes: Fixes) -> Motion:
@@ -84,7 +84,7 @@ class LogEstimator:
 
 
 def _refuse(fixes: Fixes) -> None:
-    """InputError for what is no record, and for that of one vessel without two positions at different times."""
+    """Raise InputError for other types than Fixes, and for a log of one vessel with less than two positions in time."""
     if not isinstance(fixes, Fixes):
         raise InputError(
             f"fixes are given as {type(fixes).__name__}, expected Fixes, as steerway.read(path) returns them"
@@ -96,9 +96,9 @@ def _refuse(fixes: Fixes) -> None:
 
 
 def choose_profile(fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()) -> Profile | InferredProfile:
-    """The profile meant by `profile`; for None what `estimate` would use: inferred from the log, with these aids.
+    """The profile named by `profile`, or for None the one that `estimate` uses: inferred from the log with these aids.
 
-    Reports of many vessels have the built-in profile "ais". Raises InputError as `estimate` does.
+    For reports of many vessels that is the built-in profile "ais". Raises InputError as `estimate` does.
     """
     if profile is not None:
         return profile_of(profile)

@@ -1,4 +1,4 @@
-"""`predict`: where every vessel of a record will be, and how sure that is (motion prediction from AIS, P0 §1)."""
+"""`predict`: later positions of every vessel of a record, with covariances (motion prediction from AIS, P0 §1)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from steerway.core.arrays import Floats, Ints
 from steerway.core.errors import InputError
 from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import Fixes, Record
@@ -14,6 +15,7 @@ from steerway.estimation.filter.voyages import forecasts
 from steerway.estimation.log.place import rotated
 from steerway.estimation.log.run import Track
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
+from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 
 if TYPE_CHECKING:
@@ -25,20 +27,20 @@ LONGEST_HORIZON = 3600.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Prediction(Record):
-    """Positions to come: one row a vessel and horizon. Shapes: every array (n,); mmsi None for one's own boat."""
+    """Predicted positions, one row for every vessel and horizon: arrays (n,). `mmsi` is None for your own boat."""
 
-    time: np.ndarray  # Unix UTC, of the predicted position
-    latitude: np.ndarray  # rad
-    longitude: np.ndarray  # rad, [−π, π)
-    horizon: np.ndarray  # s since the vessel's last report
-    variance_north: np.ndarray  # m²
-    variance_east: np.ndarray  # m²
-    covariance: np.ndarray  # of north and east, m²
-    mmsi: np.ndarray | None = None
+    time: Floats  # Unix UTC, of the predicted position
+    latitude: Floats  # rad
+    longitude: Floats  # rad, [−π, π)
+    horizon: Floats  # s since the vessel's last report
+    variance_north: Floats  # m²
+    variance_east: Floats  # m²
+    covariance: Floats  # of north and east, m²
+    mmsi: Ints | None = None
 
     @property
-    def ellipse(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Half axes of the 95 % ellipse (m, the longer first) and the direction of the longer one (rad from north)."""
+    def ellipse(self) -> tuple[Floats, Floats, Floats]:
+        """Half axes of the 95 % ellipse (m, the longer first), and direction of the longer one (rad from north)."""
         mean, half = 0.5 * (self.variance_north + self.variance_east), 0.5 * (self.variance_north - self.variance_east)
         spread = np.hypot(half, self.covariance)
         chi_square = -2.0 * np.log(0.05)  # two degrees of freedom, 95 %
@@ -77,21 +79,22 @@ def predict(
 ) -> Prediction:
     """Position and covariance of every vessel, `horizons` seconds after the end of the record.
 
-    Vessels without a report for longer than `LONGEST_GAP` are left out.
+    Vessels whose last report is older than `LONGEST_GAP` are left out.
 
     Args:
         fixes: reports up to now.
-        horizons: 0 to 3600 s.
+        horizons: more than 0 s and at most 3600 s.
         profile: as for `estimate`.
-        aid: as for `estimate`; None takes the SOG and COG that AIS reports transmit, and positions alone otherwise.
+        aid: as for `estimate`; None uses the SOG and COG of AIS reports, and positions alone for other records.
 
     Raises InputError for a horizon out of range and as `estimate` does.
     """
-    horizons = np.atleast_1d(np.asarray(horizons, float))
-    wrong = horizons[~((horizons > 0.0) & (horizons <= LONGEST_HORIZON))]
+    wanted = np.atleast_1d(np.asarray(horizons, float))
+    wrong = wanted[~((wanted > 0.0) & (wanted <= LONGEST_HORIZON))]
     if len(wrong):
         raise InputError(f"horizon is {wrong[0]:g}, expected more than 0 and at most {LONGEST_HORIZON:g} s")
-    profile, aid = _chosen(fixes, profile, aid)
+    aid = _aids_of(fixes, aid)
+    profile = choose_profile(fixes, profile, aid)
     fixes = fixes.rows(fixes.has_position & np.isfinite(fixes.time))
     if len(fixes) == 0:
         raise InputError("the log has no position with a time, expected at least one")
@@ -101,12 +104,10 @@ def predict(
         silent = now - track.time[-1]
         if silent > LONGEST_GAP:
             continue
-        found = _ahead(profile, aid, track, None, silent + horizons)
-        rows += [(now + horizon, *each) for horizon, each in zip(horizons, found, strict=True)]
-        vessels += [mmsi] * len(horizons)
-    columns = np.array(rows, float).reshape(-1, 7).T
-    mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
-    return Prediction(*columns, mmsi=mmsi)
+        found = _ahead(profile, aid, track, None, silent + wanted)
+        rows += [(now + horizon, *each) for horizon, each in zip(wanted, found, strict=True)]
+        vessels += [mmsi] * len(wanted)
+    return _prediction(np.array(rows, float), None if fixes.mmsi is None else np.array(vessels, np.int64))
 
 
 def hindcast(
@@ -115,20 +116,22 @@ def hindcast(
     spacing: float = 0.0,
     profile: AnyProfile = None,
     aid: tuple[str, ...] | None = None,
-) -> tuple[np.ndarray, Prediction]:
-    """What `predict` would have given at earlier rows of the record of one vessel, each from the rows up to it.
+) -> tuple[Ints, Prediction]:
+    """Predictions from earlier rows of the record of one vessel, each by the rows up to it.
 
     Args:
         track: rows with positions of one vessel, in order of time.
         horizons: s after each of the rows.
         spacing: least time between two of the rows, s.
-        profile, aid: as for `predict`; a profile that is None is chosen from the whole record.
+        profile, aid: as for `predict`; for None, the profile that `estimate` uses for the whole record.
 
-    Returns the rows (n,) and the predictions from them, n times as many as horizons, horizons within rows.
+    Returns the rows (n,), and predictions (n × horizons,): all horizons of the first row, then those of the next.
     Raises InputError as `estimate` does.
     """
-    profile, aid = _chosen(track, profile, aid)
-    rows, last = [], -np.inf
+    aid = _aids_of(track, aid)
+    profile = choose_profile(track, profile, aid)
+    rows: list[int] = []
+    last = -np.inf
     for row, moment in enumerate(track.time):
         if moment - last >= spacing:
             rows, last = [*rows, row], moment
@@ -136,18 +139,26 @@ def hindcast(
     times = (np.asarray(track.time)[rows][:, None] + np.asarray(horizons, float)).ravel()
     columns = np.column_stack([times, np.array(found, float).reshape(-1, 6)])
     mmsi = None if track.mmsi is None else np.full(len(columns), track.mmsi[0])
-    return np.array(rows, int), Prediction(*columns.reshape(-1, 7).T, mmsi=mmsi)
+    return np.array(rows, int), _prediction(columns, mmsi)
 
 
-def _chosen(fixes, profile, aid):
-    """The profile of `predict`, and the aids."""
+def _prediction(table: Floats, mmsi: Ints | None) -> Prediction:
+    """The prediction whose columns before `mmsi` are those of a table (n, 7)."""
+    time, latitude, longitude, horizon, nn, ee, ne = table.reshape(-1, 7).T
+    return Prediction(time, latitude, longitude, horizon, nn, ee, ne, mmsi)
+
+
+def _aids_of(fixes: Fixes, aid: tuple[str, ...] | None) -> tuple[str, ...]:
+    """The aids that `predict` uses."""
     if aid is None:
-        aid = ("sog", "cog") if fixes.mmsi is not None else ()
-    return choose_profile(fixes, profile, aid), aid
+        return ("sog", "cog") if fixes.mmsi is not None else ()
+    return aid
 
 
-def _ahead(profile, aid, fixes, rows, horizons):
-    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) at horizons within these rows; rows None: after the last."""
+def _ahead(
+    profile: Profile | InferredProfile, aid: tuple[str, ...], fixes: Fixes, rows: list[int] | None, horizons: Floats
+) -> list[tuple[float, float, float, float, float, float]]:
+    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) for all horizons of every row; for None, of the last row."""
     track = Track(fixes, aid, recognises=profile.recognises)
     if isinstance(profile, Profile):
         (_, model), (_, on_average) = *profile.models(aid), *profile.on_average.models(aid)
@@ -160,6 +171,6 @@ def _ahead(profile, aid, fixes, rows, horizons):
     for row, of_row in zip([len(track.time) - 1] if rows is None else rows, moments, strict=True):
         for horizon, each in zip(horizons, of_row, strict=True):
             latitude, longitude, azimuth = track.place_of(row, each[0], each[1])
-            nn, ne, ee = rotated(each, azimuth)
+            nn, ne, ee = map(float, rotated(each, azimuth))
             found.append((latitude, longitude, horizon, nn, ee, ne))
     return found

@@ -1,9 +1,9 @@
-"""Running: weighed structures that run together, fix by fix, with their whole state in one array."""
+"""Running: weighed structures that are filtered together, fix by fix, with their whole state in one array."""
 
 import math
 from collections.abc import Sequence
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from steerway.core.linear_algebra import symmetric
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import COURSE, FUSED, SPEED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.copies import FEW_STEPS, HELD
-from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, average, least_course_speed
+from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, Weighed, average, least_course_speed
 from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.stream_row import (
     AZIMUTH,
@@ -40,38 +40,41 @@ from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 from steerway.estimation.vessel.flat import WeighedModel
 
 FADE = 10.0
-"""s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
+"""s in which the estimate blends from one set of structures to the next: a few fixes of a usual receiver."""
 _LEAST_SPEED = 1e-6
-"""m/s, to divide by: at rest course means nothing."""
+"""m/s: least divisor for a speed. At rest the course is undefined."""
 LEAST_LOG_WEIGHT = -40.0
-"""No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though. Chosen:
-e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
+"""Least log weight of a structure whose weight is learned, so that none is ever excluded: a structure that is lost may
+predict fixes well later. e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
 
 
 class Set(NamedTuple):
-    """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
+    """Structures that are filtered together."""
 
-    structures: tuple[Model, ...]
-    weights: tuple[float, ...]
-    fading: int
-    fading_weights: tuple[float, ...]
-    learns: bool
+    structures: tuple[Model, ...]  # those that fade out first
+    weights: tuple[float, ...]  # at the start, or where structures fade out, at the end of that
+    fading: int  # number of structures that fade out
+    fading_weights: tuple[float, ...]  # their weights when the fading began
+    learns: bool  # whether the weights are multiplied by the likelihood of every fix
 
 
-def set_of(structures, learns: bool = False) -> Set:
+def set_of(structures: Sequence[Weighed], learns: bool = False) -> Set:
     """The set of weighed structures."""
     return Set(tuple(each.model for each in structures), tuple(each.weight for each in structures), 0, (), learns)
 
 
 class Running:
-    """A `Set` and what it has made of the fixes so far.
+    """A `Set` and the state of its filters.
 
-    `set`, its `banks` and `weights` (structures,) are those of now; `state` is everything in one array: a header (see
-    `stream_row`), of which banks and weights are what follows. `plain` is the model of a single structure that the
-    paper's Table 1 serves, None of others: its kernels are called with `state`, `least_speed` (m/s, below which no
-    course is stated) and `room` for the estimate, with `is_current` set to whether that is the one of now.
+    Attributes:
+        state: everything in one array: a header (see `stream_row`), then the weights and the banks.
+        set, weights, banks: the structures, their present weights (structures,) and banks; views of `state`.
+        plain: the model of a single structure that the paper's Table 1 serves, else None. Its kernels take `state`,
+            `least_speed` and `room`.
+        least_speed: m/s, below which no course is stated.
+        room: the estimate (9,), up to date where `is_current` is true.
 
-    steerageway: of the profile, m/s. may_be_plain: whether Table 1 may serve at all, without aids and lag.
+    steerageway: of the profile, m/s. may_be_plain: whether Table 1 may serve: only without aids and lag.
     """
 
     def __init__(self, running: Set, steerageway: float, may_be_plain: bool):
@@ -79,10 +82,10 @@ class Running:
         self._arrange(running, None)
 
     def _arrange(self, running: Set, header: Floats | None) -> None:
-        """Make room for a set of structures."""
+        """Allocate the state of a set of structures."""
         self.set = running
         n = len(running.structures)
-        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
+        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, lambda model: model.sizes)]
         space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
         self.state = np.zeros(HEADER + n + sum(space))
         if header is not None:
@@ -91,7 +94,7 @@ class Running:
         self.weights[:] = running.weights
         self._outs = np.full((n, FUSED + 3), np.nan)
         self.banks: list[Bank] = []
-        self._groups = []
+        self._groups: list[Alike] = []
         for (sizes, models), size in zip(groups, space, strict=True):
             banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
             outs = self._outs[len(self.banks) : len(self.banks) + len(models)]
@@ -106,10 +109,10 @@ class Running:
         self.least_speed = least_course_speed(weighed, self._steerageway)
         self.is_current = False
 
-    def __getstate__(self) -> dict:
+    def __getstate__(self) -> dict[str, Any]:
         return {"made": (self._steerageway, self._may_be_plain), "own": self.snapshot()}
 
-    def __setstate__(self, state: dict) -> None:
+    def __setstate__(self, state: dict[str, Any]) -> None:
         self._steerageway, self._may_be_plain = state["made"]
         snapshot = state["own"]
         self._arrange(snapshot[0], None)  # views, which copies and pickles would make arrays of their own
@@ -121,7 +124,7 @@ class Running:
         return self.state.item(ELAPSED)
 
     def snapshot(self) -> tuple[Set, Floats]:
-        """The whole state, for `restore`, of these structures or others."""
+        """A copy of the whole state, with its structures, for `restore`."""
         return self.set, self.state.copy()
 
     def restore(self, snapshot: tuple[Set, Floats]) -> None:
@@ -134,9 +137,9 @@ class Running:
         self.is_current = False
 
     def advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
-        """Advance by dt (s) and take what is measured then: a place in the plane (m) and aids (1 or 0, a).
+        """Advance by dt (s), then take a fix in the plane (m; NaN for none) and aids (1 or 0, aids).
 
-        The place is NaN for none; excess: its variance over the usual one.
+        excess: variance of the fix over the usual one.
         """
         self.is_current = False
         if dt > LONGEST_GAP:
@@ -148,18 +151,18 @@ class Running:
             self._fade(dt)
         for each in self._groups:
             each.step(dt, first, second, excess, aids)
-        self.state[ELAPSED] += dt  # another array where the older structures have just gone
+        self.state[ELAPSED] += dt  # a new array if `_fade` has just dropped the older structures
         if self.set.learns and math.isfinite(first):
             self._learn()
 
-    def _learn(self):
+    def _learn(self) -> None:
         logs = np.log(self.weights) + self._outs[:, LOG_DENSITY]
         logs = np.maximum(logs - logs.max(), LEAST_LOG_WEIGHT)
         weights = np.exp(logs)
         self.weights[:] = weights / weights.sum()
 
-    def _fade(self, dt):
-        """Let the weight go over to the newer structures."""
+    def _fade(self, dt: float) -> None:
+        """Shift weight to the newer structures, and drop the older ones at the end of FADE."""
         running, state = self.set, self.state
         state[FADED] += dt
         share = min(state[FADED] / FADE, 1.0)
@@ -173,7 +176,7 @@ class Running:
         self.weights[running.fading :] = share * np.array(running.weights[running.fading :])
 
     def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
-        """Go over to other structures without a jump; their banks know the fixes so far in the plane of these."""
+        """Begin to blend to other structures; their banks have taken the fixes so far, in the same plane."""
         older, old, weights = self.set, self.banks, self.weights.copy()
         n = len(older.structures)
         joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
@@ -182,24 +185,24 @@ class Running:
         self.weights[:n], self.weights[n:] = weights, 0.0
         self.state[FADED] = 0.0
 
-    def _copy_banks(self, banks):
+    def _copy_banks(self, banks: Sequence[Bank]) -> None:
         for bank, from_ in zip(self.banks, banks, strict=True):
             for part, other in zip(bank, from_, strict=True):
                 part[...] = other
 
     def is_copy(self, latitude: float, longitude: float) -> bool:
-        """Whether a fix is the one before once more, though the boat has moved on by steps that fixes resolve."""
+        """Whether a fix repeats the one before, although the boat has moved by more than the resolution of fixes."""
         state = self.state
         if latitude != state[LATITUDE] or longitude != state[LONGITUDE] or not 0.0 < state[SINCE] <= HELD:
             return False
         return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
 
     def weighed(self, column: int) -> float:
-        """Mean of a column of the last row, NIS or WRONG of `stream_row`."""
+        """Weighted mean over the structures of a column of the last row, NIS or WRONG of `stream_row`."""
         return float(self.weights @ self._outs[:, column])
 
     def estimate(self) -> Floats:
-        """The estimate now (9,), in the plane."""
+        """The present estimate (9,) in the plane; columns: see `log.course`."""
         if not self.is_current:
             self._combine()
             doubt_slide(self.state, self.room)
@@ -207,8 +210,7 @@ class Running:
         return self.room
 
     def settle(self) -> Floats:
-        """As `estimate`, behind a row: notes the speed, whether it is known from now on, and whether the receiver may
-        slide in."""
+        """As `estimate`, once after every row: also notes the speed, and whether it is known (`stream_row.settle`)."""
         self._combine()
         settle(self.state, self.room)
         self.is_current = True
@@ -221,7 +223,7 @@ class Running:
             average(self._outs, self.weights, self.least_speed, self.room)
 
     def moments(self) -> tuple[Floats, Floats]:
-        """State and covariance as of `motion_moments`."""
+        """State and covariance, see `motion_moments`."""
         return motion_moments(self.set.structures, self.banks, self.weights)
 
     def position_covariance(self) -> Floats:
@@ -243,16 +245,16 @@ class Running:
 
 
 def output_of(state: Floats, estimate: Floats, is_geodetic: bool) -> list[float]:
-    """An estimate (9,) in the plane, of which `state` is the place and whether the speed is known, as a list: position
-    (rad, or m in the plane), SOG, COG, course rate and 1σ of these three and of position."""
+    """The output for an estimate (9,) in the plane: position (rad, or m in the plane), SOG, COG, course rate, 1σ of
+    these three and of position. state: header that locates the plane, see `stream_row`."""
     place = place_of(state, estimate) if is_geodetic else (estimate.item(NORTH), estimate.item(EAST))
     if state[KNOWN] != 1.0:
         return [*place, *[math.nan] * 6, estimate.item(POSITION_STD)]
     return [*place, estimate.item(SOG), true_course(state, estimate), *estimate[RATE:].tolist()]
 
 
-def motion_moments(models, banks, weights) -> tuple[Floats, Floats]:
-    """State [x^n y^n U χ ω_χ …] and covariance of one mode (n, n), or of the mixture of all (5,) and (5, 5).
+def motion_moments(models: Sequence[Model], banks: Sequence[Bank], weights: Floats) -> tuple[Floats, Floats]:
+    """State [x^n y^n U χ ω_χ …] and covariance: (n,) and (n, n) of a single mode, (5,) and (5, 5) of a mixture.
 
     The course rate is the held one; NaN before the first fix.
     """
@@ -276,12 +278,8 @@ def motion_moments(models, banks, weights) -> tuple[Floats, Floats]:
     return state, np.einsum("k,kij->ij", share, np.array(covariances)) + spread
 
 
-def of_course(x, p) -> Floats:
-    """Covariance (n, n) of the state, of that with the velocity across the course in place of the course."""
+def of_course(x: Floats, p: Floats) -> Floats:
+    """Covariance (n, n) of the state x, from that of a filter, which has the velocity across in place of the course."""
     scale = np.ones(len(x))
     scale[COURSE] = 1.0 / max(x[SPEED], _LEAST_SPEED)
     return symmetric(p) * np.outer(scale, scale)
-
-
-def _sizes(model):
-    return model.sizes

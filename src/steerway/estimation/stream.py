@@ -1,13 +1,14 @@
-"""FiveStateFilter: a profile as a filter, fix by fix, by the arithmetic of `estimate`.
+"""FiveStateFilter: a profile as a filter, fix by fix, with the same numbers as `estimate`.
 
-Its structures and their whole state are `Running`, so that a snapshot is one copy. Rows between and ahead of fixes are
-predicted with another filter that is given the snapshot. A profile of one mode without extras runs by the paper's
-Table 1 (`filter.five_state`), all others by the general filter (`filter.row`).
+Its structures and their whole state are in `Running`, so that a snapshot is one copy. For rows between and after fixes,
+restore the snapshot in another filter and predict with that one. A profile of one mode without extras runs by the
+paper's Table 1 (`filter.five_state`), all others by the general filter (`filter.row`).
 """
 
 import math
 from collections.abc import Sequence
 from copy import copy
+from typing import Any
 
 import numpy as np
 
@@ -40,29 +41,29 @@ from steerway.estimation.vessel.inferred import InferredProfile, prior_profile, 
 from steerway.estimation.vessel.profile import Profile
 
 _NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9
-"""rad: latitudes and longitudes that are possible, but for rounding."""
+"""rad: largest latitude and longitude, with room for rounding."""
 
 
 class FiveStateFilter:
     """Speed over ground, course over ground and course rate from positions, fix by fix or over whole records.
 
-    S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910, with what real fixes need.
+    S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910, extended for real receivers.
 
     Streaming: `predict(dt)` between fixes at any rate, `update(latitude, longitude)` at each fix (or
-    `update_north_east` in a plane of one's own), then read the properties. Whole record: `filter(fixes)`,
-    `smooth(fixes)`. Two filters share nothing.
+    `update_north_east` in a plane of your own), then read the properties. Whole record: `filter(fixes)`,
+    `smooth(fixes)`. Filters are independent of one another.
 
     Args:
-        profile: tuning, a profile of either kind, the name of a built-in one or a .toml file. None where nothing is
-            known: vessels of every declared kind with receivers of 0.025 to 6.4 m run together and are weighed by how
-            well they predict the fixes; a whole record is estimated as `steerway.estimate` does.
-        aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to take beside positions, where structures of
-            the profile have a part for it.
-        learns: whether the weights follow the likelihood of the fixes, for structures of which none is known to hold;
-            they always do without a profile.
+        profile: a profile of either kind, the name of a built-in one or a .toml file. None for an unknown vessel:
+            vessels of every declared kind, with receivers of 0.025 to 6.4 m, are filtered together and weighted by
+            their likelihood; a whole record is estimated as by `steerway.estimate`.
+        aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to use beside positions. A structure of the
+            profile uses those that it has parts for.
+        learns: whether the weights of the structures follow the likelihood of the fixes, where none of them is known to
+            be right. Without a profile they always do.
         lag: s for which `lagged` waits for later fixes, 0 for none.
 
-    Raises InputError for an unknown profile or aid, and for a lag that is negative.
+    Raises InputError for an unknown profile or aid, and for a negative lag.
     """
 
     def __init__(
@@ -83,8 +84,8 @@ class FiveStateFilter:
         may_be_plain = not self.aid and self._waiting is None
         self._running = Running(running, self.profile.steerageway, may_be_plain)
 
-    def __getstate__(self) -> dict:
-        return self.__dict__ | {"_running": copy(self._running)}  # its own of a copy, too
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_running": copy(self._running)}  # so that a copy of a filter has its own state
 
     def __repr__(self) -> str:
         aided = f", aid={self.aid}" if self.aid else ""
@@ -105,7 +106,7 @@ class FiveStateFilter:
         self.wait(0.0 if self._waiting is None else self._waiting.lag)
 
     def snapshot(self) -> tuple[Set, Floats]:
-        """The whole state, for `restore`, of this filter or another."""
+        """A copy of the whole state, for `restore` in this filter or another."""
         return self._running.snapshot()
 
     def restore(self, snapshot: tuple[Set, Floats]) -> None:
@@ -115,16 +116,16 @@ class FiveStateFilter:
             self._waiting.drop_after(self._running.elapsed)
 
     def change_receiver(self) -> None:
-        """Fixes come from another receiver from now on: the usual accuracy of the last one does not apply to it."""
+        """Forget the usual accuracy of the receiver, since fixes come from another one from now on."""
         self._running.state[USUAL : USUAL_COUNT + 1] = 0.0
 
     def predict(self, dt: float) -> None:
-        """Advance by dt seconds, by none where a clock was set back. Raises InputError where dt is not finite."""
+        """Advance by dt seconds; a negative dt (a clock set back) counts as 0. Raises InputError for an infinite dt."""
         if not 0.0 <= dt < math.inf:
             dt = elapsed("dt", dt)
         running = self._running
         plain = running.plain
-        if plain is not None:  # here, not in a method of `running`: a call more is a tenth of the time
+        if plain is not None:  # here, not in a method of `running`: another call would take a tenth of the time
             running.is_current = False
             predict_plain(running.state, plain, dt)
             return
@@ -132,11 +133,11 @@ class FiveStateFilter:
         self._advance(dt, math.nan, math.nan, 1.0, NO_AIDS)
 
     def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
-        """Take a fix (rad). Returns its NIS, NaN for the first.
+        """Correct by a fix (rad). Returns its NIS, NaN for the first.
 
-        `position_std` is the accuracy its receiver reports, as in `Fixes`: see `log.accuracy`.
+        `position_std` is the accuracy that the receiver reports (m), as in `Fixes`: see `log.accuracy`.
 
-        Raises InputError, a ValueError, for a latitude beyond ±π/2 or a longitude beyond ±2π: degrees.
+        Raises InputError, a ValueError, for a latitude beyond ±π/2 or a longitude beyond ±2π, as of degrees.
         """
         if abs(latitude) > _NORTH_POLE or abs(longitude) > _WHOLE_TURN:
             raise InputError(
@@ -147,11 +148,11 @@ class FiveStateFilter:
         return self._take(*walk(self._running.state, latitude, longitude), position_std)
 
     def update_north_east(self, north: float, east: float, position_std: float | None = None) -> float:
-        """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
+        """Correct by a fix in a fixed plane (m), in place of `update`. Returns its NIS, NaN for the first."""
         self._geodetic = False
         return self._take(north, east, position_std)
 
-    def _take(self, first, second, position_std) -> float:
+    def _take(self, first: float, second: float, position_std: float | None) -> float:
         reported = math.nan if position_std is None else position_std
         running = self._running
         plain = running.plain
@@ -162,8 +163,8 @@ class FiveStateFilter:
         nis, _ = self._fix(0.0, first, second, excess, NO_AIDS)
         return nis
 
-    def _fix(self, dt, first, second, excess, aids) -> tuple[float, float]:
-        """Advance by dt and take a fix of the plane. Returns its NIS and the probability that it is an outlier."""
+    def _fix(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> tuple[float, float]:
+        """Advance by dt and correct by a fix in the plane. Returns its NIS and its probability of an outlier."""
         running = self._running
         note_interval(running.state, dt)
         self._advance(dt, first, second, excess, aids)
@@ -171,9 +172,9 @@ class FiveStateFilter:
         return running.weighed(NIS), running.weighed(WRONG)
 
     def aid_by(self, *values: float, **named: float) -> None:
-        """Take measurements of other instruments (SI, true angles in rad; NaN or nothing for unknown).
+        """Correct by measurements of other instruments (SI, angles in rad from true north; NaN or omitted for unknown).
 
-        By name, or in the order of `AIDS`: sog, cog, heading, water_speed, yaw_rate. Only those of `aid` count.
+        By name, or in the order of `AIDS`: sog, cog, heading, water_speed, yaw_rate. Only those of `aid` are used.
         """
         given = dict(zip(AIDS, values, strict=False)) | named
         measured = [given.pop(name, math.nan) for name in AIDS]
@@ -181,8 +182,8 @@ class FiveStateFilter:
             raise TypeError(f"aids are {', '.join(AIDS)}; {', '.join(given) or len(values)} given")
         self._advance(0.0, math.nan, math.nan, 1.0, self._aids(measured))
 
-    def _aids(self, aids) -> Floats:
-        """(1 or 0, aids): those of `aid`."""
+    def _aids(self, aids: Sequence[float] | Floats | None) -> Floats:
+        """Table (1 or 0, aids) of the values of those in `aid`."""
         if not self.aid or aids is None:
             return NO_AIDS
         return np.array([[a if name in self.aid else math.nan for name, a in zip(AIDS, aids, strict=True)]])
@@ -195,14 +196,14 @@ class FiveStateFilter:
         aids: Sequence[float] | Floats | None = None,
         position_std: float = math.nan,
     ) -> tuple[list[float], float, int]:
-        """One row of `filter`, streaming: advance by dt, then take the measurements of that time.
+        """One row of `filter`, streaming: advance by dt (s), then correct by the measurements of that time.
 
         Args:
             latitude, longitude: of a fix (rad), NaN for none.
-            aids: in the order of `AIDS`, NaN for unknown; None for none. Only those of `aid` count.
-            position_std: reported accuracy of the fix, NaN for none.
+            aids: in the order of `AIDS`, NaN for unknown; None for none. Only those of `aid` are used.
+            position_std: reported accuracy of the fix (m), NaN for none.
 
-        Returns what `output` returns, the NIS (NaN without a fix) and the status, an index into `records.STATUSES`.
+        Returns the list of `output`, the NIS (NaN without a fix) and the status, an index into `records.STATUSES`.
         """
         state, dt = self._running.state, elapsed("dt", dt)
         self._geodetic = True
@@ -220,7 +221,7 @@ class FiveStateFilter:
             self._running.settle()
         return self.output(), nis, self._status(fixed and not math.isnan(nis), wrong)
 
-    def _status(self, fixed, wrong) -> int:
+    def _status(self, fixed: bool, wrong: float) -> int:
         if not self.started:
             return STARTING
         if wrong > 0.5:
@@ -229,23 +230,23 @@ class FiveStateFilter:
             return NO_COURSE
         return OK if fixed else PREDICTED
 
-    def _advance(self, dt, first, second, excess, aids):
+    def _advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
         running = self._running
         running.advance(dt, first, second, excess, aids)
         if self._waiting is not None and (math.isfinite(first) or len(aids)):
             table = aids if len(aids) or not self.aid else np.full((1, len(AIDS)), math.nan)
-            self._waiting.add(running.state, running.set.structures, running.banks, (first, second, excess, table))
+            self._waiting.add(running, first, second, excess, table)
 
     def wait(self, lag: float) -> None:
-        """Begin anew, with another `lag` (s)."""
+        """Return to the state before the first fix, with another `lag` (s)."""
         self._waiting = FixedLag(lag) if not_negative("lag", lag) > 0.0 else None
         self._begin(self._running.set)
 
     def lagged(self, rest: bool = False) -> list[tuple[float, list[float]]]:
-        """(age in s, `output`) of the fixes that have become `lag` s old since it was last asked, oldest first.
+        """(age in s, smoothed `output`) for the rows that have become `lag` s old since the last call, oldest first.
 
-        Each is smoothed by all later ones. rest: those too that are not so old yet, as at the end of a log. None
-        without a lag, and of fixes before the speed was known.
+        Each is smoothed by all later rows. rest: also return rows that are younger, as at the end of a log. The list
+        is empty without a lag, and has no rows from before the speed was known.
         """
         if self._waiting is None:
             return []
@@ -255,22 +256,22 @@ class FiveStateFilter:
 
     @property
     def sog(self) -> float:
-        """Speed over ground, m/s; NaN while it is not known."""
+        """Speed over ground, m/s; NaN until the filter has started."""
         return self._running.estimate().item(SOG) if self.started else math.nan
 
     @property
     def cog(self) -> float:
-        """Course over ground, rad in [−π, π); NaN while it is not defined."""
+        """Course over ground, rad in [−π, π); NaN while it is undefined."""
         return true_course(self._running.state, self._running.estimate()) if self.started else math.nan
 
     @property
     def course_rate(self) -> float:
-        """Rate of the course, rad/s, + to starboard; NaN while the course is not defined."""
+        """Rate of the course, rad/s, + to starboard; NaN while the course is undefined."""
         return self._running.estimate().item(RATE) if self.started else math.nan
 
     @property
     def underway(self) -> bool:
-        """Whether the vessel has steerageway: whether course is defined."""
+        """Whether the course is defined, which needs steerageway."""
         return self.started and not math.isnan(self._running.estimate().item(COG))
 
     @property
@@ -291,15 +292,15 @@ class FiveStateFilter:
         return (math.nan, math.nan) if self._geodetic else (first, second)
 
     def output(self) -> list[float]:
-        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position.
+        """Position (2), SOG, COG, course rate, 1σ of these three and of position, in the time of one property.
 
-        The last is relative to the receiver's slow error, which positions cannot show: see `core.slow_error`.
+        The σ of position is without the receiver's slow error, which positions do not show: see `core.slow_error`.
         """
         return output_of(self._running.state, self._running.estimate(), self._geodetic)
 
     @property
     def state(self) -> Floats:
-        """(n,) copy: [x^n y^n U χ ω_χ …] in the plane of the fixes; (5,) of several modes or structures together."""
+        """[x^n y^n U χ ω_χ …] (n,) in the plane of the fixes, a copy; (5,) for several modes or structures."""
         return self._running.moments()[0]
 
     @property
@@ -314,22 +315,22 @@ class FiveStateFilter:
 
     @property
     def gyro_bias(self) -> float:
-        """Estimated bias of the yaw gyro, rad/s; NaN where the profile or the aids have no such state."""
+        """Estimated bias of the yaw gyro, rad/s; NaN where the profile and the aids make no such state."""
         return self._running.gyro_bias()
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
-        """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""
+        """Causal estimate of the records of one or many vessels; one row per fix, or `rate` rows per second (Hz)."""
         return self._whole(fixes, rate, False)
 
     def smooth(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Fixed-interval estimate: every row uses the whole record."""
         return self._whole(fixes, rate, True)
 
-    def _whole(self, fixes, rate, smooth):
+    def _whole(self, fixes: Fixes, rate: float | None, smooth: bool) -> Motion:
         if self._infers:
             return estimate(fixes, aid=self.aid, rate=rate, smooth=smooth)
         return motion_of(fixes, self.profile, self.aid, rate, smooth)
 
 
 InferredFilter = FiveStateFilter
-"""The name that filters of inferred profiles had."""
+"""An earlier name of the filter of an inferred profile."""

@@ -20,36 +20,36 @@ from steerway.estimation.log.run import UNKNOWN_SPEED
 (
     LATITUDE,  # of the last fix, rad
     LONGITUDE,
-    FIRST,  # … its place in the plane, m
+    FIRST,  # coordinates of the last fix in the plane, m
     SECOND,
-    AZIMUTH,  # … direction of the first axis of the plane there, rad east of north
-    PLACED,  # 1 once there is one
+    AZIMUTH,  # direction of the first axis of the plane at the last fix, rad east of north
+    PLACED,  # 1 after the first fix
     KNOWN,  # 1 once the speed is known
     USUAL,  # state of `variance_scale`
     USUAL_COUNT,
     ELAPSED,  # s since the first row
     FADED,  # s since another set of structures was taken up
-    COARSE,  # least step between fixes, m
-    SINCE,  # s since the last fix that was no copy
-    LAST_SOG,
-    USUAL_INTERVAL,  # s, the last one between fixes that is no outage's
-    RETURNED,  # ELAPSED at the first fix after the last outage, 0 before one
-    SOG_BEFORE,  # … m/s at the fix before it
-    COG_BEFORE,  # … rad in the plane
-    SLIDES_IN,  # … 1 where the receiver is suspected to slide in
+    COARSE,  # least step between fixes along one axis, m
+    SINCE,  # s since the last fix that was not a copy
+    LAST_SOG,  # m/s after the last row
+    USUAL_INTERVAL,  # s between the last two fixes without an outage between them
+    RETURNED,  # ELAPSED at the first fix after the last outage, 0 without one
+    SOG_BEFORE,  # m/s at the last fix before this outage
+    COG_BEFORE,  # rad in the plane
+    SLIDES_IN,  # 1 where the receiver is suspected to slide in after this outage, see `log.outage`
     FIXED_SOG,  # m/s at the last fix
     FIXED_COG,
 ) = range(21)
-"""State of the filter beside the banks. Fields of a NamedTuple in their place cost a streamed step a quarter more."""
+"""State of the filter before the banks. With fields of a NamedTuple instead, a streamed step takes a quarter longer."""
 HEADER = FIXED_COG + 1
 _ONE_BANK = HEADER + 1
-"""Where the bank of a single structure begins, behind its weight."""
+"""Index at which the bank of a single structure begins, after its weight."""
 NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
-"""Columns after those of `fuse`: the last two are the probability of an outlier and the density of the row."""
+"""Columns after those of `fuse`: NIS, probability of an outlier, log density of the row."""
 
 
 class Alike(NamedTuple):
-    """Structures of one size, which one call steps: a bank and a model are a row of numbers each."""
+    """Structures of equal dimensions, which one kernel call steps."""
 
     banks: Floats  # (structures, `bank_size`)
     models: Floats  # (structures, …), see `packed`
@@ -57,15 +57,17 @@ class Alike(NamedTuple):
     is_plain: bool  # whether Table 1 serves it
 
     def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
-        """One row of all, as of the kernel `step`."""
+        """Step all structures by one row, see the kernel `step`."""
         (step_plain if self.is_plain else step)(self.banks, self.models, dt, first, second, excess, aids, self.outs)
 
 
 @kernel
-def step(banks, models, dt, first, second, excess, aids, outs):
-    """One row (see `Row`) of structures of one size, as `run_record` does it; aids (1 or 0, a).
+def step(
+    banks: Floats, models: Floats, dt: float, first: float, second: float, excess: float, aids: Floats, outs: Floats
+) -> None:
+    """Step structures of equal dimensions by one row (see `Row`), as `run_record` does; aids: (1 or 0, aids).
 
-    Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
+    outs (structures, FUSED + 3) ← `state_row`, NIS, WRONG and LOG_DENSITY.
     """
     for k in range(len(outs)):
         model, out = model_in(models[k]), outs[k]
@@ -77,8 +79,10 @@ def step(banks, models, dt, first, second, excess, aids, outs):
 
 
 @kernel
-def step_plain(banks, models, dt, first, second, excess, aids, outs):
-    """As `step`, of structures of one mode without extras, without aids and `state_row`."""
+def step_plain(
+    banks: Floats, models: Floats, dt: float, first: float, second: float, excess: float, aids: Floats, outs: Floats
+) -> None:
+    """As `step`, for structures that Table 1 serves; aids are ignored and `state_row` is not written."""
     for k in range(len(outs)):
         model, out = model_in(models[k]), outs[k]
         taken = five_state.take(bank_in(banks[k], 1, 5), model, Row(dt, first, second, excess))
@@ -86,8 +90,8 @@ def step_plain(banks, models, dt, first, second, excess, aids, outs):
 
 
 @lean_kernel
-def predict_plain(state, numbers, dt):
-    """Advance one structure of one mode without extras."""
+def predict_plain(state: Floats, numbers: Floats, dt: float) -> None:
+    """Advance a single structure that Table 1 serves by dt (s)."""
     bank = bank_in(state[_ONE_BANK:], 1, 5)
     if dt > LONGEST_GAP:
         state[KNOWN], bank.run[0].started = 0.0, 0
@@ -98,8 +102,10 @@ def predict_plain(state, numbers, dt):
 
 
 @lean_kernel
-def take_plain(state, numbers, first, second, reported, steerageway, estimate):
-    """Take a fix by one structure of one mode without extras, and fill the estimate (9,). Returns its NIS."""
+def take_plain(
+    state: Floats, numbers: Floats, first: float, second: float, reported: float, steerageway: float, estimate: Floats
+) -> float:
+    """Correct a single structure that Table 1 serves by a fix, and fill the estimate (9,). Returns the NIS."""
     bank, model = bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers)
     excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
     note_interval(state, 0.0)
@@ -111,8 +117,8 @@ def take_plain(state, numbers, first, second, reported, steerageway, estimate):
 
 
 @lean_kernel
-def note_interval(state, dt):
-    """Before a fix dt s from now is taken: note the end of an outage. Behind a long one the speed is unknown."""
+def note_interval(state: Floats, dt: float) -> None:
+    """Before the correction by a fix dt (s) from now: note the end of an outage; after a long one SOG is unknown."""
     interval = state[SINCE]
     if interval > LONG:
         state[KNOWN] = 0.0
@@ -125,8 +131,8 @@ def note_interval(state, dt):
 
 
 @lean_kernel
-def settle(state, estimate):
-    """After a row: note the speed and whether it is known from now on; then doubt what may be a slide."""
+def settle(state: Floats, estimate: Floats) -> None:
+    """After a row: note the speed, whether it is known and whether it shows a slide; then `doubt_slide`."""
     state[LAST_SOG] = estimate[SOG]
     if estimate[SOG_STD] < UNKNOWN_SPEED:
         state[KNOWN] = 1.0
@@ -136,33 +142,33 @@ def settle(state, estimate):
 
 
 @lean_kernel
-def note_fix(state, estimate):
-    """Note the velocity at a fix."""
+def note_fix(state: Floats, estimate: Floats) -> None:
+    """After a fix: note its velocity."""
     state[FIXED_SOG], state[FIXED_COG] = estimate[SOG], estimate[COG]
 
 
 @lean_kernel
-def may_slide(state):
-    """Whether the receiver may slide in after an outage."""
+def may_slide(state: Floats) -> bool:
+    """Whether the last outage ended less than SLIDES s ago, so that the receiver may slide in."""
     return state[RETURNED] > 0.0 and state[ELAPSED] - state[RETURNED] < SLIDES
 
 
 @lean_kernel
-def doubt_slide(state, estimate):
-    """`outage.doubt` of an estimate (9,) where the receiver may slide in."""
+def doubt_slide(state: Floats, estimate: Floats) -> None:
+    """Apply `outage.doubt` to an estimate (9,) while the receiver may slide in."""
     if may_slide(state):
         doubt(estimate, state[SOG_BEFORE], state[COG_BEFORE], state[SLIDES_IN] == 1.0)
 
 
 @lean_kernel
-def read_plain(state, numbers, steerageway, estimate):
-    """Fill the estimate (9,) of one structure of one mode without extras."""
+def read_plain(state: Floats, numbers: Floats, steerageway: float, estimate: Floats) -> None:
+    """Fill the estimate (9,) of a single structure that Table 1 serves."""
     five_state.write_estimate(bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers), steerageway, estimate)
 
 
 @kernel
-def read(banks, models, outs):
-    """Fill `state_row` of structures of one size."""
+def read(banks: Floats, models: Floats, outs: Floats) -> None:
+    """Fill `state_row` of structures of equal dimensions into outs."""
     for k in range(len(outs)):
         model = model_in(models[k])
         bank = bank_in(banks[k], len(model.modes), model.states)
@@ -170,8 +176,8 @@ def read(banks, models, outs):
 
 
 @kernel
-def walk(state, latitude, longitude):
-    """Go on to a fix in the plane; its place there (m)."""
+def walk(state: Floats, latitude: float, longitude: float) -> tuple[float, float]:
+    """Move the origin of the header to a fix (rad). Returns the coordinates of the fix in the plane (m)."""
     if state[PLACED] == 0.0:
         state[PLACED] = 1.0
     else:
@@ -188,13 +194,13 @@ def walk(state, latitude, longitude):
 
 
 @kernel
-def place_of(state, estimate):
-    """Latitude and longitude (rad) of an estimate."""
+def place_of(state: Floats, estimate: Floats) -> tuple[float, float]:
+    """Latitude and longitude (rad) of an estimate (9,)."""
     ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
     return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
 
 
-def true_course(state, estimate) -> float:
-    """Course from true north."""
+def true_course(state: Floats, estimate: Floats) -> float:
+    """Course (rad) of an estimate (9,) from true north."""
     cog = estimate.item(COG) + state.item(AZIMUTH)
     return cog if -math.pi <= cog < math.pi else (cog + math.pi) % (2.0 * math.pi) - math.pi

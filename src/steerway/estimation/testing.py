@@ -17,16 +17,14 @@ if TYPE_CHECKING:
     from steerway.estimation.filter.cells import cell_of, interval_of, step_density
     from steerway.estimation.filter.discrete import noise, taken_up
     from steerway.estimation.filter.fuse import QUICK_SPEED, QUICK_SPEED_TIME
-    from steerway.estimation.filter.model import FUSED, room_to_keep
+    from steerway.estimation.filter.model import COURSE, FUSED, SPEED, room_to_keep
     from steerway.estimation.filter.model import empty_bank as model_empty_bank
-    from steerway.estimation.filter.motion import COURSE, SPEED
     from steerway.estimation.filter.reversal import reversal_of
-    from steerway.estimation.filter.row import Asked, run_record
+    from steerway.estimation.filter.row import Asked, Rows, run_record
     from steerway.estimation.filter.vectors import Sym2, Vec2
     from steerway.estimation.filter.weigh import take_fix
     from steerway.estimation.fit import tune
     from steerway.estimation.fit.auto_aids import velocity_of
-    from steerway.estimation.fit.posterior import Rows
     from steerway.estimation.fit.selection import Structure, infer
     from steerway.estimation.heading.aboard import HeadingAboard
     from steerway.estimation.heading.aboard import model_of as heading_model_of

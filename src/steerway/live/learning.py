@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from steerway.core.arrays import Floats
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile
 
@@ -21,12 +22,12 @@ class RecordedLearning(LearningFilter):
     note: Callable[[str, int], None] | None = None
     _count = 0
 
-    def row(self, *arguments: Any, **more: Any) -> Any:
+    def row(self, *arguments: Any, **more: Any) -> tuple[list[float], float, int]:
         """See `LearningFilter.row`."""
         self._count += 1
         return super().row(*arguments, **more)
 
-    def _infer(self, rows: Any) -> None:
+    def _infer(self, rows: list[Floats]) -> None:
         super()._infer(rows)
         _return_memory()
 
@@ -53,7 +54,7 @@ class ReplayedLearning(RecordedLearning):
     def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
         super().__init__(start, aid, background=False)
         self._moments = moments
-        self._inferred: Any = None
+        self._inferred = self._found
 
     def _infer_if_due(self) -> None:
         if (BEGINS, self._count) in self._moments:

@@ -1,29 +1,31 @@
-"""What other instruments do to the modes: one scalar measurement at a time.
+"""Correct the modes by other instruments, one scalar measurement at a time.
 
-Receiver's SOG and COG, heading = χ − crab angle, speed through water = U − the water's own speed along the course, yaw
-rate = course rate + the gyro's bias. Each has the companion that it names as a state; SOG and COG have an error that
-lasts, as of a receiver that filters its velocity. SOG and COG of one moment are a velocity: they hold at rest as well.
+heading = χ − crab angle, speed through water = U − current along the course, yaw rate = course rate + gyro bias. The
+crab angle, the current and the bias may be states, each called the companion of its aid. The receiver's SOG and COG
+have slow errors as companions, since receivers filter their velocity. Together they are a velocity, which is defined at
+rest too.
 """
 
 import math
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.filter.fuse import rate_weights
-from steerway.estimation.filter.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, RATE, SPEED, Bank, Model
 from steerway.estimation.filter.relative import corrected, is_steady
 from steerway.estimation.filter.weigh import DECADES, LEAST_OUTLIER
 from steerway.estimation.vessel.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 
 _OUTLIER_RATE = 1e-3
-"""Share of aids that have nothing to do with the motion. Chosen: as the prior median of that of fixes."""
+"""Share of aids that are outliers: the prior median of the share for fixes."""
 _LEAST_SPEED = 0.1
-"""m/s; at less a heading does not determine the course. Chosen: its Jacobian is 1/U."""
+"""m/s, below which a heading is not used: its Jacobian is 1/U."""
 
 
 @inlined_kernel
-def take_aids(bank, model, aids):
-    """Weigh and take the aids (n,) that are known (not NaN). Returns the log density of them all."""
+def take_aids(bank: Bank, model: Model, aids: Floats) -> float:
+    """Correct by all aids (n,) that are not NaN. Returns their log density."""
     log_density = 0.0
     for which in range(len(aids)):
         if math.isfinite(aids[which]) and math.isfinite(model.aids[which].variance):
@@ -32,8 +34,8 @@ def take_aids(bank, model, aids):
 
 
 @called_kernel
-def take_aid(bank, model, aids, which):
-    """Weigh and take one of the aids (n,) in every mode. Returns its log density."""
+def take_aid(bank: Bank, model: Model, aids: Floats, which: int) -> float:
+    """Correct every mode by one of the aids (n,), which may be an outlier. Returns its log density."""
     probability, density, variance = bank.probability, bank.shares[0], model.aids[which].variance
     h, row, error = bank.rows[0], bank.rows[1], bank.rows[2]
     n, total = bank.x.shape[1], 0.0
@@ -48,8 +50,8 @@ def take_aid(bank, model, aids, which):
             row[i] = value
         for j in range(SPEED, n):
             s += h[j] * row[j]
-        # off by any amount, as likely in every decade, as fixes are; a density that depended on the instrument's noise
-        # alone would be infinite without noise
+        # an outlier has an error of any size, equally probable in every decade, as for fixes; the predicted spread
+        # keeps the density finite for an instrument without noise
         widest = math.sqrt(innovation * innovation + s + LEAST_OUTLIER**2 * variance)
         outlier = _OUTLIER_RATE / (2.0 * DECADES * widest)
         usual = (1.0 - _OUTLIER_RATE) * math.exp(-0.5 * innovation * innovation / s) / math.sqrt(2.0 * math.pi * s)
@@ -69,8 +71,8 @@ def take_aid(bank, model, aids, which):
 
 
 @called_kernel
-def measured(x, p, model, aids, which, h):
-    """Innovation of an aid for a mode; what it measures of the state into h (n,)."""
+def measured(x: Floats, p: Floats, model: Model, aids: Floats, which: int, h: Floats) -> float:
+    """Innovation of an aid for a mode; h (n,) receives the aid's Jacobian."""
     for j in range(len(x)):
         h[j] = 0.0
     speed, companion = x[SPEED], model.aids[which].companion

@@ -2,18 +2,19 @@
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel
 
 _ROUNDING = 1e-6
-"""Part of an element on the diagonal by which rounding may make a pivot negative; by more the matrix is not positive
-definite. Chosen: what is known of a state is at most a million times what is known of it with all others given."""
+"""Relative to the diagonal element: a pivot may be negative by this much through rounding. Below that the matrix is
+treated as not positive definite."""
 _LEAST = 1e-11
-"""Part of a variance that rounding may not take away: 5·10⁴ times the rounding of a double, 2.2·10⁻¹⁶."""
+"""Least pivot relative to the diagonal element: 5·10⁴ times the rounding of a double, 2.2·10⁻¹⁶."""
 
 
 @called_kernel
-def inverse(a, out, lower):
-    """out ← a⁻¹ of a symmetric positive definite matrix (n, n) by Cholesky's decomposition, lower receives L⁻¹.
+def inverse(a: Floats, out: Floats, lower: Floats) -> float:
+    """out ← a⁻¹ of a symmetric positive definite matrix (n, n) by Cholesky's decomposition, and lower ← L⁻¹.
 
     Returns log det a, or NaN where a is not positive definite.
     """
@@ -24,8 +25,8 @@ def inverse(a, out, lower):
 
 
 @called_kernel
-def factor(a, lower):
-    """lower ← L with a = L Lᵀ (n, n), of which the part on and below the diagonal is read.
+def factor(a: Floats, lower: Floats) -> float:
+    """lower ← L with a = L Lᵀ (n, n). Of `a`, the diagonal and what is below it are read.
 
     Returns log det a, or NaN where a is not positive definite.
     """
@@ -52,8 +53,8 @@ def factor(a, lower):
 
 
 @called_kernel
-def invert_factor(lower, out):
-    """lower ← L⁻¹ and out ← (L Lᵀ)⁻¹ of a factor L (n, n)."""
+def invert_factor(lower: Floats, out: Floats) -> None:
+    """lower ← L⁻¹ and out ← (L Lᵀ)⁻¹, where `lower` holds L (n, n) before."""
     n = len(lower)
     for j in range(n):
         lower[j, j] = 1.0 / lower[j, j]
@@ -71,8 +72,8 @@ def invert_factor(lower, out):
 
 
 @called_kernel
-def whitened_square(lower, vector, out):
-    """out ← L⁻¹ v of a factor L (n, n). Returns its square, vᵀ (L Lᵀ)⁻¹ v."""
+def whitened_square(lower: Floats, vector: Floats, out: Floats) -> float:
+    """out ← L⁻¹ v for a factor L (n, n). Returns its squared length, vᵀ (L Lᵀ)⁻¹ v."""
     square = 0.0
     for i in range(len(vector)):
         total = vector[i]

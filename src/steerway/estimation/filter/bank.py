@@ -1,44 +1,43 @@
 """Interacting multiple models: one Gaussian a mode, mixed before every step.
 
-H. A. P. Blom and Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8), 1988. Modes change in continuous time, so that
-neither the rate of fixes nor a gap changes the tuning. A filter of one mode takes intervals of seconds to minutes, as
-reports of AIS have them, in as few steps as it allows (`parts_of`): against steps of 1 s 99.99 % of the estimates stay
-within 0.01 of their standard deviations.
+H. A. P. Blom and Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8), 1988. Modes change in continuous time, so that the
+same tuning holds at any rate of fixes and across gaps. Archives of AIS reports are filtered with one mode, over
+intervals of seconds to minutes, in as few steps as the motion allows (`parts_of`). Compared with steps of 1 s, 99.99 %
+of these estimates differ by less than 0.01 of their standard deviations.
 """
 
 import math
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
 from steerway.core.shaping import shaped
 from steerway.estimation.filter.discrete import set_steps
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_FIX, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_FIX, RATE, SPEED, Bank, Mode, Model
 from steerway.estimation.filter.motion import predict
 from steerway.estimation.filter.relative import from_likeliest, shifted
 
 LONGEST_STEP = 3.0
-"""s; a longer interval is predicted in parts: up to four equal ones of at most this, beyond that from either end on a
-part is as long as all between it and that end, the first two about this. Behind a fix modes differ, and before the next
-one they have to, lest a manoeuvre be as long as the part; between, their shares are nearly steady. Chosen: about the
-duration of a yaw manoeuvre, of which the prior median is 2 s."""
+"""s, about the duration of a yaw manoeuvre (prior median 2 s). A longer interval is predicted in several steps: up to
+12 s in equal ones of at most this length; beyond, in steps that double from both ends towards the middle, where the
+probabilities of the modes are nearly steady. Short steps just before a fix let a manoeuvre begin shortly before it."""
 _LOST = 2.0
-"""Variance across the course, in squares of the speed, above which there is no course: 1.4 rad. Chosen: of
-uniform directions it is π²/3."""
+"""rad²: variance of the course above which the course is lost. For uniform directions it is π²/3."""
 SAME_STEP = 1e-4
-"""Part of a step by which clocks err: a tenth of a millisecond at 1 Hz. Chosen: far below the error of
-the time of a fix."""
+"""Relative difference up to which two steps count as equal: a tenth of a millisecond at 1 Hz, which is far below the
+error of the time of a fix."""
 START_SPEED_STD = 10.0
-"""m/s: of a vessel of which nothing is known. Chosen: two deviations are 39 kn."""
+"""m/s: σ of the velocity along either axis after the first fix. Two σ are 39 kn."""
 
 LEAST_SHARE = 1e-3
-"""Share that a mode has in what another starts a step from, of which half counts, and of a smaller one less. Moments
-that hold every share in full would let a mode that is hardly probable and knows nothing, as an emergency, widen all
-others at every step: the likelihood is lower, and SOG of scenes with steady courses off by 2 % more. With 0.01
-manoeuvres are followed late."""
+"""Share of one mode in the mixture from which another starts a step: a share of this size counts half, a smaller one
+less than half. Counted in full, an improbable mode of large covariance (an emergency) would widen all others at every
+step: the likelihood is lower, and the error of SOG is 2 % larger in scenes with steady courses. With 0.01, manoeuvres
+are followed late."""
 
 
 @called_kernel
-def start(bank, model, north, east):
-    """Begin from one fix: its place, and a velocity about which nothing is known."""
+def start(bank: Bank, model: Model, north: float, east: float) -> None:
+    """Start at the first fix: at its position, with an unknown velocity."""
     run = bank.run[0]
     for k in range(len(bank.x)):
         start_mode(bank.x[k], bank.p[k], model, model.modes[k], north, east)
@@ -49,7 +48,7 @@ def start(bank, model, north, east):
 
 
 @called_kernel
-def start_mode(x, p, model, mode, north, east):
+def start_mode(x: Floats, p: Floats, model: Model, mode: Mode, north: float, east: float) -> None:
     """State (n,) and covariance of one mode after the first fix."""
     n, processes = len(x), model.processes
     for i in range(n):
@@ -74,8 +73,8 @@ def start_mode(x, p, model, mode, north, east):
 
 
 @called_kernel
-def mix(bank, modes):
-    """What each mode starts a step from: the moments of all, as likely as each of them led to it."""
+def mix(bank: Bank, modes: Records) -> None:
+    """Replace every mode by the mixture of all modes from which it starts a step, see `set_shares`."""
     x, p, probability, moments = bank.x, bank.p, bank.probability, bank.moments
     predicted, shares, origin = bank.shares[0], bank.shares[1], bank.rows[0]
     m, n = x.shape
@@ -97,8 +96,8 @@ def mix(bank, modes):
 
 
 @lean_kernel
-def add_second_moments(moments, p):
-    """Behind the mean error (n,) in `moments`: P (n, n) and its square."""
+def add_second_moments(moments: Floats, p: Floats) -> None:
+    """Write the second moments P + e eᵀ (n, n) behind the mean error e (n,) in `moments`."""
     n = len(p)
     second = shaped(moments[n:], (n, n))
     for a in range(n):
@@ -107,8 +106,8 @@ def add_second_moments(moments, p):
 
 
 @lean_kernel
-def take_covariance(moments, p):
-    """P (n, n) of moments as `add_second_moments` makes them."""
+def take_covariance(moments: Floats, p: Floats) -> None:
+    """p ← the covariance (n, n) of moments as `add_second_moments` writes them."""
     n = len(p)
     second = shaped(moments[n:], (n, n))
     for a in range(n):
@@ -117,8 +116,11 @@ def take_covariance(moments, p):
 
 
 @lean_kernel
-def set_shares(shares, probability, change, j, least):
-    """Fill in which shares (m,) mode j starts a step from the modes of these probabilities. Returns its own."""
+def set_shares(shares: Floats, probability: Floats, change: Floats, j: int, least: float) -> float:
+    """Fill the shares (m,) of all modes in the mixture from which mode j starts. Returns the probability of mode j.
+
+    least: share of a mode that counts half, see LEAST_SHARE.
+    """
     total = kept = 0.0
     for i in range(len(shares)):
         total += probability[i] * change[i, j]
@@ -132,8 +134,8 @@ def set_shares(shares, probability, change, j, least):
 
 
 @called_kernel
-def average(shares, rows, out):
-    """Mean of the first rows (m, k) by shares (m,), into `out` (k,)."""
+def average(shares: Floats, rows: Floats, out: Floats) -> None:
+    """out ← mean (k,) of the first m rows (≥ m, k), weighted by shares (m,)."""
     m = len(shares)
     for a in range(len(out)):
         out[a] = shares[0] * rows[0, a]
@@ -146,16 +148,16 @@ def average(shares, rows, out):
 
 
 @called_kernel
-def steps_in(dt):
-    """How many steps an interval of dt > 0 seconds is predicted in."""
+def steps_in(dt: float) -> int:
+    """Number of steps in which an interval of dt > 0 seconds is predicted, see LONGEST_STEP."""
     if dt <= 4.0 * LONGEST_STEP:
         return max(math.ceil(dt / LONGEST_STEP - 1e-3), 1)
     return 2 * round(math.log2(dt / LONGEST_STEP))
 
 
 @called_kernel
-def step_of(k, dt):
-    """The k-th of the steps (s) that an interval of dt > 0 seconds is predicted in."""
+def step_of(k: int, dt: float) -> float:
+    """Length (s) of the k-th step in which an interval of dt > 0 seconds is predicted."""
     steps = steps_in(dt)
     if steps <= 4:
         return dt / steps
@@ -163,7 +165,7 @@ def step_of(k, dt):
 
 
 @inlined_kernel
-def advance(bank, model, dt):
+def advance(bank: Bank, model: Model, dt: float) -> None:
     """Predict by dt > 0 seconds."""
     bank.run[0].since += dt
     for j in range(steps_in(dt)):
@@ -171,8 +173,8 @@ def advance(bank, model, dt):
 
 
 @inlined_kernel
-def take_step(bank, model, step):
-    """Predict by one step of so many seconds."""
+def take_step(bank: Bank, model: Model, step: float) -> None:
+    """Mix and predict all modes over one step (s)."""
     if abs(step - bank.steps[0].dt) > SAME_STEP * step:
         set_steps(bank, model, step)
     if len(bank.x) > 1:
@@ -184,17 +186,18 @@ def take_step(bank, model, step):
 
 
 @called_kernel
-def loses_course(x, p):
-    """Whether a mode of a vessel under way knows no course any more."""
+def loses_course(x: Floats, p: Floats) -> bool:
+    """Whether the variance of the course of a mode exceeds _LOST, relative to its mean square speed."""
     return p[COURSE, COURSE] > _LOST * (x[SPEED] ** 2 + p[SPEED, SPEED])
 
 
 @called_kernel
-def forget_direction(x, p):
-    """Where the course is lost, a velocity that may lie in any direction: of its moments those of a normal course.
+def forget_direction(x: Floats, p: Floats) -> None:
+    """Give a mode that has lost its course a velocity of equal variance in all directions.
 
-    A covariance that is linear in the course would lay them all on a line across it. A course of variance σ² leaves
-    exp(−σ²/2) of the mean velocity; the place follows by its regression on the velocity across.
+    A covariance that is linear in the course would spread the velocity along a line across the course. A normal course
+    of variance σ² leaves exp(−σ²/2) of the mean velocity. The position moves along by its regression on the velocity
+    across the course.
     """
     speed, across = x[SPEED], p[COURSE, COURSE]
     power = speed * speed + p[SPEED, SPEED]
@@ -218,23 +221,22 @@ def forget_direction(x, p):
 
 
 SHORT = 1.0
-"""s of a step that needs no look at the state: its turn stays well below a radian."""
-_LONGEST = 30.0
-"""s of a step under way at most, and parts of a radian and of its speed by which the vessel turns and slows down in
-one. Chosen: `tests/test_estimate.py` compares with steps of 1 s on generated reports."""
-_LARGEST_TURN, _LARGEST_CHANGE = 0.03, 0.05
+"""s: a step up to this length is never divided, since its turn stays well below a radian."""
+_LONGEST, _LARGEST_TURN, _LARGEST_CHANGE = 30.0, 0.03, 0.05
+"""s: longest step of a vessel under way; rad: largest turn, and largest relative change of speed in a step.
+`tests/test_estimate.py` compares the estimates with steps of 1 s on generated reports."""
 _SLACK = 1e-3
-"""Part of a step by which clocks err."""
+"""Fraction of a step by which an interval may exceed a whole number of steps."""
 _DRIFTS = 0.1
-"""Part of the drift speed below which motion is linear: all noise acts in any direction."""
+"""Fraction of the drift speed below which motion is linear: all noise acts in any direction."""
 
 
 @called_kernel
-def parts_of(x, p, mode, dt):
-    """Into how many equal steps to divide the prediction of a mode, x (n,) and p (n, n), over dt > 0 seconds.
+def parts_of(x: Floats, p: Floats, mode: Mode, dt: float) -> int:
+    """Number of equal steps for the prediction of a mode, x (n,) and p (n, n), over dt > 0 seconds.
 
     A step assumes a constant turn and, for the noise across the course, a constant speed. Where the course may be lost
-    on the way, that is looked for at every second.
+    within dt, steps of 1 s find when.
     """
     most = max(math.ceil(dt / SHORT - _SLACK), 1)
     if most == 1 or x[SPEED] < _DRIFTS * mode.drift_speed:
@@ -247,8 +249,8 @@ def parts_of(x, p, mode, dt):
 
 
 @lean_kernel
-def may_lose_course(x, p, mode, dt):
-    """Whether a bound of the variance of the course after dt exceeds 1 rad²."""
+def may_lose_course(x: Floats, p: Floats, mode: Mode, dt: float) -> bool:
+    """Whether an upper bound of the variance of the course after dt exceeds 1 rad²."""
     s, u = lasting(mode.rate_decay, dt), x[SPEED]
     wander = mode.rate_noise * dt * s * s
     known = p[COURSE, COURSE] + u * s * (2.0 * abs(p[COURSE, RATE]) + u * s * p[RATE, RATE])
@@ -256,6 +258,6 @@ def may_lose_course(x, p, mode, dt):
 
 
 @lean_kernel
-def lasting(rate, dt):
-    """s for which what decays at `rate` lasts within dt, at most."""
+def lasting(rate: float, dt: float) -> float:
+    """Upper bound (s) of the integral over dt of a unit that decays at `rate` (1/s)."""
     return min(dt, 1.0 / rate) if rate > 0.0 else dt

@@ -1,10 +1,10 @@
-"""Rounded fixes: a written position is an interval of its last digit in either direction, a cell.
+"""Rounded fixes: a position of few digits means a cell, a rectangle as wide as its last digit north and east.
 
-The density of a cell is an integral of the normal distribution; where its noise is small beside the digit, an added
-variance of q²/12 would be far too wide and the fix itself far too narrow. Moments are those of a truncated normal
-distribution (N. L. Johnson, S. Kotz and N. Balakrishnan, Continuous Univariate Distributions, vol. 1, 1994, §10.1),
-north first, then east given north. Good fixes are taken so, and steps are weighed so; outliers, poor fixes, the
-correction by a step and the NIS see the added variance.
+The density of a cell is an integral of the normal distribution. Where the noise is small beside the digit q, the usual
+added variance of q²/12 would be far too wide, and no added variance far too narrow. Moments are those of a truncated
+normal distribution (N. L. Johnson, S. Kotz and N. Balakrishnan, Continuous Univariate Distributions, vol. 1, 1994,
+§10.1), north first, then east given north. Cells serve for good fixes, and for the density of a step. Outliers, poor
+fixes, the correction by a step and the NIS use the added variance.
 """
 
 import math
@@ -14,15 +14,14 @@ from steerway.core.compiled import lean_kernel
 from steerway.estimation.filter.vectors import Sym2, Vec2, density
 
 _NARROW, _FAR = 0.2, 25.0
-"""Width of a cell, and distance of its near end, in deviations of the predicted fix: of a narrower one the density
-hardly changes within it, and of one farther off it is below 10⁻¹³⁰. Both are taken with the added variance."""
+"""In σ of the predicted fix: a cell that is narrower, or whose near end is farther off, is replaced by the added
+variance. The density hardly changes within the former and is below 10⁻¹³⁰ in the latter."""
 REGULAR = 0.03
-"""Share of q²/12 that a predicted fix has as variance at least, which keeps its covariance regular where there is no
-noise. Chosen: a deviation of 0.05 q."""
+"""Variance added to a predicted fix, over q²/12: a σ of 0.05 q. It keeps the covariance regular without noise."""
 
 
 class Interval(NamedTuple):
-    """A normally distributed number known to lie in an interval: the density of the middle, mean and variance."""
+    """A normal variable within an interval: its mean density there, its conditional mean and variance."""
 
     density: float
     mean: float
@@ -30,17 +29,17 @@ class Interval(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """A fix before it was rounded, as an innovation: density (1/m²) of the written one, mean and covariance."""
+    """Innovation of a fix before it was rounded: density (1/m²) of its cell, mean (m) and covariance (m²) within it."""
 
     density: float
     mean: Vec2
     spread: Sym2
-    s: Sym2  # what is expected of it, m²
+    s: Sym2  # its expected covariance, m²
 
 
 @lean_kernel
-def interval_of(middle, variance, width):
-    """A number of mean 0 and this variance that lies in an interval about `middle`."""
+def interval_of(middle: float, variance: float, width: float) -> Interval:
+    """A normal variable of mean 0 and this variance, given an interval of this width about `middle`."""
     std = math.sqrt(variance)
     low, high = (abs(middle) - 0.5 * width) / std, (abs(middle) + 0.5 * width) / std
     if high - low < _NARROW or low > _FAR:
@@ -56,8 +55,8 @@ def interval_of(middle, variance, width):
 
 
 @lean_kernel
-def cell_of(off, s, width):
-    """The cell of this width (Vec2, m) about an innovation, of covariance S before rounding."""
+def cell_of(off: Vec2, s: Sym2, width: Vec2) -> Cell:
+    """The cell of this width (m) about an innovation `off` (m), whose covariance before rounding is s (m²)."""
     north = interval_of(off.n, s.nn, width.n)
     slope = s.ne / s.nn
     variance = s.ee - slope * s.ne + slope * slope * north.variance
@@ -69,25 +68,25 @@ def cell_of(off, s, width):
 
 
 @lean_kernel
-def written(off, s, width):
-    """The cell of a fix as it is written: where it is not rounded, of width 0, the point itself."""
+def written(off: Vec2, s: Sym2, width: Vec2) -> Cell:
+    """The cell of a fix; for a fix that is not rounded (width 0) the point itself."""
     if width.n > 0.0:
         return cell_of(off, s, width)
     return Cell(density(off, s, math.inf), off, Sym2(0.0, 0.0, 0.0), s)
 
 
 @lean_kernel
-def step_density(off, scale, width):
-    """Density (1/m²) of a cell behind a step, either coordinate by Student's t distribution of this scale (Sym2, m²).
+def step_density(off: Vec2, scale: Sym2, width: Vec2) -> float:
+    """Density (1/m²) of a cell after a step: Student's t distribution of this scale (m²) in either coordinate.
 
-    With the added variance small steps would be likelier than a vessel that stays in a cell.
+    With the added variance, small steps would be likelier than a vessel that stays in its cell.
     """
     return student_density(off.n, scale.nn, width.n) * student_density(off.e, scale.ee, width.e)
 
 
 @lean_kernel
-def student_density(middle, scale, width):
-    """Density of an interval about `middle` of Student's t distribution of four degrees of freedom, in closed form."""
+def student_density(middle: float, scale: float, width: float) -> float:
+    """Density (1/m) of an interval about `middle` under Student's t distribution of four degrees of freedom."""
     std = math.sqrt(scale)
     low, high = (abs(middle) - 0.5 * width) / std, (abs(middle) + 0.5 * width) / std
     within = student_tail(low) if low > 0.0 else 1.0 - student_tail(-low)
@@ -95,7 +94,7 @@ def student_density(middle, scale, width):
 
 
 @lean_kernel
-def student_tail(t):
-    """Probability that a number of that distribution is above t ≥ 0."""
+def student_tail(t: float) -> float:
+    """Probability that a variable of Student's t distribution of four degrees of freedom exceeds t ≥ 0."""
     root = (t * t + 4.0) ** 1.5
     return (6.0 * t * t + 32.0) / (root * (root + t * (t * t + 6.0)))

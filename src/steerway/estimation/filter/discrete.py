@@ -1,27 +1,40 @@
-"""Exact discretisation: what a prediction needs that depends on its length alone.
+"""Exact discretisation: the numbers of a prediction that depend on its length alone.
 
-All driving processes are first-order, real or complex, with pole p = −λ + iν (0 for a random walk). For the response
-to a unit a time s before: φ0 = e^{ps}, its integral φ1, and the integral of that φ2.
+All driving processes are first-order, real or complex, with pole p = −λ + iν (0 for a random walk). A unit of a process
+becomes φ0 = e^{ps} after a time s; φ1 is the integral of φ0 over s, and φ2 that of φ1.
 """
 
 import cmath
 import math
 from typing import NamedTuple
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import multiply
-from steerway.estimation.filter.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
+from steerway.estimation.filter.model import (
+    ON_ACCELERATION,
+    ON_COURSE,
+    ON_FIX,
+    ON_RATE,
+    ON_SPEED,
+    RATE,
+    Bank,
+    Mode,
+    Model,
+    Response,
+    Step,
+)
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
-"""Gauss and Legendre's rule with three nodes on an interval of length 1."""
+"""Gauss–Legendre rule with three nodes on an interval of length 1."""
 _SHORT = 0.1
-"""Length of a step times |pole|: the rule errs by 4e-6 there, and the closed form by 1e-10."""
+"""Length of a step times |pole| up to which the rule is used: it errs by 4e-6 there, and the closed form by 1e-10."""
 
 
 @lean_kernel
-def decaying(rate, t):
-    """After a unit of a state that decays at a rate (1/s): what is left, its integral and the integral of that."""
+def decaying(rate: float, t: float) -> tuple[float, float, float]:
+    """φ0, φ1 and φ2 after a time t (s) for a real state that decays at a rate (1/s)."""
     a = rate * t
     if abs(a) < 0.1:
         area = 0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a * (1.0 / 720.0 - a / 5040.0))))
@@ -32,7 +45,7 @@ def decaying(rate, t):
 
 
 class Noise(NamedTuple):
-    """Covariance that noise of density 1 adds to a decaying rate w, its integral x and the integral y of that."""
+    """Covariance that noise of density 1 adds to a decaying rate w, to its integral x and to the integral y of x."""
 
     ww: float
     xw: float
@@ -43,11 +56,8 @@ class Noise(NamedTuple):
 
 
 @called_kernel
-def noise(decay, h):
-    """Noise over h seconds: the integral of the responses to a unit of it, in short steps by quadrature.
-
-    The closed form cancels where `decay` h is small; the quadrature errs by 4e-6 where it is `_SHORT`.
-    """
+def noise(decay: float, h: float) -> Noise:
+    """Noise over h seconds, in closed form; in short steps, where that would cancel, by quadrature."""
     if decay * h > _SHORT:
         w, x, y = decaying(decay, h)
         xx = (h - 2.0 * x + 0.5 * (1.0 - w * w) / decay) / decay**2
@@ -69,7 +79,7 @@ def noise(decay, h):
 
 
 @lean_kernel
-def phi(pole, s):
+def phi(pole: complex, s: float) -> tuple[complex, complex, complex]:
     """φ0, φ1, φ2 at lag s."""
     a = pole * s
     if abs(a.real) + abs(a.imag) < 0.1:
@@ -82,14 +92,14 @@ def phi(pole, s):
 
 
 @lean_kernel
-def together(a, b):
-    """Real part of a b*: the covariance of the real and imaginary parts of two processes with one noise."""
+def together(a: complex, b: complex) -> float:
+    """Real part of a b*."""
     return a.real * b.real + a.imag * b.imag
 
 
 @lean_kernel
-def respond(response, acts_on, change, mean, dt):
-    """Set the effect of one unit of a driving state on the motion, and its mean over dt."""
+def respond(response: Response, acts_on: int, change: float, mean: float, dt: float) -> None:
+    """Set the effect of a unit of a driving state: the change of speed or course, and its mean over dt."""
     if acts_on == ON_SPEED or acts_on == ON_ACCELERATION:
         response.gain, response.way = change, dt * mean
     else:
@@ -97,10 +107,13 @@ def respond(response, acts_on, change, mean, dt):
 
 
 @called_kernel
-def add_process(responses, j, pole, density, acts_on, dt):
-    """One process with first state j: its deterministic response over dt, and the noise of density that it takes up.
+def add_process(
+    responses: Records, j: int, pole: complex, density: float, acts_on: int, dt: float
+) -> tuple[float, float, float]:
+    """Set the responses of a process with first state j over dt (s), and the noise of this density that it takes up.
 
-    Returns variance and covariance of what it adds to the way (along, or for each m/s across) and the speed (course).
+    Returns the variance that this noise adds to the distance along the course (or, for every m/s, across it), the
+    covariance with the speed (or the course), and the variance of the speed (or the course).
     """
     whole, first, second = phi(pole, dt)
     complex_, integrates = pole.imag != 0.0, acts_on == ON_RATE or acts_on == ON_ACCELERATION
@@ -122,7 +135,7 @@ def add_process(responses, j, pole, density, acts_on, dt):
 
 
 class TakenUp(NamedTuple):
-    """Integrals over a step of products of the responses to noise of density 1: state z, its gain g and its way w."""
+    """Integrals over a step of products of responses to noise of density 1: state z, speed or course g, distance w."""
 
     ww: float  # |w|²
     wg: float  # w g*, real part
@@ -133,10 +146,8 @@ class TakenUp(NamedTuple):
 
 
 @lean_kernel
-def taken_up(pole, integrates, dt):
-    """What noise adds over a step: in closed form, which cancels in steps that are short against the process, and there
-    by quadrature.
-    """
+def taken_up(pole: complex, integrates: bool, dt: float) -> TakenUp:
+    """Noise of density 1 over a step, in closed form; in short steps, where that would cancel, by quadrature."""
     if abs(pole) * dt > _SHORT:
         return over_a_long_step(pole, integrates, dt)
     ww = wg = gg = added = 0.0
@@ -155,9 +166,9 @@ def taken_up(pole, integrates, dt):
 
 
 @lean_kernel
-def over_a_long_step(pole, integrates, dt):
-    """Closed form of `taken_up`: with φ1 = (φ0 − 1)/p and φ2 = (φ0 − 1 − p s)/p² all are integrals of |φ0|², φ0, s φ0
-    and powers of s.
+def over_a_long_step(pole: complex, integrates: bool, dt: float) -> TakenUp:
+    """Closed form of `taken_up`: φ1 = (φ0 − 1)/p and φ2 = (φ0 − 1 − p s)/p² leave integrals of |φ0|², φ0, s φ0 and
+    powers of s.
     """
     whole, once, _ = phi(pole, dt)
     other = pole.conjugate()
@@ -175,8 +186,8 @@ def over_a_long_step(pole, integrates, dt):
 
 
 @called_kernel
-def set_steps(bank, model, dt):
-    """Fill steps and responses of every mode, and the probabilities of change between modes, for dt > 0 seconds."""
+def set_steps(bank: Bank, model: Model, dt: float) -> None:
+    """Fill the steps and responses of all modes, and the probabilities of a change of mode, for dt > 0 seconds."""
     steps, responses, modes, units = bank.steps, bank.responses, model.modes, bank.moments
     set_processes(steps[0], responses[0], model.processes, dt)
     for i in range(1, len(modes)):
@@ -191,8 +202,8 @@ def set_steps(bank, model, dt):
 
 
 @called_kernel
-def set_processes(step, responses, processes, dt):
-    """Set what every mode shares: a step (STEP) and responses (n,), with the processes in them."""
+def set_processes(step: Step, responses: Records, processes: Records, dt: float) -> None:
+    """Set a step and responses (n,) for the processes, which all modes have in common."""
     step.dt = dt
     step.ll = step.lu = step.uu = step.yy = step.yx = step.xx = 0.0
     for j in range(len(responses)):
@@ -219,9 +230,11 @@ def set_processes(step, responses, processes, dt):
 
 
 @lean_kernel
-def hold_rate(responses, modes, units, i, dt):
-    """Response of the rate that mode i holds, to noise of density 1; into units (m, ≥ 3) what that adds to way and
-    course. Modes whose rates decay alike have it in common."""
+def hold_rate(responses: Records, modes: Records, units: Floats, i: int, dt: float) -> None:
+    """Set the response of the held rate of mode i for noise of density 1, and units[i] to what `add_process` returns.
+
+    Modes of equal decay have the same numbers. units: (m, ≥ 3).
+    """
     alike = 0
     while modes[alike].rate_decay != modes[i].rate_decay:
         alike += 1
@@ -236,9 +249,8 @@ def hold_rate(responses, modes, units, i, dt):
 
 
 @lean_kernel
-def set_noise(step, rate, mode, unit):
-    """Complete a step by the noise of its mode; rate: response of the held rate to noise of density 1, see
-    `hold_rate`."""
+def set_noise(step: Step, rate: Response, mode: Mode, unit: Floats) -> None:
+    """Add the noise of a mode to its step and to `rate`, the response of the held rate. unit: see `hold_rate`."""
     step.sideways, step.drift_speed = mode.sideways, mode.drift_speed
     hold_speed(step, mode.speed_decay, mode.speed_noise)
     step.ll, step.lu, step.uu = step.ll + step.held_ll, step.lu + step.held_lu, step.uu + step.held_uu
@@ -249,16 +261,16 @@ def set_noise(step, rate, mode, unit):
 
 
 @lean_kernel
-def hold_speed(step, decay, density):
-    """Set the remaining part of a decaying speed, the distance it covers, and its noise."""
+def hold_speed(step: Step, decay: float, density: float) -> None:
+    """Set in a step what remains of a unit of speed, the distance that it covers, and the noise of the held speed."""
     step.left, step.way, _ = decaying(decay, step.dt)
     unit = noise(decay, step.dt)  # speed and way decay as rate and course
     step.held_ll, step.held_lu, step.held_uu = density * unit.xx, density * unit.xw, density * unit.ww
 
 
 @called_kernel
-def exponential(out, product, generator, dt):
-    """out = e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; product: workspace."""
+def exponential(out: Floats, product: Floats, generator: Floats, dt: float) -> None:
+    """out ← e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; product: workspace."""
     m, fastest = len(generator), 0.0
     for i in range(m):
         fastest = max(fastest, -generator[i, i] * dt)

@@ -1,54 +1,48 @@
-"""The five-state extended Kalman filter, Table 1 of S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910.
+"""The five-state extended Kalman filter of S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910, Table 1.
 
-States x = [x^n y^n U χ ω_χ]: position north and east, speed over ground, course over ground, course rate.
+The state (27) is x = [x^n y^n U χ ω_χ]: position north and east (m), speed over ground (m/s), course over ground (rad)
+and course rate (rad/s). A fix (28) measures the position, y = [x^n y^n].
 
     ẋ^n = U cos χ   (11)        U̇ = −α1 U + w1   (13)        χ̇ = ω_χ             (14)
     ẏ^n = U sin χ   (12)                                      ω̇_χ = −α2 ω_χ + w2   (15)
 
-Where the paper steps by Euler's method and adds h² Q_d, `discretise` integrates the turn exactly (constant turn rate
-over a step) and takes spectral densities, so that the rate at which the filter runs changes nothing. The covariance P
-belongs to the error [δx^n δy^n δU δs δω_χ] with δs = U δχ, the velocity across the course, and stays regular at rest;
-kept and read is its upper triangle. Two things are added: below `drift_speed` a vessel is pushed about in any
-direction, and a fix counts by the probability β that it is no outlier (Table 1 has β = 1).
+The filter differs from the paper in four ways. The first makes the estimate independent of the rate of the filter:
 
-The general filter (`filter.row`) has several modes of motion that are mixed and weighed, shaping filters as further
-states (waves, errors of the receiver and of aids), and fixes that are poor or follow a step of the receiver. This is
-its fast path for one mode without any of these, with the same numbers. A run of outliers is left to it.
+- Instead of Euler's method (18)–(22), a step follows an arc at the mean speed and turn rate of (13)–(15), integrated
+  exactly. The noise w1 and w2 has spectral densities S_U and S_ω; the paper adds E_d Q_d E_dᵀ at every step.
+- The covariance P belongs to the error [δx^n δy^n δU δs δω_χ] with δs = U δχ, the velocity across the course (m/s). It
+  stays regular at rest, where the course is undefined. Functions read and write its upper triangle.
+- Below `drift_speed`, w1 also acts across the course.
+- A fix is weighted by the probability β that it is not an outlier. Table 1 has β = 1.
+
+`filter.row` is the general filter, with several modes of motion, further states, poor fixes and receiver steps. This
+module gives the same numbers faster for a model of one mode with none of these. It leaves runs of outliers to
+`filter.row`.
 """
 
 import math
 from typing import NamedTuple
 
 from steerway.core.angles import sinc, wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
 from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
 from steerway.estimation.filter.bank import advance as advance_modes
 from steerway.estimation.filter.discrete import decaying, hold_speed, noise
 from steerway.estimation.filter.fuse import COURSE_STD, mean_speed
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Bank, Mode, Model, Response, Run, Step
 from steerway.estimation.filter.relative import corrected
-from steerway.estimation.filter.row import Row, Taken, keep, row_of, take_row
-from steerway.estimation.filter.vectors import (
-    Sym2,
-    Vec2,
-    determinant,
-    inverse,
-    nis,
-    outer,
-    plus,
-    scaled,
-    times,
-    trace,
-)
+from steerway.estimation.filter.row import Asked, Row, Rows, Taken, keep, row_of, take_row
+from steerway.estimation.filter.vectors import Sym2, Vec2, determinant, inverse, nis, outer, plus, scaled, times, trace
 from steerway.estimation.filter.weigh import DIFFUSE, OUTLIERS_LAST, RARE, outlier_density
 
 
 @called_kernel
-def discretise(step, turn, mode, h):
-    """(11)–(15) over a step of h seconds, into `step` (STEP) and `turn` (RESPONSE of the course rate).
+def discretise(step: Step, turn: Response, mode: Mode, h: float) -> None:
+    """Discretise (13)–(15) over a step of h seconds, into `step` and into `turn`, the response to the course rate.
 
-    Noise reaches speed and then the way l along the course, the rate and then the course and the way y across.
+    w1 drives the speed u and the distance l along the course; w2 drives ω_χ, the course x and the distance y across it.
     """
     step.dt, step.sideways, step.drift_speed = h, mode.sideways, mode.drift_speed
     hold_speed(step, mode.speed_decay, mode.speed_noise)
@@ -61,10 +55,11 @@ def discretise(step, turn, mode, h):
 
 
 @lean_kernel
-def predict(x, p, step, turn):
-    """State and covariance predictor of Table 1, x ← f(x) and P ← F P Fᵀ + Q.
+def predict(x: Floats, p: Floats, step: Step, turn: Response) -> None:
+    """State and covariance predictor of Table 1: x ← f(x) and P ← A_d P A_dᵀ + Q, where A_d (31) is the Jacobian of f.
 
-    With the chord dN, dE of the arc sailed and A = F − I, of which only N, E, U, s and ω have entries.
+    Names give row and column: for x^n and ω_χ, `n_w` is the entry of A_d, `nw` that of P and `n4` that of A_d P. The
+    columns of x^n and y^n of A_d are those of the identity.
     """
     u, w = x[SPEED], x[RATE]
     mean = x[COURSE] + turn.lean * w
@@ -72,7 +67,7 @@ def predict(x, p, step, turn):
     ratio, slope = sinc(0.5 * turn.turn * w)
     a, bend = step.way * ratio, 0.5 * slope * u * step.way * turn.turn
     lean = turn.lean * u * a
-    n_u, n_s, n_w = a * c, -a * s, bend * c - lean * s  # by U, s and ω
+    n_u, n_s, n_w = a * c, -a * s, bend * c - lean * s
     e_u, e_s, e_w = a * s, a * c, bend * s + lean * c
     speed, left, now = step.left, turn.left, u * step.left
     s_w = now * turn.turn
@@ -118,20 +113,20 @@ def predict(x, p, step, turn):
 
 
 class Innovation(NamedTuple):
-    """A fix against its prediction."""
+    """A fix compared with its prediction."""
 
-    off: Vec2  # ν = y − C x, m
-    s: Sym2  # S = C P Cᵀ + R, m²
-    good: float  # prior probability times density of a fix that is no outlier, 1/m²
-    wrong: float  # … of an outlier
+    off: Vec2  # innovation ν = y − C_d x, m
+    s: Sym2  # its covariance S = C_d P C_dᵀ + R_d, m²
+    good: float  # prior probability of a fix that is not an outlier, times its density, 1/m²
+    wrong: float  # prior probability of an outlier, times its density, 1/m²
 
 
 @lean_kernel
-def innovate(x, p, fix, variance, clock, outlier_rate):
-    """ν and S of a fix (Vec2), and how probable it is.
+def innovate(x: Floats, p: Floats, fix: Vec2, variance: float, clock: float, outlier_rate: float) -> Innovation:
+    """Innovation ν of a fix (m), its covariance S, and how probable the fix is.
 
-    R = `variance` I + `clock` v vᵀ: white noise, and the way of a vessel of velocity v in the error of the fix's time,
-    of variance `clock` (s²).
+    R_d = `variance` I + `clock` v vᵀ: white noise (m²), and the error of the time of the fix (variance `clock`, s²), in
+    which the vessel moves on at its velocity v.
     """
     off, s = Vec2(fix.n - x[NORTH], fix.e - x[EAST]), Sym2(p[0, 0] + variance, p[0, 1], p[1, 1] + variance)
     if clock > 0.0:
@@ -142,10 +137,10 @@ def innovate(x, p, fix, variance, clock, outlier_rate):
 
 
 @lean_kernel
-def correct(x, p, off, s, beta, error):
-    """Gain, state and covariance corrector of Table 1, K = P Cᵀ S⁻¹, x ← x + β K ν.
+def correct(x: Floats, p: Floats, off: Vec2, s: Sym2, beta: float, error: Floats) -> None:
+    """Gain, state and covariance corrector of Table 1: K = P C_dᵀ S⁻¹, x ← x + β K ν.
 
-    P ← P − β K S Kᵀ + β (1 − β) K ν νᵀ Kᵀ (probabilistic data association, Y. Bar-Shalom and X. R. Li,
+    P ← P − β K S Kᵀ + β (1 − β) K ν νᵀ Kᵀ, which is probabilistic data association (Y. Bar-Shalom and X. R. Li,
     Multitarget-Multisensor Tracking, 1995, §3.4). error: workspace (5,).
     """
     information = inverse(s)
@@ -180,7 +175,7 @@ def correct(x, p, off, s, beta, error):
 
 
 @inlined_kernel
-def advance(bank, model, h):
+def advance(bank: Bank, model: Model, h: float) -> None:
     """Predict by h > 0 seconds, at most `LONGEST_STEP`."""
     x, p, step, turn = bank.x[0], bank.p[0], bank.steps[0], bank.responses[0, RATE]
     bank.run[0].since += h
@@ -193,8 +188,11 @@ def advance(bank, model, h):
 
 
 @inlined_kernel
-def take_fix(bank, model, fix, excess):
-    """Correct by a fix. Returns what the filter says of it; NaN, and nothing changed, where it is an outlier."""
+def take_fix(bank: Bank, model: Model, fix: Vec2, excess: float) -> Taken:
+    """Correct by a fix. For a probable outlier nothing is changed, and the returned numbers are NaN.
+
+    excess: variance of the white noise over the usual one.
+    """
     x, p, run, receiver = bank.x[0], bank.p[0], bank.run[0], model.receiver[0]
     variance = excess * receiver.fix_variance
     rate = receiver.outlier_rate * (1.0 - run.was_outlier) + OUTLIERS_LAST * run.was_outlier
@@ -209,14 +207,14 @@ def take_fix(bank, model, fix, excess):
 
 
 @inlined_kernel
-def is_usual(run):
-    """Whether a filter is under way, and its last fixes agree with it."""
-    return run.started and run.outliers == 0.0 and run.step_north == 0.0 and run.step_east == 0.0
+def is_usual(run: Run) -> bool:
+    """Whether a filter has begun, its last fix was not an outlier and it follows no step of the receiver."""
+    return run.started == 1 and run.outliers == 0.0 and run.step_north == 0.0 and run.step_east == 0.0
 
 
 @inlined_kernel
-def wait(bank, model, dt):
-    """A row without a fix, as `take` takes it."""
+def wait(bank: Bank, model: Model, dt: float) -> None:
+    """Predict to a row without a fix."""
     if is_usual(bank.run[0]) and dt <= LONGEST_STEP:
         if dt > 0.0:
             advance(bank, model, dt)
@@ -225,15 +223,15 @@ def wait(bank, model, dt):
 
 
 @called_kernel
-def wait_longer(bank, model, dt):
-    """Predict by the general filter."""
+def wait_longer(bank: Bank, model: Model, dt: float) -> None:
+    """Predict by the general filter. A call, as `leave` is."""
     fill_lower(bank.p[0])
     advance_modes(bank, model, dt)
 
 
 @inlined_kernel
-def take(bank, model, row):
-    """One row without aids, as `take_row` takes it."""
+def take(bank: Bank, model: Model, row: Row) -> Taken:
+    """Predict to a row and take its fix, as `take_row` does for a row without aids."""
     fixed, dt = math.isfinite(row.north) and math.isfinite(row.east), row.dt
     if is_usual(bank.run[0]) and dt <= LONGEST_STEP:
         if dt > 0.0:
@@ -248,15 +246,15 @@ def take(bank, model, row):
 
 
 @called_kernel
-def leave(bank, model, row):
-    """Leave a row to the general filter. A call: inlined it would slow down all other rows."""
+def leave(bank: Bank, model: Model, row: Row) -> Taken:
+    """Take a row by the general filter. Inlined, this rare call would slow down all other rows."""
     fill_lower(bank.p[0])
     return take_row(bank, model, row, bank.rows[0, :0])
 
 
 @called_kernel
-def run(rows, model, bank, asked):
-    """Over a record (Rows) without aids, as `run_record` does it; of `asked` its output and what is kept."""
+def run(rows: Rows, model: Model, bank: Bank, asked: Asked) -> None:
+    """Filter a record without aids, as `run_record` does, and fill `asked.out` and `asked.kept`."""
     r = 0
     for k in range(len(rows.time)):
         if r < len(rows.restarts) and rows.restarts[r] == k:
@@ -273,8 +271,8 @@ def run(rows, model, bank, asked):
 
 
 @lean_kernel
-def state_row(bank, model, out):
-    """Write the estimate after a row into `out` (≥ FUSED), as `row.state_row` does; NaN before the first fix."""
+def state_row(bank: Bank, model: Model, out: Floats) -> None:
+    """Write the estimate after a row into `out` (FUSED or more), as `row.state_row` does; NaN before the first fix."""
     x, p = bank.x[0], bank.p[0]
     if bank.run[0].started == 0:
         for i in range(len(out)):
@@ -287,8 +285,11 @@ def state_row(bank, model, out):
 
 
 @lean_kernel
-def write_estimate(bank, model, steerageway, estimate):
-    """SOG, COG and course rate after a row as they are given out, into `estimate` (9,); see `log.course`."""
+def write_estimate(bank: Bank, model: Model, steerageway: float, estimate: Floats) -> None:
+    """Write the estimate after a row into `estimate` (9,), as a user gets it; columns: see `log.course`.
+
+    Course and course rate are NaN below `steerageway` (m/s), and where the course has a σ of COURSE_STD or more.
+    """
     state_row(bank, model, estimate)
     for i in range(5, 9):
         estimate[i] = math.sqrt(estimate[i])
@@ -296,8 +297,8 @@ def write_estimate(bank, model, steerageway, estimate):
         estimate[3] = estimate[4] = estimate[6] = estimate[7] = math.nan
 
 
-def is_plain(model, aids) -> bool:
-    """Whether this filter serves a model and a table of aids: one mode, five states, fixes good or outliers."""
+def is_plain(model: Model, aids: Floats) -> bool:
+    """Whether this filter serves a model and a table of aids: one mode, five states, no poor fixes, steps or aids."""
     receiver, mode = model.receiver[0], model.modes[0]
-    extras = receiver["poor_rate"], receiver["step_rate"], mode["sideways"]
+    extras = receiver.poor_rate, receiver.step_rate, mode.sideways
     return len(model.modes) == 1 and model.states == 5 and not any(extras) and len(aids) == 0

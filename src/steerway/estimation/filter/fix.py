@@ -1,12 +1,13 @@
-"""What one mode sees of a fix: what is measured, the innovation, and the correction by any pair of measurements.
+"""A fix in one mode: its Jacobian, its innovation, and the correction of the mode.
 
-A fix is the position, plus the states of the receiver's errors, plus the antenna's displacement athwart, plus white
-noise.
+A fix measures the position, plus the states of the receiver's errors, plus the displacement of the antenna athwart,
+plus white noise.
 """
 
 import math
 from typing import NamedTuple
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_ANTENNA, ON_FIX, RATE, SPEED
 from steerway.estimation.filter.relative import corrected
@@ -14,19 +15,19 @@ from steerway.estimation.filter.vectors import Sym2, Vec2, outer, plus, scaled, 
 
 
 class Seen(NamedTuple):
-    """A fix as one mode sees it."""
+    """A fix compared with the prediction of one mode."""
 
     off: Vec2  # innovation ν, m
-    s: Sym2  # its covariance where the fix is a good one, m²
-    velocity: Vec2  # m/s
+    s: Sym2  # its covariance S for a good fix, m²
+    velocity: Vec2  # of the vessel, m/s
 
 
 @called_kernel
-def see(x, p, processes, clock, fix, variance, rows):
-    """A fix (Vec2, m) of this white variance (m²) as a mode, x (n,) and p (n, n), sees it.
+def see(x: Floats, p: Floats, processes: Records, clock: float, fix: Vec2, variance: float, rows: Floats) -> Seen:
+    """Compare a fix (m) of white noise of this variance (m²) with a mode, x (n,) and p (n, n).
 
-    clock: variance of the moment of the fix, s². rows: workspace, of which the first two (n,) are filled with the
-    covariance C = P Hᵀ of state and fix.
+    clock: variance of the time of the fix, s². rows: workspace (≥ 4, n), whose first two rows receive the covariance
+    C = P Hᵀ of the state with the fix north and east.
     """
     n, c_n, c_e, h_n, h_e = len(x), rows[0], rows[1], rows[2], rows[3]
     velocity = observe(x, processes, h_n, h_e)
@@ -51,8 +52,8 @@ def see(x, p, processes, clock, fix, variance, rows):
 
 
 @lean_kernel
-def observe(x, processes, h_n, h_e):
-    """Fill H, what a fix measures north and east of a state (n,), behind the rate. Returns the velocity (Vec2)."""
+def observe(x: Floats, processes: Records, h_n: Floats, h_e: Floats) -> Vec2:
+    """Fill the Jacobian H of a fix north and east for the states behind the rate. Returns the velocity (m/s)."""
     c, s = math.cos(x[COURSE]), math.sin(x[COURSE])
     velocity = Vec2(x[SPEED] * c, x[SPEED] * s)
     for j in range(RATE + 1, len(x)):
@@ -67,10 +68,10 @@ def observe(x, processes, h_n, h_e):
 
 
 @called_kernel
-def correct(x, p, rows, m, s, alone):
-    """Correct a mode by a fix: x ← x + C s and P ← P − C M Cᵀ (Vec2, Sym2), with C in the first two `rows`.
+def correct(x: Floats, p: Floats, rows: Floats, m: Sym2, s: Vec2, alone: bool) -> None:
+    """Correct a mode by a fix: x ← x + C s and P ← P − C M Cᵀ, with C in the first two `rows` (see `see`).
 
-    alone: see `relative.corrected`.
+    alone: whether it is the only mode, see `relative.corrected`.
     """
     n, c_n, c_e, error = len(x), rows[0], rows[1], rows[2]
     for i in range(n):

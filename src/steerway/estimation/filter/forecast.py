@@ -1,21 +1,22 @@
-"""Forecast by given numbers: mean and covariance of the position after a while, in closed form.
+"""Forecast with the numbers of a profile: mean and covariance of a later position, in closed form.
 
-Course diffuses without bound, so that linearisation fails within minutes: its long thin ellipse across the course is
-in truth a crescent, then a disc. Here speed and course are Gaussian processes whose mean and covariance at any two
-times are known in closed form, and the first two moments of the position are integrals of E[U e^{iχ}] and
-E[U(s) U(t) e^{i(χ(s) ± χ(t))}] over one and two times. Acceleration persists for its time, a turn for 1/α2; a vessel
-without a course drifts, slower than steerageway.
+The course diffuses without bound, so that linearisation fails within minutes: instead of a thin ellipse across the
+course, positions spread over a crescent, then over a disc. Here speed and course are Gaussian processes whose mean and
+covariance at any two times have a closed form. The first two moments of the position are integrals of E[U e^{iχ}] and
+E[U(s) U(t) e^{i(χ(s) ± χ(t))}] over one and two times. Acceleration persists for its time constant, a turn for 1/α2. A
+vessel without a course drifts, slower than its drift speed.
 
-Voyages drawn as for structures that were inferred (`filter.voyages`) lie farther off by this many numbers: on AIS
-of the Solent 104 m in place of 86 two minutes ahead (median), since a drawn speed does not fall below zero, or returns
-to what it was; and they take 40 times as long.
+Monte Carlo (`filter.voyages`) with the same numbers has larger errors: on AIS of the Solent a median of 104 m two
+minutes ahead, against 86 m here, since its speeds stay above zero or return to usual ones. It takes 40 times as long.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.estimation.filter.bank import add_second_moments, average, take_covariance
 from steerway.estimation.filter.discrete import decaying
@@ -30,39 +31,44 @@ from steerway.estimation.filter.model import (
     PROCESS,
     RATE,
     SPEED,
+    Bank,
+    Mode,
+    Model,
     empty_bank,
     room_to_keep,
 )
 from steerway.estimation.filter.relative import from_likeliest, shifted
-from steerway.estimation.filter.row import Asked, recall
+from steerway.estimation.filter.row import Asked, Rows, recall
 from steerway.estimation.log.course import run_model
 from steerway.estimation.log.place import MOMENTS
 
 NODES = 48
-"""Points of the midpoint rule: with 96, mean and covariance of the voyages of `tests/test_prediction.py`, which
+"""Points of the midpoint rule. With 96, mean and covariance of the voyages of `tests/test_prediction.py`, which
 compares them with Monte Carlo, change by less than 10⁻⁴ of the spread."""
 SPEED_SHARE, SPEED_ROOM = 0.5, 1.0
-"""1σ that accelerations add to a speed in the long run: a share of it, and m/s. A vessel keeps about its speed, where a
-random walk would lead away without bound. Chosen on the Solent: with 0.3 and 0.5 m/s the 95 % ellipses ten minutes
-ahead hold 94 % of the vessels of even MMSI at 2.5 m/s and more and 88 % of the odd ones, with these 96 and 95 %."""
+"""Bound of the 1σ that accelerations add to a speed: this share of the speed, plus this many m/s. A random walk would
+have no bound. AIS of the Solent, vessels at 2.5 m/s or more, ten minutes ahead: with 0.3 and 0.5 m/s the 95 % ellipses
+hold 94 % (even MMSI) and 88 % (odd MMSI) of the positions, with these 96 and 95 %."""
 DRIFT_TIME = 200.0
-"""s, time constant of the velocity of a drifting vessel. Chosen: some minutes, as gusts and eddies last."""
+"""s, time constant of the velocity of a drifting vessel: gusts and eddies last some minutes."""
 _NONE = np.empty(0)
 _NO_PROCESS = np.zeros(1, PROCESS)
 
 
 class Outlook(NamedTuple):
-    """How a vessel moves in the long run."""
+    """Motion in the long run."""
 
-    mode: np.ndarray  # (1,) MODE
-    acceleration: np.ndarray  # (1,) PROCESS, of variance 0 for none
-    deviation: np.ndarray  # (1,) PROCESS that waves make of the course, of variance 0 for none
+    mode: Records  # (1,) MODE
+    acceleration: Records  # (1,) PROCESS, of variance 0 for none
+    deviation: Records  # (1,) PROCESS of the course in waves, of variance 0 for none
 
 
-def forecasts(record, model, on_average, horizons, rows=None) -> np.ndarray:
-    """(rows, horizons, MOMENTS) in the plane `horizons` seconds after these rows of a record, or after the last.
+def forecasts(
+    record: Rows, model: Model, on_average: Model, horizons: Floats, rows: Sequence[int] | None = None
+) -> Floats:
+    """Forecasts (rows, horizons, MOMENTS) in the plane, `horizons` seconds after these rows of a record, or the last.
 
-    model: of the filter. on_average: the one of one mode that disperses as far in the long run, with the same states:
+    model: filters the record. on_average: one mode with the same states and the same asymptotic diffusion, since
     future changes of mode are unknown. NaN before the first fix.
     """
     bank = empty_bank(model)
@@ -78,8 +84,8 @@ def forecasts(record, model, on_average, horizons, rows=None) -> np.ndarray:
     return out
 
 
-def _outlook_of(model) -> Outlook:
-    def acting(on):
+def _outlook_of(model: Model) -> Outlook:
+    def acting(on: int) -> Records:
         found = model.processes[model.processes["acts_on"] == on]
         return found if len(found) else _NO_PROCESS
 
@@ -87,8 +93,8 @@ def _outlook_of(model) -> Outlook:
 
 
 @kernel
-def look_ahead(bank, outlook, horizons, out):
-    """Fill `out` (horizons, MOMENTS); uses the modes of the bank up."""
+def look_ahead(bank: Bank, outlook: Outlook, horizons: Floats, out: Floats) -> None:
+    """Fill `out` (horizons, MOMENTS) with forecasts from a bank, and overwrite its modes."""
     n = bank.x.shape[1]
     x, p = np.empty(n), np.empty((n, n))
     combine(bank, x, p)
@@ -104,8 +110,8 @@ def look_ahead(bank, outlook, horizons, out):
 
 
 @kernel
-def combine(bank, x, p):
-    """Mean and covariance of all modes, into x (n,) and p (n, n); uses them up."""
+def combine(bank: Bank, x: Floats, p: Floats) -> None:
+    """x (n,) and p (n, n) ← mean and covariance of all modes of a bank, whose covariances are overwritten."""
     m, mean = len(bank.x), bank.moments[len(bank.x)]
     reference, steady = from_likeliest(bank.x, bank.p, bank.probability, bank.moments)
     for k in range(m):
@@ -116,8 +122,8 @@ def combine(bank, x, p):
 
 
 @lean_kernel
-def follow_mean(x, p, d):
-    """The mean course for the course, of which state d is the deviation, and its rate, of which nothing is known."""
+def follow_mean(x: Floats, p: Floats, d: int) -> None:
+    """Replace the course by the course without waves: state d is its deviation in waves."""
     x[COURSE] -= x[d]
     speed = x[SPEED]
     for i in range(len(x)):
@@ -127,8 +133,8 @@ def follow_mean(x, p, d):
 
 
 @lean_kernel
-def drift(x, p, outlook, horizon, out):
-    """Velocity decays to a stationary standard deviation of half of steerageway."""
+def drift(x: Floats, p: Floats, outlook: Outlook, horizon: float, out: Floats) -> None:
+    """Moments of a drifting vessel: its velocity decays to a stationary σ of half the drift speed."""
     rate, c, s = 1.0 / DRIFT_TIME, math.cos(x[COURSE]), math.sin(x[COURSE])
     _, reach, _ = decaying(rate, horizon)
     spread = 2.0 * rate * (0.5 * outlook.mode[0].drift_speed) ** 2 * integral_moments(rate, horizon)[0]
@@ -142,10 +148,11 @@ def drift(x, p, outlook, horizon, out):
 
 
 @lean_kernel
-def integral_moments(rate, t):
-    """Variance of the integral after t of a process that decays at `rate` and starts from 0, under unit white noise.
+def integral_moments(rate: float, t: float) -> tuple[float, float]:
+    """Variance after t (s) of the integral of a process, and its covariance with the process.
 
-    And the covariance of that integral with the process. Times S_ω: of course, and of course and course rate.
+    The process decays at `rate` (1/s) and starts from 0 under white noise of density 1. Times S_ω these are the
+    variance of the course, and its covariance with the course rate.
     """
     _, once, twice = decaying(rate, t)
     both = 0.5 * once * once
@@ -155,8 +162,10 @@ def integral_moments(rate, t):
 
 
 @lean_kernel
-def course_covariance(p, speed, gain, later_gain, mode, t, later):
-    """Covariance of χ at t and at t + later."""
+def course_covariance(
+    p: Floats, speed: float, gain: float, later_gain: float, mode: Mode, t: float, later: float
+) -> float:
+    """Covariance (rad²) of the course at the times t and t + later (s), for a course rate of these gains (s) there."""
     area, mixed = integral_moments(mode.rate_decay, t)
     known = p[COURSE, COURSE] / speed**2 + (gain + later_gain) * p[COURSE, RATE] / speed
     known += gain * later_gain * p[RATE, RATE]
@@ -164,8 +173,8 @@ def course_covariance(p, speed, gain, later_gain, mode, t, later):
 
 
 @kernel
-def sail(x, p, outlook, horizon, out):
-    """Moments of ∫ U e^{iχ} by midpoints that are close at first and wide later, where the integrand is smooth."""
+def sail(x: Floats, p: Floats, outlook: Outlook, horizon: float, out: Floats) -> None:
+    """Moments of a vessel with a course: those of ∫ U e^{iχ}, by midpoints that are dense at first."""
     s, w = np.empty(NODES), np.empty(NODES)
     speed, left, gain = np.empty(NODES), np.empty(NODES), np.empty(NODES)
     course, course_gain, course_variance = np.empty(NODES), np.empty(NODES), np.empty(NODES)

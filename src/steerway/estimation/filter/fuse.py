@@ -1,23 +1,24 @@
-"""What all modes together say: mean and spread of the mixture, and the motion that fixes do not resolve."""
+"""One estimate from all modes: mean and variance of the mixture, plus motion that is too fast for the fixes."""
 
 import math
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_COURSE, ON_RATE, ON_SPEED, RATE, SPEED, Mode, Model
 
 SOG_VARIANCE, COURSE_VARIANCE, RATE_VARIANCE = 5, 6, 7
 """Columns of `fuse`."""
 COURSE_STD = 0.6
-"""rad; a course that is known worse is not stated. Chosen: a third of that of uniform directions, π/√3."""
+"""rad; a course of larger σ is not stated. Uniform directions have three times this σ, π/√3."""
 QUICK_SPEED, QUICK_SPEED_TIME, QUICK_RATE, QUICK_RATE_TIME = 0.02, 6.0, 0.5 * math.pi / 180.0, 3.0
-"""Small changes of speed (m/s) and course rate (rad/s) that a vessel makes at any time, and how long they last (s):
-medians of the priors of wander, for a craft of 1.5 m/s."""
+"""Wander of any vessel: σ of the speed relative to the speed, its time constant (s), σ of the course rate (rad/s) and
+its time constant. Medians of the priors, for a craft of 1.5 m/s."""
 
 
 @called_kernel
-def rate_weights(processes, h):
-    """What each state contributes to the course rate, into h (n,)."""
+def rate_weights(processes: Records, h: Floats) -> None:
+    """h ← Jacobian (n,) of the course rate: the held rate, and the processes that act on rate or course."""
     for i in range(len(h)):
         h[i] = 0.0
     h[RATE] = 1.0
@@ -32,8 +33,8 @@ def rate_weights(processes, h):
 
 
 @lean_kernel
-def course_rate(x, p, h):
-    """Course rate of a mode, held and shaped, and its variance; h as of `rate_weights`."""
+def course_rate(x: Floats, p: Floats, h: Floats) -> tuple[float, float]:
+    """Course rate of a mode (rad/s) and its variance; h: see `rate_weights`."""
     rate = variance = 0.0
     for i in range(RATE, len(x)):
         if h[i] != 0.0:
@@ -44,8 +45,8 @@ def course_rate(x, p, h):
 
 
 @lean_kernel
-def mean_speed(x, p, mode):
-    """Mean of the speed in a mode: where its velocity may lie in any direction, that of Rayleigh's distribution."""
+def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
+    """Mean speed (m/s) of a mode; for a velocity that may have any direction that of a Rayleigh distribution."""
     speed, across = x[SPEED], p[3, 3]
     if mode.manoeuvres or across < speed * speed or across < _VAGUE**2:
         return speed
@@ -53,20 +54,19 @@ def mean_speed(x, p, mode):
 
 
 _VAGUE = 0.4
-"""m/s; a velocity that is known better and has no direction is that of a vessel at rest. Chosen: little
-above `course.STEERAGEWAY`."""
+"""m/s: a velocity without direction whose σ across the course is smaller belongs to a vessel at rest. A little above
+`course.STEERAGEWAY`."""
 LEAST_COUNTED = 0.003
-"""Probability of a mode below which it is left out of the spread; of pairs of modes as many times less as there are
-more of them. An interval is to hold 95 %, and modes so improbable would widen it alone: in the scene `circles` the
-deviation of the rate would be 1.5 times as large. With 0.01 it holds 78 % of the rates in the scene `spins`, with this
-90 %."""
+"""Least probability of a mode that counts in the variances; for m² pairs of modes, 1/m of it. A 95 % interval need not
+hold modes less probable: counted, they make the σ of the rate 1.5 times as large in the scene `circles`. With 0.01 the
+interval holds 78 % of the rates in the scene `spins`, with this 90 %."""
 
 
 @called_kernel
-def fuse(x, p, probability, model, h, out):
-    """Mean and spread of all modes, or of pairs of modes, into `out` (FUSED); h is workspace (n,).
+def fuse(x: Floats, p: Floats, probability: Floats, model: Model, h: Floats, out: Floats) -> None:
+    """out (FUSED) ← mean and variances of all modes, or of pairs of modes; h: workspace (n,).
 
-    A pair's number is m times that of its second mode and that of its first, which it is like.
+    Pair i + m j consists of modes i and j, and moves as mode i does.
     """
     modes = model.modes
     rate_weights(model.processes, h)
@@ -104,26 +104,25 @@ def fuse(x, p, probability, model, h, out):
 
 
 @called_kernel
-def add_unresolved_speed(processes, apart, out):
-    """Add to the variance of the speed in `out` (FUSED) the motion that is faster than fixes `apart` s.
+def add_unresolved_speed(processes: Records, apart: float, out: Floats) -> None:
+    """Add to the variance of the speed in `out` (FUSED) the motion between fixes that are `apart` (s) from each other.
 
-    The wander of a structure is fitted to what the fixes resolve. Of that which changes between them they tell nothing,
-    and it is as usual: see QUICK_SPEED and QUICK_RATE.
+    The wander of a structure is fitted to what the fixes resolve. Faster wander has its usual size, see QUICK_SPEED.
     """
     out[SOG_VARIANCE] += unresolved_variance(processes, ON_SPEED, apart, QUICK_SPEED * out[2], QUICK_SPEED_TIME)
 
 
 @called_kernel
-def add_unresolved_rate(processes, apart, out):
-    """As `add_unresolved_speed`, of the course rate."""
+def add_unresolved_rate(processes: Records, apart: float, out: Floats) -> None:
+    """As `add_unresolved_speed`, for the course rate."""
     out[RATE_VARIANCE] += unresolved_variance(processes, ON_RATE, apart, QUICK_RATE, QUICK_RATE_TIME)
 
 
 @lean_kernel
-def unresolved_variance(processes, acts_on, apart, usual, usual_time):
-    """Variance of usual wander that fixes `apart` s do not resolve, as far as that of a structure does not hold it.
+def unresolved_variance(processes: Records, acts_on: int, apart: float, usual: float, usual_time: float) -> float:
+    """Variance of the usual wander that fixes `apart` (s) do not resolve, less that of the structure's own wander.
 
-    0 of a vessel that does not wander.
+    At least 0, and 0 for a structure without wander. usual, usual_time: σ and time constant (s) of the usual wander.
     """
     held, wanders = 0.0, False
     for f in range(len(processes)):
@@ -134,7 +133,10 @@ def unresolved_variance(processes, acts_on, apart, usual, usual_time):
 
 
 @lean_kernel
-def unresolved(interval):
-    """Share of the variance of a first-order process that means over an interval, in its time constants, lack."""
+def unresolved(interval: float) -> float:
+    """Share of the variance of a first-order process that averages over an interval lack.
+
+    interval: over the time constant of the process.
+    """
     a = max(interval, 1e-3)
     return 1.0 - 2.0 * (a - 1.0 + math.exp(-a)) / (a * a)

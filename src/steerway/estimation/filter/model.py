@@ -1,74 +1,158 @@
-"""The numbers of a structure and the state of its filter, as the kernels read them.
+"""The model of a vessel and its receiver, and the state of a filter, as arrays for the kernels.
 
-Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the course rate that is held.
-Beyond the five come shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.,
-§8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts
-on the speed, on the acceleration along the course, on the course rate, on the course (waves swing a vessel about the
-course it holds; were it the rate, they would let it wander), athwart on the antenna, or as the receiver's error north
-and east.
+Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the held course rate. Further
+states are shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., §8.2 and
+§10.2). Each is a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts on one
+of the quantities below. Waves act on the course: they swing a vessel about its course, and as a course rate they would
+let it wander.
 
-The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course. It stays
-regular at rest, where course means nothing.
+The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course (m/s). It
+stays regular at rest, where the course is undefined.
 
-Everything is an array of float64 or of records of eight-byte fields. A model and a bank are therefore one row of
-float64 each (`packed`, `bank_in`): a row is copied at once, and costs a call a tenth of what its arrays cost.
+All numbers have eight bytes, so that a model and a bank fit into one row of float64 each (`packed`, `bank_in`). A row
+is copied at once, and costs a call a tenth of the time that its arrays would cost.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import jitable
 from steerway.core.shaping import shaped
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
-"""The states that every structure has."""
+"""The states that every model has."""
 ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_ACCELERATION = range(7)
-"""Quantities that a process can act on. A process on fixes has two states, north and east; a complex one has a real
-and an imaginary state."""
+"""Quantities that a process can act on: speed, course rate, course, displacement of the antenna to starboard, error of
+a fix, error of an aid, acceleration along the course. A process on fixes has two states, north and east; a complex one
+has a real and an imaginary state."""
 DRIVING = (ON_SPEED, ON_RATE, ON_COURSE, ON_ACCELERATION)
-"""Those that drive the motion."""
+"""The quantities that drive the motion."""
 
 
-def _record(numbers: str, integers: str = "") -> np.dtype:
-    """Records with these fields."""
-    fields = [(name, np.float64) for name in numbers.split()] + [(name, np.int64) for name in integers.split()]
-    return np.dtype((np.record, fields))  # fields are attributes in Python too, where kernels run without compilation
+class Mode(Protocol):
+    """How a vessel moves in a mode."""
+
+    speed_noise: float  # spectral density S_U, m²/s³
+    rate_noise: float  # spectral density S_ω, rad²/s³
+    speed_decay: float  # α1, 1/s
+    rate_decay: float  # α2 of the held rate, 1/s
+    sideways: float  # share of S_U that also acts across the course, at any speed
+    start: float  # probability of the mode at the first fix
+    start_rate: float  # variance of the course rate at the first fix, rad²/s²
+    drift_speed: float  # m/s, below which motion is isotropic
+    least_share: float  # see `bank.LEAST_SHARE`
+    manoeuvres: int  # 1 for a manoeuvre, else 0
 
 
-MODE = _record(
-    "speed_noise rate_noise speed_decay rate_decay sideways start start_rate drift_speed least_share", "manoeuvres"
-)
-"""How a vessel moves in a mode: densities S_U (m²/s³) and S_ω (rad²/s³), decay α1 of the speed and α2 of the held rate
-(1/s), which share of S_U acts across the course too at any speed, of a vessel of which nothing is known the probability
-of the mode and the variance of its course rate (rad²/s²), the speed (m/s) below which motion is isotropic, of a mode
-from which it starts a step the share of which half counts (see `bank.LEAST_SHARE`), and whether it is a manoeuvre."""
-PROCESS = _record("decay frequency variance", "acts_on state")
-"""A shaping filter: λ (1/s), ν (rad/s; 0: real), stationary variance, what it acts on, its first state."""
-RECEIVER = _record(
-    "fix_variance outlier_rate poor_rate poor_noise poor_time time_variance late_variance"
-    " step_rate step_variance followed_after quantum_north quantum_east"
-)
-"""Variance of a fix (white, m²); share of outliers; share of poor fixes, how many times the usual noise one has, and
-how long (s) fixes stay poor, 0 where each is so by itself; variance of the moment of a fix and that of a poor one
-besides (s²); steps of the error a second and the variance of one north or east (m²); how long (s) outliers that agree
-are refused at least; last digit of a written fix north and east (m), 0 of one that is not rounded."""
-AID = _record("variance", "companion")
-"""Variance (of COG: of the velocity across, m²/s²) of an aid of `course.update.aids.TABLE`, NaN of one not used, and
-the state of its companion (error of the receiver's velocity, crab angle, the water's own speed along the course, the
-gyro's bias), 0 for none."""
+class Process(Protocol):
+    """A shaping filter."""
+
+    decay: float  # λ, 1/s
+    frequency: float  # ν, rad/s; 0 for a real process
+    variance: float  # stationary, in the unit of the state squared
+    acts_on: int  # one of ON_SPEED to ON_ACCELERATION
+    state: int  # number of its first state
+
+
+class Receiver(Protocol):
+    """Noise, outliers and steps of a receiver's fixes."""
+
+    fix_variance: float  # white noise north or east, m²
+    outlier_rate: float  # share of fixes that are outliers
+    poor_rate: float  # share of fixes that are poor
+    poor_noise: float  # standard deviation of a poor fix over that of a good one
+    poor_time: float  # s for which fixes stay poor; 0 where every fix is poor or good by itself
+    time_variance: float  # of the time at which a fix was measured, s²
+    late_variance: float  # further variance of that time for a poor fix, s²
+    step_rate: float  # steps of the error in a second
+    step_variance: float  # of a step north or east, m²
+    followed_after: float  # s for which outliers that agree are refused at least
+    quantum_north: float  # last digit of a written fix, m; 0 where fixes are not rounded
+    quantum_east: float
+
+
+class Aid(Protocol):
+    """An instrument of `vessel.aids.TABLE`."""
+
+    variance: float  # for COG that of the velocity across the course, m²/s²; NaN for an aid that is not used
+    companion: int  # state of its slow error, 0 for none
+
+
+class Step(Protocol):
+    """A prediction in one mode. Noise is given for every m/s of speed where it acts across the course."""
+
+    dt: float  # length, s
+    way: float  # distance that a unit of speed covers
+    left: float  # what remains of a unit of speed
+    ll: float  # noise of the distance along the course (l) and of the speed (u)
+    lu: float
+    uu: float
+    yy: float  # noise of the distance across the course (y) and of the course (x)
+    yx: float
+    xx: float
+    held_ll: float  # noise of the held speed alone
+    held_lu: float
+    held_uu: float
+    sideways: float  # as of the mode
+    drift_speed: float
+
+
+class Response(Protocol):
+    """A state in a prediction: the effect of one unit of it, what remains of it, and its noise."""
+
+    way: float  # distance along the course
+    gain: float  # change of speed
+    turn: float  # change of course
+    lean: float  # mean change of course over the step
+    left: float  # real part of what remains
+    spun: float  # imaginary part
+    with_way: float  # covariance of its noise with the distance along the course, or for each m/s across it
+    with_gain: float  # covariance of its noise with the speed, or with the course
+    added: float  # variance of its noise
+
+
+class Run(Protocol):
+    """What a filter remembers of the receiver."""
+
+    since: float  # s since the last fix
+    apart: float  # s between the last two fixes
+    outliers: float  # how many outliers in a row agree
+    lasted: float  # s for which they agree
+    outlier_north: float  # their mean innovation, m
+    outlier_east: float
+    was_outlier: float  # probability that the last fix was an outlier
+    step_north: float  # the step that was followed last, m
+    step_east: float
+    was_poor: float  # probability that the last fix was poor
+    learnt: float  # degrees of freedom that the fixes of an obstruction add to the variance of poor fixes
+    level: float  # that variance over the usual one of poor fixes
+    started: int  # 1 after the first fix
+
+
+def _record(kind: type) -> np.dtype[np.void]:
+    """Records with the fields of a class, which are attributes in Python too, where kernels run without compilation."""
+    fields = [(name, np.int64 if each is int else np.float64) for name, each in kind.__annotations__.items()]
+    return np.dtype((np.record, fields))
+
+
+MODE, PROCESS, RECEIVER, AID = map(_record, (Mode, Process, Receiver, Aid))
+STEP, RESPONSE, RUN = map(_record, (Step, Response, Run))
+MODE_SIZE, PROCESS_SIZE, RECEIVER_SIZE, AID_SIZE = (each.itemsize // 8 for each in (MODE, PROCESS, RECEIVER, AID))
+STEP_SIZE, RESPONSE_SIZE, RUN_SIZE = (each.itemsize // 8 for each in (STEP, RESPONSE, RUN))
 
 
 class Model(NamedTuple):
-    """The numbers that a filter works with."""
+    """Modes of motion, shaping filters, receiver and aids."""
 
-    modes: np.ndarray  # (m,) MODE
-    generator: np.ndarray  # (m, m) rates of change between modes, 1/s; rows sum to 0
-    processes: np.ndarray  # (f,) PROCESS
-    receiver: np.ndarray  # (1,) RECEIVER
-    aids: np.ndarray  # (aids,) AID
+    modes: Records  # (m,) MODE
+    generator: Floats  # (m, m) rates of change from the mode of a row to that of a column, 1/s; rows sum to 0
+    processes: Records  # (f,) PROCESS
+    receiver: Records  # (1,) RECEIVER
+    aids: Records  # (aids,) AID
     states: int  # n
-    driving: int  # of these from the first on, those that drive the motion
+    driving: int  # number of states, from the first on, that drive the motion
 
     @property
     def sizes(self) -> "Sizes":
@@ -76,7 +160,7 @@ class Model(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """What filters have in common that one call steps."""
+    """Dimensions of a model: one kernel call steps filters of equal dimensions."""
 
     modes: int
     states: int
@@ -85,54 +169,36 @@ class Sizes(NamedTuple):
     driving: int
 
 
-def has_two_states(process) -> bool:
-    """Whether a process (PROCESS) has two states."""
-    return bool(process["acts_on"] == ON_FIX or process["frequency"] > 0.0)
-
-
-STEP = _record("dt way left ll lu uu yy yx xx held_ll held_lu held_uu sideways drift_speed")
-"""A prediction in one mode: its length (s), the way of a unit of speed and what is left of one, what noise adds (l: way
-along the course, u: speed, y: way across and x: course, each for every m/s; `held_`: to the held speed alone), and what
-it takes from MODE."""
-RESPONSE = _record("way gain turn lean left spun with_way with_gain added")
-"""A state in a prediction. What a unit of it moves: way along, speed, course, mean course over the step. What is left
-of it: real and imaginary part. Covariance of its new noise with the way along (or, for each m/s, across) the course and
-with the speed (or the course); variance of the new noise."""
-RUN = _record(
-    "since apart outliers lasted outlier_north outlier_east was_outlier step_north step_east was_poor learnt level",
-    "started",
-)
-"""What a filter remembers of the receiver. Seconds since the last fix, and from that before it to it; how many outliers
-in a row agree, for how long (s), and their offset (m); probability that the last fix was one; the step of the
-receiver last followed (m); probability that the last fix was poor; degrees of freedom of what the fixes of an
-obstruction say of its noise, and how many times the usual variance of poor fixes that is; 1 once begun."""
+def has_two_states(acts_on: int, frequency: float) -> bool:
+    """Whether a shaping filter has two states."""
+    return acts_on == ON_FIX or frequency > 0.0
 
 
 class Bank(NamedTuple):
-    """State of a filter, one Gaussian a mode, what it keeps from step to step, and its workspace."""
+    """A filter: one Gaussian for every mode, what is kept between steps, and workspace."""
 
-    x: np.ndarray  # (m, n)
-    p: np.ndarray  # (m, n, n), symmetric
-    probability: np.ndarray  # (m,)
-    run: np.ndarray  # (1,) RUN
-    steps: np.ndarray  # (m,) STEP
-    responses: np.ndarray  # (m, n) RESPONSE
-    change: np.ndarray  # (m, m) probabilities of change in a step
-    moments: np.ndarray  # (m + 1, n + n²) workspace, as all that follows: modes as errors at another,
-    shares: np.ndarray  # (2, m) numbers of modes,
-    rows: np.ndarray  # (8, n) vectors,
-    product: np.ndarray  # (m, m) of matrices
+    x: Floats  # (m, n)
+    p: Floats  # (m, n, n), symmetric
+    probability: Floats  # (m,)
+    run: Records  # (1,) RUN
+    steps: Records  # (m,) STEP
+    responses: Records  # (m, n) RESPONSE
+    change: Floats  # (m, m) probabilities of a change of mode in a step
+    moments: Floats  # (m + 1, n + n²) this and what follows is workspace
+    shares: Floats  # (2, m)
+    rows: Floats  # (8, n)
+    product: Floats  # (m, m)
 
 
 @jitable
-def moments_of(n):
-    """How many first and second moments n states have."""
+def moments_of(n: int) -> int:
+    """Number of first and second moments of n states."""
     return n + n * n
 
 
 @jitable
-def bank_in(memory, m, n):
-    """The Bank of m modes and n states in a row of `bank_size` float64, which it shares."""
+def bank_in(memory: Floats, m: int, n: int) -> Bank:
+    """The Bank of m modes and n states whose arrays are views of a row of `bank_size` float64."""
     x, p = m * n, m * n * n
     a = x + p + m
     b = a + RUN_SIZE
@@ -157,29 +223,21 @@ def bank_in(memory, m, n):
     )
 
 
-def _in_numbers(record: np.dtype) -> int:
-    return record.itemsize // np.dtype(np.float64).itemsize
-
-
-MODE_SIZE, PROCESS_SIZE, RECEIVER_SIZE, AID_SIZE = map(_in_numbers, (MODE, PROCESS, RECEIVER, AID))
-RUN_SIZE, STEP_SIZE, RESPONSE_SIZE = map(_in_numbers, (RUN, STEP, RESPONSE))
-
-
 def bank_size(m: int, n: int) -> int:
-    """How many float64 a bank of m modes and n states takes."""
+    """Number of float64 in a bank of m modes and n states."""
     numbers = m * (n + n * n + n * RESPONSE_SIZE + STEP_SIZE + 2 * m + 3) + RUN_SIZE + 8 * n
     return numbers + (m + 1) * moments_of(n)
 
 
 def empty_bank(model: Model) -> Bank:
-    """Memory of a filter that has seen nothing."""
+    """The bank of a filter before the first fix."""
     m, n = len(model.modes), model.states
     return bank_in(np.zeros(bank_size(m, n)), m, n)
 
 
 @jitable
-def model_in(numbers):
-    """The Model in a row of float64 of `packed`, which it shares."""
+def model_in(numbers: Floats) -> Model:
+    """The Model whose arrays are views of a row made by `packed`."""
     sizes = numbers[:5].view(np.int64)
     m, states, processes, aids, driving = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
     a = 5 + m * MODE_SIZE
@@ -197,25 +255,25 @@ def model_in(numbers):
     )
 
 
-def packed(model: Model) -> np.ndarray:
+def packed(model: Model) -> Floats:
     """A model in a row of float64: its sizes and its arrays."""
     sizes = np.array(model.sizes, np.int64).view(np.float64)
     return np.concatenate([sizes, *(part.view(np.float64).ravel() for part in model[:5])])
 
 
 FUSED = 9
-"""Columns of `fuse`: N, E, U, χ, ω, variances of U, χ, ω and of position."""
+"""Number of columns of `fuse`: N, E, U, χ, ω, and the variances of U, χ, ω and of the position."""
 
 
 class Kept(NamedTuple):
-    """What a filter keeps of every row for the smoother; of no rows where nothing is to be smoothed."""
+    """The modes after every row, for the smoother; without rows where nothing is to be smoothed."""
 
-    x: np.ndarray  # (rows, m, n)
-    p: np.ndarray  # (rows, m, n, n)
-    probability: np.ndarray  # (rows, m), NaN before the first fix
+    x: Floats  # (rows, m, n)
+    p: Floats  # (rows, m, n, n)
+    probability: Floats  # (rows, m), NaN before the first fix
 
 
 def room_to_keep(rows: int, model: Model) -> Kept:
-    """Where a filter keeps so many rows."""
+    """Memory for the modes after so many rows."""
     m, n = len(model.modes), model.states
     return Kept(np.empty((rows, m, n)), np.empty((rows, m, n, n)), np.empty((rows, m)))

@@ -1,42 +1,43 @@
-"""Prediction: motion along an arc at the mean speed and course rate of the step, in place.
+"""Prediction: motion along an arc at the mean speed and course rate of a step.
 
-The five-state model of P0 (11)–(15) integrated exactly (constant turn rate over a step), driven by shaping filters.
+The five-state model, (11)–(15) of `filter.five_state`, with further states (shaping filters) that drive it.
 """
 
 import math
 from typing import NamedTuple
 
 from steerway.core.angles import sinc
+from steerway.core.arrays import Floats, Records
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Step
 
 _SLOW = 1e-6
-"""m/s: below it a change of speed does not scale the velocity across: it is divided by."""
+"""m/s: below this speed, the velocity across the course is not scaled by the ratio of speeds, which divides by it."""
 _SPINS_BELOW = 2.0
-"""m/s above which a vessel in an emergency spins less: its noise of the course rate would be a larger acceleration
-across than is expected along (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
+"""m/s, above which the noise of the course rate in an emergency falls: it would be a larger acceleration across the
+course than is expected along it (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
 
 
 class Arc(NamedTuple):
     """The motion of a step."""
 
-    north: float  # its chord, m
+    north: float  # chord, m
     east: float
-    speed: float  # at its end, m/s
-    turn: float  # rad
-    c: float  # direction of the chord: cosine and sine
+    speed: float  # at the end, m/s
+    turn: float  # change of course, rad
+    c: float  # cosine and sine of the direction of the chord
     s: float
-    ratio: float  # of the chord to the way
-    bend: float  # by how much the chord grows with the turn, m/rad
+    ratio: float  # length of the chord over that of the arc
+    bend: float  # derivative of the length of the chord by the turn, m/rad
 
 
 @called_kernel
-def predict(x, p, step, responses, driving, rows):
-    """Predict a mode, x (n,) and p (n, n), over a step; `driving` states drive the motion.
+def predict(x: Floats, p: Floats, step: Step, responses: Records, driving: int, rows: Floats) -> None:
+    """Predict a mode, x (n,) and p (n, n), over a step in place; the first `driving` states drive the motion.
 
-    P ← F P Fᵀ + Q with F in two factors: pose and speed by all states that drive them, then every process by itself.
-    step, responses (n,): STEP and RESPONSE. rows: workspace (8, n).
+    P ← F P Fᵀ + Q with F in two factors: the response of position, speed and course to all driving states, then the
+    decay of every process. responses: (n,). rows: workspace (8, n).
     """
     arc = arc_of(x, responses, step, driving)
     rates = rows[:4]
@@ -54,7 +55,7 @@ def predict(x, p, step, responses, driving, rows):
 
 
 @lean_kernel
-def arc_of(x, responses, step, driving):
+def arc_of(x: Floats, responses: Records, step: Step, driving: int) -> Arc:
     """The motion of a step from a state (n,)."""
     way, speed, turn, lean = x[SPEED] * step.way, x[SPEED] * step.left, 0.0, 0.0
     for j in range(RATE, driving):
@@ -69,10 +70,10 @@ def arc_of(x, responses, step, driving):
 
 
 @lean_kernel
-def set_rates(rates, was, arc, responses, step, driving):
-    """Fill rows north, east, along and across of F − I (4, n), but for the columns north and east, which are 0.
+def set_rates(rates: Floats, was: float, arc: Arc, responses: Records, step: Step, driving: int) -> None:
+    """Fill the rows (4, n) of F − I for north, east and the velocity along and across; columns 0 and 1 are not written.
 
-    was: the speed at the begin of the step.
+    was: speed (m/s) at the beginning of the step.
     """
     north, east, along, across = rates[0], rates[1], rates[2], rates[3]
     way = step.way * arc.ratio
@@ -92,8 +93,8 @@ def set_rates(rates, was, arc, responses, step, driving):
 
 
 @lean_kernel
-def propagate(p, rates, moved, driving):
-    """P ← F P Fᵀ (upper triangle), with the rows of F − I of `set_rates`; moved: workspace (4, n) for (F − I) P."""
+def propagate(p: Floats, rates: Floats, moved: Floats, driving: int) -> None:
+    """P ← F P Fᵀ (upper triangle) with the rows of `set_rates`; moved: workspace (4, n)."""
     n = len(p)
     north, east, along, across = moved[0], moved[1], moved[2], moved[3]
     for i in range(n):
@@ -122,8 +123,8 @@ def propagate(p, rates, moved, driving):
 
 
 @called_kernel
-def decay_processes(x, p, responses):
-    """Every process beyond the pose and speed by itself (upper triangle)."""
+def decay_processes(x: Floats, p: Floats, responses: Records) -> None:
+    """Decay every process, and its covariances (upper triangle)."""
     n = len(x)
     for j in range(RATE, n):
         left, spun = responses[j].left, responses[j].spun
@@ -139,7 +140,7 @@ def decay_processes(x, p, responses):
 
 
 @called_kernel
-def turn_pair(p, a, c, s):
+def turn_pair(p: Floats, a: int, c: float, s: float) -> None:
     """P ← J P Jᵀ in place (upper triangle), J = [[c, −s], [s, c]] on the states a and a + 1."""
     b = a + 1
     for i in range(a):
@@ -153,12 +154,12 @@ def turn_pair(p, a, c, s):
 
 
 @called_kernel
-def take_noise(p, step, responses, arc):
-    """Add the noise of the processes over a step (upper triangle).
+def take_noise(p: Floats, step: Step, responses: Records, arc: Arc) -> None:
+    """Add the noise over a step (upper triangle).
 
-    At rest a vessel is pushed about in any direction: of the noise of the held speed a share that falls with the
-    fourth power of speed acts across the course as well. Where all of it does (an emergency), the noise of the course
-    rate adds no more than that at speed.
+    A vessel at rest is pushed in any direction: a share of the noise of the held speed also acts across the course. The
+    share falls with the fourth power of the speed, to `sideways` of the mode. In an emergency, where `sideways` is 1,
+    the noise of the course rate falls with the speed.
     """
     c, s, speed, was = arc.c, arc.s, arc.speed, arc.speed / step.left
     slowness = (speed / step.drift_speed) ** 2
@@ -192,14 +193,14 @@ def take_noise(p, step, responses, arc):
 
 
 @lean_kernel
-def spin_share(step, speed):
-    """Share of its noise of the course rate that a mode has at a speed: less than 1 in an emergency."""
+def spin_share(step: Step, speed: float) -> float:
+    """Share of the noise of the course rate that acts at a speed (m/s): less than 1 in an emergency."""
     return 1.0 / (1.0 + step.sideways * (speed / _SPINS_BELOW) ** 2)
 
 
 @called_kernel
-def reverse(x, p):
-    """A vessel that runs backwards runs forwards on the opposite course (upper triangle)."""
+def reverse(x: Floats, p: Floats) -> None:
+    """Turn a negative speed into a positive one on the opposite course (upper triangle)."""
     x[SPEED] = -x[SPEED]
     x[COURSE] += math.pi
     for i in range(SPEED):

@@ -1,39 +1,35 @@
 """Fixed-interval smoothing by Rauch, Tung and Striebel, AIAA Journal 3(8), 1965.
 
-The two-filter smoother (`filter.smoother`) divides by what is known without any fix, which is exact only where the
-noise does not change. This one serves where it changes at every row, and models of another kind. The backward pass
-predicts each row again: only the filter state after every row is kept.
+The two-filter smoother (`filter.smoother`) divides by the prior of the states, which is exact only for constant noise.
+This smoother serves where the noise changes at every row, and for other kinds of model. Its backward pass predicts
+every row again, so that only the filtered state after every row is kept.
 """
 
 from typing import NamedTuple
 
-import numpy as np
-
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
-from steerway.estimation.filter.model import COURSE, RATE, SPEED
+from steerway.estimation.filter.model import COURSE, RATE, SPEED, Bank, Model
 from steerway.estimation.filter.motion import arc_of, set_rates
 from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
 
 _UNKNOWN = 1e12
-"""Factor on a variance that leaves nothing of the later row's information, and keeps the factorisation regular."""
-
-
+"""Factor on a variance that removes the information of the later row, and keeps the factorisation regular."""
 _RATIO = 2.0
-"""Ratio of two speeds above which their velocities are compared as vectors: compared as a course, the information on
-the velocity across would grow with the ratio. Chosen."""
+"""Ratio of two speeds above which their velocities are compared as vectors. Compared as courses, the information on the
+velocity across the course would grow with the ratio."""
 
 
 class Room(NamedTuple):
     """Workspace for n states."""
 
-    gain: np.ndarray  # (n, n)
-    lower: np.ndarray  # (n, n)
-    product: np.ndarray  # (n, n)
-    scale: np.ndarray  # (n,)
-    error: np.ndarray  # (n,)
-    rates: np.ndarray  # (4, n)
+    gain: Floats  # (n, n)
+    lower: Floats  # (n, n)
+    product: Floats  # (n, n)
+    scale: Floats  # (n,)
+    error: Floats  # (n,)
+    rates: Floats  # (4, n)
 
 
 @lean_kernel
@@ -42,7 +38,7 @@ def smoothing_step(
 ) -> None:
     """One step in place, with upper triangles: G = P Fᵀ P⁻(k+1)⁻¹, x += G Δx, P += G (P(k+1) − P⁻(k+1)) Gᵀ.
 
-    Δx = `x_excess` is the later row's smoothed state less its prediction; `p_later` is used up.
+    Δx = `x_excess` is the smoothed state of the later row less its prediction. `p_later` is overwritten.
     """
     fill_lower(p)
     multiply_transposed(p, f, room.gain)
@@ -52,8 +48,8 @@ def smoothing_step(
 
 
 @called_kernel
-def apply_gain(p, p_next, x_excess, p_later, room):
-    """P (upper triangle) and the error of x from `room.gain` = P Fᵀ, the covariance of the row and its prediction."""
+def apply_gain(p: Floats, p_next: Floats, x_excess: Floats, p_later: Floats, room: Room) -> None:
+    """Smooth P (upper triangle) and write the correction of x into `room.error`, where `room.gain` = P Fᵀ before."""
     n, gain = len(p), room.gain
     factor(p_next, room.scale, room.lower)
     solve_rows(room.lower, room.scale, gain)
@@ -73,14 +69,14 @@ def apply_gain(p, p_next, x_excess, p_later, room):
 
 @lean_kernel
 def ignore(k: int, x_later: Floats, x_next: Floats, p_next: Floats) -> None:
-    """Take no information of state k from the later row: of a position or a course rate that was reset there."""
+    """Use no information on state k from the later row, where a position or a course rate was reset."""
     x_later[k] = x_next[k]
     p_next[k, k] *= _UNKNOWN
 
 
 @called_kernel
-def carry(covariance, bank, model, room):
-    """C ← C Fᵀ, C (n, n) the covariance of any state with that of a bank of one mode, over the bank's next step."""
+def carry(covariance: Floats, bank: Bank, model: Model, room: Room) -> None:
+    """C ← C Fᵀ over the next step of a bank of one mode; C (n, n): covariance of an earlier state with the bank's."""
     x, responses, rates = bank.x[0], bank.responses[0], room.rates
     arc = arc_of(x, responses, bank.steps[0], model.driving)
     set_rates(rates, x[SPEED], arc, responses, bank.steps[0], model.driving)
@@ -102,11 +98,13 @@ def carry(covariance, bank, model, room):
 
 
 @called_kernel
-def smooth_row(x, p, x_next, p_next, later, p_later, room):
-    """Smooth x (n,) and P of a row, as errors of velocity along and across the course, see `filter.model`.
+def smooth_row(
+    x: Floats, p: Floats, x_next: Floats, p_next: Floats, later: Floats, p_later: Floats, room: Room
+) -> None:
+    """Smooth x (n,) and P of a row in place; for the error that P belongs to see `filter.model`.
 
-    x_next, p_next: predicted from there, of which `room.gain` is the covariance with the row; later, p_later: the next
-    row smoothed, in the same plane. All are used up.
+    x_next, p_next: prediction of the next row. room.gain: covariance of the row with this prediction. later, p_later:
+    the next row smoothed. `p_later` and the workspace are overwritten.
     """
     origin, error, excess = room.rates[0], room.error, room.rates[1]
     steady = are_compared_by_course(x_next, p_next, later)
@@ -125,8 +123,8 @@ def smooth_row(x, p, x_next, p_next, later, p_later, room):
 
 
 @lean_kernel
-def are_compared_by_course(x, p, other):
-    """Whether another state is compared with this one by speed and course, not as a vector."""
+def are_compared_by_course(x: Floats, p: Floats, other: Floats) -> bool:
+    """Whether the velocity of another state is compared with this one by speed and course, not as a vector."""
     return (
         is_steady(x[SPEED], p[SPEED, SPEED], p[COURSE, COURSE]) and 1.0 < _RATIO * other[SPEED] / x[SPEED] < _RATIO**2
     )

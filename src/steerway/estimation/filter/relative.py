@@ -1,36 +1,40 @@
-"""A mode relative to another: means as an error at an origin, covariances in its frame."""
+"""A mode relative to another: its mean as an error at the state of the other, its covariance in that frame."""
 
 import math
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.model import COURSE, SPEED
 from steerway.estimation.filter.motion import turn_pair
 
 _STEADY = 3.0
-"""Speed in its standard deviations, or in those across the course, above which velocities are compared, averaged and
-corrected as speeds and courses, not as vectors. Chosen: the course is then known to a third of a radian, or the speed
-to a third of itself and the course within a radian."""
+"""Speed over its σ, or over the σ across the course, above which velocities are compared, averaged and corrected as
+speeds and courses, not as vectors. The course then has a σ of at most a third of a radian, or the speed one of a third
+of itself and the course one of a radian."""
 _ROUND, _SMALL = 0.5, 5.0
-"""Ratio of the variances along and across the course above which a velocity is known as a vector, as after a start,
-rather than as speed and course; of such a one, deviations across above which the two differ too little to matter.
-Chosen: the angle is then a fifth of a radian, and what a turn adds to a vector a tenth of a deviation."""
+"""Ratio of the variances along and across the course above which a velocity is known as a vector, as after a start; and
+speed over its σ across the course above which it is corrected as speed and course all the same. The course then has a σ
+of a fifth of a radian, and the two corrections differ by a tenth of a σ."""
 
 
 @lean_kernel
-def is_steady(speed, along, across):
-    """Whether velocities near this one, of these variances (m²/s²), are compared as speeds and courses.
+def is_steady(speed: float, along: float, across: float) -> bool:
+    """Whether velocities near this one are compared as speeds and courses, not as vectors.
 
-    A turn leaves the speed as it is: as vectors, velocities that differ by their courses alone have a slower mean.
+    As vectors, velocities of one speed on different courses have a slower mean. along, across: variances (m²/s²).
     """
     way = speed * speed
     return way > _STEADY**2 * across or way > max(_STEADY**2 * along, across)
 
 
 @called_kernel
-def from_likeliest(x, p, probability, errors):
-    """All modes as errors (m, ≥ n) at the likeliest, their covariances in its frame. Returns it, and `is_steady`."""
+def from_likeliest(x: Floats, p: Floats, probability: Floats, errors: Floats) -> tuple[int, bool]:
+    """errors (m, ≥ n) ← all modes relative to the likeliest; p ← their covariances in its frame.
+
+    Returns the number of the likeliest mode, and `is_steady` of the mixture.
+    """
     m = len(x)
     reference = 0
     for k in range(1, m):
@@ -48,8 +52,8 @@ def from_likeliest(x, p, probability, errors):
 
 
 @called_kernel
-def difference(x, origin, steady, error):
-    """x − origin (n,) as an error at `origin`. Returns the angle by which the covariance of x turns."""
+def difference(x: Floats, origin: Floats, steady: bool, error: Floats) -> float:
+    """error ← x − origin (n,), in the frame of `origin`. Returns the angle (rad) by which the covariance of x turns."""
     for i in range(len(x)):
         error[i] = x[i] - origin[i]
     bend = wrap(x[COURSE] - origin[COURSE])
@@ -62,7 +66,7 @@ def difference(x, origin, steady, error):
 
 
 @called_kernel
-def shifted(origin, error, steady, x, p):
+def shifted(origin: Floats, error: Floats, steady: bool, x: Floats, p: Floats) -> None:
     """x ← origin + error (n,), with p given at `origin`."""
     along, across = origin[SPEED] + error[SPEED], error[COURSE]
     for i in range(len(x)):
@@ -80,22 +84,23 @@ def shifted(origin, error, steady, x, p):
 
 
 @called_kernel
-def turned(p, angle):
-    """The covariance p in a body frame turned back by an angle."""
+def turned(p: Floats, angle: float) -> None:
+    """p ← covariance in a frame that is turned back by an angle (rad)."""
     if angle != 0.0:
         turn_pair(p, SPEED, math.cos(angle), math.sin(angle))
         fill_lower(p)
 
 
 @called_kernel
-def corrected(x, p, error, alone):
-    """x ← x + error (n,), which has p: its velocity as a turn where a vessel has way, else as a vector.
+def corrected(x: Floats, p: Floats, error: Floats, alone: bool) -> None:
+    """x ← x + error (n,) with p, its covariance: the velocity by speed and course under way, else as a vector.
 
-    The fixes after a start tell a velocity, not a speed and a course: turned without its covariance, such a one would
-    no longer be the line through them.
-    alone: whether there is no other mode. What is known of the course then stays as it is when the speed is corrected,
-    as in the five-state filter, and of the velocity across changes with the speed. Modes that are mixed keep what they
-    know of the velocity: with five of them courses in turns are better by 4 % so, after an emergency stop by 8 %.
+    The first fixes determine a velocity vector. Corrected by speed and course, with its covariance not turned, it would
+    leave the line through these fixes.
+
+    alone: whether there is no other mode. If so, a correction of the speed keeps the variance of the course, as in the
+    five-state filter, and scales that of the velocity across. Of several modes each keeps the variance of the velocity:
+    with five modes, errors of courses are 4 % smaller in turns and 8 % after an emergency stop.
     """
     speed, along, across = x[SPEED], error[SPEED], error[COURSE]
     for i in range(len(x)):
@@ -119,8 +124,8 @@ def corrected(x, p, error, alone):
 
 
 @lean_kernel
-def widen(p, factor):
-    """Scale the velocity across the course in a covariance."""
+def widen(p: Floats, factor: float) -> None:
+    """Scale the velocity across the course in a covariance by a factor."""
     for i in range(len(p)):
         p[i, COURSE] *= factor
     for i in range(len(p)):

@@ -1,38 +1,41 @@
-"""The filter, row by row: what happens to a bank of modes between two fixes, and what a fix does to it."""
+"""The general filter, row by row: predict every mode to the time of a row, then correct by its fix and its aids.
+
+A bank holds a Gaussian for every mode of motion. `bank` mixes and predicts them, `weigh` corrects them by a fix, `aids`
+by other instruments, and `fuse` makes one estimate of them.
+"""
 
 import math
 from typing import NamedTuple
 
-import numpy as np
-
+from steerway.core.arrays import Floats, Ints, Records
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.bank import advance, start
 from steerway.estimation.filter.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
-from steerway.estimation.filter.model import COURSE, ON_ACCELERATION, SPEED, Kept
+from steerway.estimation.filter.model import COURSE, ON_ACCELERATION, SPEED, Bank, Kept, Model
 from steerway.estimation.filter.weigh import take_fix
 
 
 class Row(NamedTuple):
-    """The measurements of one time, as a filter takes them."""
+    """A fix, and the time since the row before."""
 
-    dt: float  # s since the row before, ≥ 0
-    north: float  # m, NaN of a row without a fix
+    dt: float  # s, ≥ 0
+    north: float  # m, NaN for a row without a fix
     east: float
-    excess: float  # how many times its usual variance the white noise of the fix has
+    excess: float  # variance of the white noise of the fix over the usual one
 
 
 class Taken(NamedTuple):
-    """What a filter says of a row; of one that is no fix, or the first, NaN, the log density of aids, and NaN."""
+    """Statistics of a row."""
 
-    nis: float  # of the mean of all modes
-    log_density: float
-    wrong: float  # probability of an outlier
+    nis: float  # of the fix for the mean of all modes; NaN without a fix and for the first
+    log_density: float  # of the fix and the aids, given all rows before
+    wrong: float  # probability that the fix is an outlier; NaN without a fix and for the first
 
 
 @inlined_kernel
-def take_row(bank, model, row, aids):
-    """Begin at the first fix; then predict to the row's time, weigh and take its fix, and its aids (a or 0,)."""
+def take_row(bank: Bank, model: Model, row: Row, aids: Floats) -> Taken:
+    """Start at the first fix; later predict to the time of the row and correct by its fix and its aids (aids or 0,)."""
     fixed = math.isfinite(row.north) and math.isfinite(row.east)
     nis, log_density, wrong = math.nan, 0.0, math.nan
     if bank.run[0].started == 0:
@@ -48,29 +51,29 @@ def take_row(bank, model, row, aids):
 
 
 class Rows(NamedTuple):
-    """A record: fixes and aids of every row, and where the filter begins anew."""
+    """A record: time, fix and aids of every row, and the rows at which the filter starts again."""
 
-    time: np.ndarray  # (n,) s
-    north: np.ndarray  # (n,) m, NaN where a row is no fix
-    east: np.ndarray
-    excess: np.ndarray  # (n or 0,) how many times its usual variance the noise of a fix has
-    aids: np.ndarray  # (n or 0, aids), NaN where unknown
-    restarts: np.ndarray  # (r,) rows at which the filter begins anew
+    time: Floats  # (n,) s
+    north: Floats  # (n,) m, NaN for a row without a fix
+    east: Floats
+    excess: Floats  # (n or 0,) variance of the white noise of a fix over the usual one
+    aids: Floats  # (n or 0, aids), NaN where unknown
+    restarts: Ints  # (r,) rows at which the filter starts again
     quantum: tuple[float, float] = (0.0, 0.0)  # last digit of a fix north and east, m; 0: not rounded
 
 
 class Asked(NamedTuple):
-    """What is asked of a run over n rows, filled as far as there is room."""
+    """Outputs of a run over n rows; an output of length 0 is not filled."""
 
-    out: np.ndarray  # (n or 0, FUSED + 2): `state_row`, NIS and the probability of an outlier
-    density: np.ndarray  # (n or 0,) log density of every row that counts, else 0
+    out: Floats  # (n or 0, FUSED + 2): `state_row`, NIS and probability of an outlier
+    density: Floats  # (n or 0,) log density of every row that counts; others are not written
     kept: Kept  # of n or 0 rows, for the smoother
-    settling: int  # fixes after a start that do not count
+    settling: int  # fixes after a start that do not count in the likelihood
 
 
 @called_kernel
-def run_record(rows, model, bank, asked):
-    """Over a record (Rows). Returns the sum of log densities of what counts: all but the first fixes after a start."""
+def run_record(rows: Rows, model: Model, bank: Bank, asked: Asked) -> float:
+    """Filter a record and fill `asked`. Returns the log likelihood without the first `settling` fixes after a start."""
     run, total, since, r = bank.run[0], 0.0, 0, 0
     for k in range(len(rows.time)):
         if r < len(rows.restarts) and rows.restarts[r] == k:
@@ -96,15 +99,15 @@ def run_record(rows, model, bank, asked):
 
 
 @inlined_kernel
-def row_of(rows, k, begins):
+def row_of(rows: Rows, k: int, begins: bool) -> Row:
     """Row k of a record."""
     dt = 0.0 if begins else rows.time[k] - rows.time[k - 1]
     return Row(dt, rows.north[k], rows.east[k], rows.excess[k] if len(rows.excess) else 1.0)
 
 
 @called_kernel
-def state_row(bank, model, out):
-    """What all modes say after a row, into `out` (≥ FUSED); NaN before the first fix."""
+def state_row(bank: Bank, model: Model, out: Floats) -> None:
+    """Write the estimate of all modes after a row into `out` (FUSED or more); NaN before the first fix."""
     run = bank.run[0]
     if run.started == 0:
         for i in range(len(out)):
@@ -117,11 +120,11 @@ def state_row(bank, model, out):
 
 
 @called_kernel
-def take_sense(x, p, processes, out):
-    """If acceleration acts along the course, change in `out` (FUSED) what depends on the sense of the motion.
+def take_sense(x: Floats, p: Floats, processes: Records, out: Floats) -> None:
+    """Where a state is the acceleration along the course, allow in `out` (FUSED) for a vessel that may run backwards.
 
-    A vessel that may have any speed, forwards or backwards, has that of its mean velocity, and its course is known but
-    for the sense.
+    Such a vessel may have any speed along a line. SOG is then that of the mean velocity, and the variance of the course
+    includes the probability of the opposite direction.
     """
     for f in range(len(processes)):
         if processes[f].acts_on == ON_ACCELERATION:
@@ -133,7 +136,7 @@ def take_sense(x, p, processes, out):
 
 
 @called_kernel
-def keep(bank, kept, k):
+def keep(bank: Bank, kept: Kept, k: int) -> None:
     """Copy the modes into row k."""
     m, n = bank.x.shape
     for i in range(m):
@@ -145,7 +148,7 @@ def keep(bank, kept, k):
 
 
 @called_kernel
-def recall(kept, k, bank):
+def recall(kept: Kept, k: int, bank: Bank) -> None:
     """Copy the modes from row k."""
     m, n = bank.x.shape
     for i in range(m):

@@ -1,9 +1,10 @@
 """Fixed-interval smoothing of interacting modes by two filters, one from either end of the record.
 
-D. C. Fraser and J. E. Potter, IEEE Trans. Automatic Control 14(4), 1969; of modes: R. E. Helmick, W. D. Blair and S. A.
-Hoffman, IEEE Trans. Information Theory 41(6), 1995. At every row each mode before it meets each mode after it. What the
-backward filter predicts is divided by what is known without any fix, so that this is not taken twice. Each filter is
-linear about its own estimates: before a manoeuvre's middle the one from ahead knows the course, after it the other.
+D. C. Fraser and J. E. Potter, IEEE Trans. Automatic Control 14(4), 1969; for modes R. E. Helmick, W. D. Blair and S. A.
+Hoffman, IEEE Trans. Information Theory 41(6), 1995. At every row, each mode of the forward filter is combined with each
+mode of the backward filter. The prediction of the backward filter is divided by the prior of the states, which would
+count twice otherwise. Each filter is linearised about its own estimate: the forward filter provides the course before a
+manoeuvre, the backward filter the course after it.
 """
 
 import math
@@ -12,47 +13,48 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.algebra import factor, inverse, invert_factor, whitened_square
 from steerway.estimation.filter.bank import advance, start
 from steerway.estimation.filter.fuse import fuse
-from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Model
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Bank, Kept, Model
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.relative import difference, is_steady, shifted, turned, widen
+from steerway.estimation.filter.reversal import Reversal
+from steerway.estimation.filter.row import Rows
 from steerway.estimation.filter.vectors import Sym2, Vec2, density, dot, plus, trace, widened
 from steerway.estimation.filter.weigh import FREEDOM, NORMAL, outlier_density, take_fix
 
 _NEGLIGIBLE = 3e-3
-"""Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
-are compared, and after it. Chosen: with 0.001 smoothed scenes are no better, and take a fifth more time."""
+"""Probability of a pair of modes, over that of the likeliest pair, below which it is left out: before their states are
+compared, and after it. With 0.001, smoothed scenes are no better and take a fifth more time."""
 _NEAR = 0.45
-"""rad; courses so near one another are compared as courses where one of them is known well. Chosen: linear in the
-course, the way is then too long by a tenth."""
-
+"""rad: largest difference of two courses that are compared as courses although one of them is uncertain. Linear in the
+course, the distance is then too long by a tenth."""
 _LEAST_SPEED = 1e-6
-"""m/s, to divide by."""
+"""m/s: least divisor for a speed."""
 
 
 class Room(NamedTuple):
-    """Workspace in which the modes before a row meet those after it. A pair's number is m times that of its mode after
-    the row and that of its mode before it."""
+    """Workspace for pairs of modes at a row. Pair i + m j is forward mode i (before) and backward mode j (after)."""
 
-    x: np.ndarray  # (m², n) mean, covariance and probability of the pairs
-    p: np.ndarray  # (m², n, n)
-    weight: np.ndarray  # (m²,)
-    ahead: np.ndarray  # (m, n) states of the modes after, as those of a vessel forwards
-    before: np.ndarray  # (m, n, n) information of the modes before, and after
-    after: np.ndarray  # (m, n, n)
-    known: np.ndarray  # (m, n) information about each state without any fix
-    log_before: np.ndarray  # (m,) log determinants of the covariances, NaN of a mode that is in no pair
-    log_after: np.ndarray  # (m,) of the quotient of what is known with fixes and without
-    matrices: np.ndarray  # (2, n, n)
-    vectors: np.ndarray  # (2, n)
+    x: Floats  # (m², n) mean of a pair
+    p: Floats  # (m², n, n) its covariance
+    weight: Floats  # (m²,) its probability
+    ahead: Floats  # (m, n) states of the backward modes, as those of a vessel forwards
+    before: Floats  # (m, n, n) information matrices of the forward modes
+    after: Floats  # (m, n, n) information matrices of the backward modes
+    known: Floats  # (m, n) prior information on each state
+    log_before: Floats  # (m,) log determinant of the covariance of a forward mode, NaN for a mode in no pair
+    log_after: Floats  # (m,) log determinant for a backward mode, less that of the prior
+    matrices: Floats  # (2, n, n)
+    vectors: Floats  # (2, n)
 
 
 def room_to_meet(model: Model) -> Room:
-    """Workspace for the modes of a model."""
+    """Workspace for a model."""
     m, n = len(model.modes), model.states
     pairs = m * m
     of_pairs, information = ((pairs, n), (pairs, n, n), (pairs,)), ((m, n, n), (m, n, n), (m, n), (m,), (m,))
@@ -61,11 +63,11 @@ def room_to_meet(model: Model) -> Room:
 
 
 @called_kernel
-def smooth_kept(rows, reversal, bank, kept, room, out):
-    """Smoothed `fuse` of every row that a filter kept.
+def smooth_kept(rows: Rows, reversal: Reversal, bank: Bank, kept: Kept, room: Room, out: Floats) -> None:
+    """Fill the first FUSED columns of `out` (n, ≥ FUSED) with the smoothed `fuse` of every row.
 
-    rows: a record (Rows), with the aids of the opposite course. bank: empty, of the backward filter. out: (rows, ≥
-    FUSED), of which the first FUSED columns are filled.
+    rows: the record, with the aids of the opposite course (`reversed_aids`). bank: for the backward filter. kept: modes
+    of the forward filter after every row.
     """
     model, run, time = reversal.model, bank.run[0], rows.time
     run.started = 0
@@ -96,16 +98,13 @@ def smooth_kept(rows, reversal, bank, kept, room, out):
 
 
 @called_kernel
-def meet(kept, k, reversal, bank, room):
-    """Every mode that a filter kept of row k with every mode that the backward filter predicts for it.
-
-    Fills the pairs of the room. Returns whether there is any.
-    """
+def meet(kept: Kept, k: int, reversal: Reversal, bank: Bank, room: Room) -> bool:
+    """Fill the pairs of row k: every forward mode with every backward mode. Returns whether any pair is left."""
     weight, m = room.weight, len(bank.x)
     highest = 0.0
     for q in range(len(weight)):
         i, j = q % m, q // m
-        change = share = 0.0  # of all modes that move as i does: each filter has ages of its own
+        change = share = 0.0  # summed over all modes of the kind of i: either filter has ages of its own
         for other in range(m):
             if reversal.kind[other] == reversal.kind[i]:
                 change += bank.change[j, other]
@@ -121,14 +120,12 @@ def meet(kept, k, reversal, bank, room):
 
 
 @called_kernel
-def inform(filtered_p, loose, reversal, bank, room):
-    """Information of the modes of pairs that have a weight, and log determinants.
+def inform(filtered_p: Floats, loose: float, reversal: Reversal, bank: Bank, room: Room) -> None:
+    """Fill `before`, `after`, `known` and the log determinants for the modes of pairs that have a weight.
 
-    For the backward filter's modes also what is known without any fix, and the log determinants are those of the
-    quotient of both. What is known so is never more than what the filter knows: mixing widens a mode.
-    Of the held rate only the information is taken out where it is not normally distributed about 0, and its mean stays:
-    far from 0 a quotient of normal distributions would prefer the modes that seldom turn so fast.
-    loose: see `step_between`.
+    The prior variance of a state is at least that of the backward mode, since mixing widens a mode. Where the held rate
+    is not normally distributed about 0, only its prior information is taken out and its mean stays: far from 0 a
+    quotient of normal distributions would prefer the modes that seldom turn so fast. loose: see `step_between`.
     """
     m, n = bank.x.shape
     scratch, covariance = room.matrices[0], room.matrices[1]
@@ -161,10 +158,10 @@ def inform(filtered_p, loose, reversal, bank, room):
 
 
 @called_kernel
-def compare(filtered_x, filtered_p, bank, room):
-    """Mean, covariance and probability of all pairs (see `meet`), of which the weights are the prior probabilities.
+def compare(filtered_x: Floats, filtered_p: Floats, bank: Bank, room: Room) -> bool:
+    """Fill mean, covariance and probability of all pairs; before, their weights are prior probabilities.
 
-    Returns whether there is any.
+    Returns whether any pair is left.
     """
     weight, m = room.weight, len(bank.x)
     highest = -math.inf
@@ -196,11 +193,11 @@ def compare(filtered_x, filtered_p, bank, room):
 
 
 @called_kernel
-def agreement(before, after, steady, room, q):
-    """Log density with which the states (n,) of a pair agree, NaN where they cannot.
+def agreement(before: Floats, after: Floats, steady: bool, room: Room, q: int) -> float:
+    """Log density of the difference of the states (n,) of a pair; NaN for a joint information not positive definite.
 
-    Into the room: the information of both together as a factor in p of the pair, and in x what multiplies its inverse
-    to the error at the state before.
+    For `join`, p of the pair receives the Cholesky factor of the joint information, and x the information vector of the
+    error at the state `before`.
     """
     n, m = len(before), len(room.before)
     i, j = q % m, q // m
@@ -232,8 +229,8 @@ def agreement(before, after, steady, room, q):
 
 
 @called_kernel
-def join(before, steady, room, q):
-    """State and covariance of a pair by what `agreement` left."""
+def join(before: Floats, steady: bool, room: Room, q: int) -> None:
+    """x and p of a pair ← its state and covariance, from the results of `agreement`."""
     covariance, error, x, p = room.matrices[0], room.vectors[0], room.x[q], room.p[q]
     invert_factor(p, covariance)
     for u in range(len(x)):
@@ -247,16 +244,16 @@ def join(before, steady, room, q):
 
 
 @lean_kernel
-def are_steady(x, p, other_x, other_p):
-    """Whether a mode and one met there (states (n,), covariances) are compared as speeds and courses."""
+def are_steady(x: Floats, p: Floats, other_x: Floats, other_p: Floats) -> bool:
+    """Whether the modes of a pair, with these states (n,) and covariances, are compared as speeds and courses."""
     one = is_steady(x[SPEED], p[2, 2], p[3, 3])
     other = is_steady(other_x[SPEED], other_p[2, 2], other_p[3, 3])
     return (one and other) or ((one or other) and abs(wrap(other_x[COURSE] - x[COURSE])) < _NEAR)
 
 
 @called_kernel
-def forwards(reversal, x, out):
-    """States of the backward filter (m, n) as those of a vessel forwards."""
+def forwards(reversal: Reversal, x: Floats, out: Floats) -> None:
+    """out ← states x (m, n) of the backward filter, as those of a vessel forwards."""
     m, n = x.shape
     for j in range(m):
         for u in range(n):
@@ -265,11 +262,11 @@ def forwards(reversal, x, out):
 
 
 @called_kernel
-def step_between(x, p, reversal, bank, room):
-    """Variance (m²) by which a step of the receiver loosens the place behind a row from that before it, x and p.
+def step_between(x: Floats, p: Floats, reversal: Reversal, bank: Bank, room: Room) -> float:
+    """Variance (m²) that a possible step of the receiver adds between the positions of the two filters at a row.
 
-    The step may be one of its error, or one that only one filter follows yet. It went as far as both places are farther
-    apart than they should be; between no step and one the harmonic mean is taken.
+    The step may be one of the receiver's error, or one that only one filter follows yet. Its size is the excess of the
+    distance between both positions over the expected one. The result is a harmonic mean between no step and a step.
     """
     m, weight, receiver = len(bank.x), room.weight, reversal.model.receiver[0]
     happens, size = 1.0 - math.exp(-receiver.step_rate * bank.run[0].since), receiver.step_variance
@@ -294,6 +291,6 @@ def step_between(x, p, reversal, bank, room):
 
 
 @lean_kernel
-def place_of(p):
-    """Covariance of the place of a mode."""
+def place_of(p: Floats) -> Sym2:
+    """Covariance (m²) of the position of a mode."""
     return Sym2(p[0, 0], p[0, 1], p[1, 1])

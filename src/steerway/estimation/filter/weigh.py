@@ -1,15 +1,16 @@
-"""What a fix does to all modes: good, poor, a step of the receiver, or an outlier.
+"""Correct all modes by a fix, which may be good, poor, the first after a step of the receiver's error, or an outlier.
 
-All hypotheses are weighed in one likelihood, and nothing is left out of it.
+Every hypothesis has its density in every mode. The correction is the mean over all hypotheses.
 """
 
 import math
 from typing import NamedTuple
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.filter.cells import REGULAR, step_density, written
-from steerway.estimation.filter.fix import correct, see
-from steerway.estimation.filter.model import EAST, NORTH
+from steerway.estimation.filter.cells import REGULAR, Cell, step_density, written
+from steerway.estimation.filter.fix import Seen, correct, see
+from steerway.estimation.filter.model import EAST, NORTH, Bank, Model, Receiver, Run
 from steerway.estimation.filter.vectors import (
     Sym2,
     Vec2,
@@ -27,52 +28,50 @@ from steerway.estimation.filter.vectors import (
 )
 
 LEAST_OUTLIER, DECADES = 10.0, 10.0
-"""An outlier is off by any distance from so many standard deviations of a fix to km, as likely in every decade:
-density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
+"""The error ρ of an outlier is of any size from a = LEAST_OUTLIER σ of a fix to kilometres, equally probable in every
+decade: its density is 1/(2π (ρ² + a²) L) with L = ln (km / a), about 10 for any receiver."""
 LEAST_PROBABILITY = 1e-6
-"""Least weight at which a hypothesis is corrected: below, it moves nothing by a thousandth of a standard deviation."""
+"""Least probability of a hypothesis in the correction: a less probable one changes nothing by a thousandth of a σ."""
 NORMAL = math.inf
-"""Degrees of freedom of the normal distribution as one of Student's."""
+"""Degrees of freedom with which Student's t distribution is the normal distribution."""
 FREEDOM = 4.0
-"""Degrees of freedom of Student's t distribution (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American
-Statistical Association 84(408), 1989): steps are seldom large, nor is the noise of an obstruction before its fixes show
-it."""
+"""Degrees of freedom of Student's t distribution for steps and for the noise of poor fixes, both of which are seldom
+large (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American Statistical Association 84(408), 1989)."""
 STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
 """Variance of that distribution at unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
-"""Variance of a predicted fix, in that of its white noise, from which on a fix that is so seldom an outlier is right,
-as the first one is: the share of so vague a prediction would outweigh the fix in the correction. Chosen."""
+"""Variance of a predicted fix over that of its white noise, above which a fix with an outlier probability below RARE is
+not treated as an outlier at all: the share of the vague prediction that remains otherwise would outweigh the fix."""
 OUTLIERS_LAST = 0.5
-"""Probability that a fix after an outlier is one too. Chosen: even odds, as the two below."""
+"""Probability that the fix after an outlier is an outlier too: even odds, as are the next two numbers."""
 SAME_OFFSET = 0.5
-"""Probability that the second outlier has the same error as the first."""
+"""Probability that the second of two outliers has the same error as the first."""
 RUN_FOLLOWED = 4
-"""So many outliers in a row that agree are a step of the receiver, once they last as long as its `followed_after`, and
-their position is followed. Chosen: 4 s at 1 Hz."""
-
+"""Number of outliers in a row that agree, 4 s at 1 Hz, after which they count as a step of the receiver. The position
+then follows them, once they have lasted as long as the receiver's `followed_after`."""
 NONE = Sym2(0.0, 0.0, 0.0)
 RETURNS = 0.5
-"""Probability, in that of an outlier, that the receiver then returns by the same step with the next fix. Chosen."""
+"""Probability, over the share of outliers, that the receiver returns by the step that was followed last."""
 
 
 class Expected(NamedTuple):
-    """What is expected of a fix before it is seen: probabilities of the hypotheses, and the noise of a poor one."""
+    """Prior probabilities of the hypotheses for a fix, and the noise of a poor one."""
 
     good: float
     poor: float
     step: float
-    wrong: float
-    noise: float  # variance that a poor fix has besides, in its usual noise
-    freedom: float  # degrees of freedom of what is known of that
-    learnt: float  # of these, those that earlier fixes gave
+    wrong: float  # an outlier
+    noise: float  # further variance of a poor fix over its usual size
+    freedom: float  # degrees of freedom of `noise`
+    learnt: float  # how many of these stem from earlier fixes
 
 
 @lean_kernel
-def expect(run, receiver):
-    """What is expected of the next fix.
+def expect(run: Run, receiver: Receiver) -> Expected:
+    """Prior of the next fix.
 
-    Where the sky is obstructed a poor fix is mostly followed by one, and those before it tell how large the noise is
-    (S. Särkkä and A. Nummenmaa, IEEE Trans. Automatic Control 54(3), 2009).
+    Under an obstructed sky a poor fix is mostly followed by another. Their noise is estimated from the fixes before (S.
+    Särkkä and A. Nummenmaa, IEEE Trans. Automatic Control 54(3), 2009).
     """
     wrong = receiver.outlier_rate * (1.0 - run.was_outlier) + OUTLIERS_LAST * run.was_outlier
     stays = learnt = 0.0
@@ -88,7 +87,7 @@ def expect(run, receiver):
 
 
 class Weighed(NamedTuple):
-    """A fix by four hypotheses: probability times density of each, and what a poor fix has besides noise."""
+    """Prior probability times density (1/m²) of a fix under every hypothesis, and the further noise of a poor fix."""
 
     good: float
     poor: float
@@ -98,21 +97,20 @@ class Weighed(NamedTuple):
 
 
 class Share(NamedTuple):
-    """What hypotheses of probability β add to a correction, with s = S⁻¹ ν: Σ β (S⁻¹ − s sᵀ) and Σ β s."""
+    """Contribution of hypotheses of probability β to a correction, with s = S⁻¹ ν: Σ β (S⁻¹ − s sᵀ) and Σ β s."""
 
     information: Sym2
     s: Vec2
 
 
 @called_kernel
-def take_fix(bank, model, north, east, excess):
-    """Weigh and take a fix. Returns (NIS of the mean of all modes, log density, probability of an outlier).
+def take_fix(bank: Bank, model: Model, north: float, east: float, excess: float) -> tuple[float, float, float]:
+    """Correct all modes by a fix. Returns its NIS for the mean of all modes, log density and outlier probability.
 
-    A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
-    (a step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
-    correction is their mean, see `take_shares`. The variance of a rounded fix includes that of its last digit, except
-    where it counts as a cell, see `cells`.
-    excess: how many times its usual variance the white noise of this fix has.
+    A fix is good, poor (with several times the usual noise), the first after a step of the receiver, which moves the
+    position but not the motion, or an outlier. The correction of a mode is the mean over these hypotheses, see
+    `take_shares`. The variance of a rounded fix includes that of its last digit, except where it counts as a cell, see
+    `cells`. excess: variance of the white noise of this fix over the usual one.
     """
     run, receiver, probability, density_of = bank.run[0], model.receiver[0], bank.probability, bank.shares[0]
     fix, width = Vec2(north, east), Vec2(receiver.quantum_north, receiver.quantum_east)
@@ -150,8 +148,8 @@ def take_fix(bank, model, north, east, excess):
 
 
 @lean_kernel
-def weigh(seen, cell, expected, run, receiver, variance):
-    """A fix by all hypotheses, in one mode."""
+def weigh(seen: Seen, cell: Cell, expected: Expected, run: Run, receiver: Receiver, variance: float) -> Weighed:
+    """Weigh a fix under all hypotheses, in one mode."""
     off, s = seen.off, seen.s
     wrong = outlier_density(off, trace(s), variance)
     if run.outliers > 0.0:
@@ -170,16 +168,18 @@ def weigh(seen, cell, expected, run, receiver, variance):
 
 
 @lean_kernel
-def whole_of(seen, weighed, variance):
-    """What all hypotheses of a fix weigh, without an outlier that is rare beside a vague prediction (see DIFFUSE)."""
+def whole_of(seen: Seen, weighed: Weighed, variance: float) -> float:
+    """Sum (1/m²) over the hypotheses of a fix, without that of an outlier where it is left out (see DIFFUSE)."""
     known = weighed.good + weighed.poor + weighed.step
     whole = known + weighed.wrong
     return known if trace(seen.s) > DIFFUSE * variance and weighed.wrong < RARE * whole else whole
 
 
 @lean_kernel
-def take_shares(bank, k, seen, weighed, whole, receiver, mean):
-    """Correct mode k by the mean of all hypotheses h, of which `mean` has that of a good fix.
+def take_shares(
+    bank: Bank, k: int, seen: Seen, weighed: Weighed, whole: float, receiver: Receiver, mean: Share
+) -> None:
+    """Correct mode k by the mean over all hypotheses h; `mean` contains that of a good fix before.
 
     Probabilistic data association (Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4):
     x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ in `rows`, s_h = S_h⁻¹ ν and
@@ -189,7 +189,7 @@ def take_shares(bank, k, seen, weighed, whole, receiver, mean):
     if weighed.poor > LEAST_PROBABILITY * whole:
         mean = joined(mean, share(weighed.poor / whole, off, NONE, plus(s, weighed.poor_noise)))
     if weighed.step > LEAST_PROBABILITY * whole:
-        # it went as far as the innovation is larger than it should be
+        # size of the step: the excess of the innovation over its expected variance
         size = max(receiver.step_variance, 0.5 * (dot(off, off) - trace(s)))
         own = share(weighed.step / whole, off, NONE, widened(s, size))
         mean = joined(mean, own)
@@ -198,10 +198,10 @@ def take_shares(bank, k, seen, weighed, whole, receiver, mean):
 
 
 @lean_kernel
-def share(probability, mean, spread, s):
-    """The summands of a hypothesis of probability β: β (S⁻¹ − S⁻¹ V S⁻¹ − s sᵀ) and β s with s = S⁻¹ a.
+def share(probability: float, mean: Vec2, spread: Sym2, s: Sym2) -> Share:
+    """Contribution of a hypothesis of probability β: β (S⁻¹ − S⁻¹ V S⁻¹ − s sᵀ) and β s with s = S⁻¹ a.
 
-    Under the hypothesis the innovation has mean a and covariance V; its expected covariance was S.
+    Under the hypothesis the innovation before rounding has mean a (m) and covariance V (m²). Its prior covariance is S.
     """
     information = inverse(s)
     pull = times(information, mean)
@@ -210,35 +210,35 @@ def share(probability, mean, spread, s):
 
 
 @lean_kernel
-def joined(a, b):
-    """What two hypotheses add together."""
+def joined(a: Share, b: Share) -> Share:
+    """Sum of two contributions."""
     return Share(plus(a.information, b.information), Vec2(a.s.n + b.s.n, a.s.e + b.s.e))
 
 
 @lean_kernel
-def outlier_density(off, spread, variance):
-    """Density (1/m²) of an outlier so far from the predicted fix, which is uncertain by `spread` (m²) itself."""
+def outlier_density(off: Vec2, spread: float, variance: float) -> float:
+    """Density (1/m²) of an outlier of innovation `off` (m), where the predicted fix has the variance `spread` (m²)."""
     return 1.0 / (2.0 * math.pi * DECADES * (dot(off, off) + spread + LEAST_OUTLIER**2 * variance))
 
 
 @lean_kernel
-def poor_noise(seen, expected, receiver, variance):
-    """Covariance (m²) that a poor fix has besides: in any direction, and along the velocity."""
+def poor_noise(seen: Seen, expected: Expected, receiver: Receiver, variance: float) -> Sym2:
+    """Further covariance (m²) of a poor fix: in every direction, and along the velocity."""
     added = expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     return widened(scaled(receiver.late_variance, outer(seen.velocity)), added)
 
 
 @lean_kernel
-def noise_shown(seen, noise, freedom):
-    """The covariance of a poor fix as far as its innovation tells it."""
+def noise_shown(seen: Seen, noise: Sym2, freedom: float) -> Sym2:
+    """The covariance `noise` (m²) of a poor fix, given its innovation."""
     if math.isinf(freedom):
         return noise
     return scaled((freedom + nis(seen.off, plus(seen.s, noise))) / (freedom + 2.0), noise)
 
 
 @lean_kernel
-def usual_spread(seen, expected, receiver, variance):
-    """Covariance (m²) of the innovation of fixes of all kinds but outliers."""
+def usual_spread(seen: Seen, expected: Expected, receiver: Receiver, variance: float) -> Sym2:
+    """Covariance (m²) of the innovation of a fix that is not an outlier."""
     loose = expected.poor * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     if expected.freedom < NORMAL:
         loose *= expected.freedom / (expected.freedom - 2.0)
@@ -246,11 +246,11 @@ def usual_spread(seen, expected, receiver, variance):
 
 
 @called_kernel
-def step_position(x, p, size, probability, own, mean, rows):
-    """Move the position of a mode by what a step of variance d = `size` (m²) and probability β does to it, E of x.
+def step_position(x: Floats, p: Floats, size: float, probability: float, own: Share, mean: Vec2, rows: Floats) -> None:
+    """Move the position of a mode, E of x, by a step of variance d = `size` (m²) and probability β.
 
-    x ← x + d E b and P ← P − d (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β d I − d² (J + b bᵀ)) Eᵀ, with J and b of its
-    `own` share and s̄ the mean of all hypotheses; what is common to them follows by `correct`.
+    x ← x + d E b and P ← P − d (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β d I − d² (J + b bᵀ)) Eᵀ. J and b are the step's
+    `own` contribution, s̄ is the sum over all hypotheses. `correct` does the rest.
     """
     j, b = own.information, own.s
     x[NORTH] += size * b.n
@@ -272,8 +272,8 @@ def step_position(x, p, size, probability, own, mean, rows):
 
 
 @lean_kernel
-def noise_seen(seen, expected, receiver, variance):
-    """Mean square of the noise of a poor fix, in its usual variance, where the innovation is known."""
+def noise_seen(seen: Seen, expected: Expected, receiver: Receiver, variance: float) -> float:
+    """Mean square of the further noise of a poor fix over its usual variance, given the innovation."""
     noise = poor_noise(seen, expected, receiver, variance)
     added = 2.0 * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     spread = trace(plus(seen.s, noise))
@@ -282,8 +282,8 @@ def noise_seen(seen, expected, receiver, variance):
 
 
 @lean_kernel
-def learn_noise(run, expected, poor, seen):
-    """What a fix that was poor with a probability tells of the noise of those after it."""
+def learn_noise(run: Run, expected: Expected, poor: float, seen: float) -> None:
+    """Update the expected noise of poor fixes by a fix that was poor with a probability; seen: see `noise_seen`."""
     run.was_poor, run.learnt = poor, expected.learnt
     if expected.freedom < NORMAL and poor > 0.0:
         told = 2.0 * poor  # a fix has two coordinates
@@ -292,8 +292,11 @@ def learn_noise(run, expected, poor, seen):
 
 
 @called_kernel
-def follow_run(bank, off, wrong, spread, after):
-    """Count outliers in a row that agree; a step of the receiver is followed in position, and the motion kept."""
+def follow_run(bank: Bank, off: Vec2, wrong: float, spread: float, after: float) -> None:
+    """Count outliers in a row that agree, and follow them as a step of the receiver (see RUN_FOLLOWED).
+
+    off: mean innovation, m. wrong: probability of an outlier. spread: trace of S, m². after: `followed_after`, s.
+    """
     run = bank.run[0]
     run.was_outlier = wrong
     if wrong < 0.5:
@@ -312,8 +315,8 @@ def follow_run(bank, off, wrong, spread, after):
 
 
 @called_kernel
-def shift(bank, north, east, variance):
-    """Follow a step of the receiver in position, and keep the motion."""
+def shift(bank: Bank, north: float, east: float, variance: float) -> None:
+    """Move the position of all modes by a step of the receiver (m) of this variance (m²); the motion stays."""
     run, x, p = bank.run[0], bank.x, bank.p
     for k in range(len(x)):
         x[k, NORTH] += north
@@ -326,10 +329,10 @@ def shift(bank, north, east, variance):
 
 
 @called_kernel
-def return_step(bank, model, fix, variance):
-    """Undo the step last followed where the fix is likelier so than as a good one or an outlier.
+def return_step(bank: Bank, model: Model, fix: Vec2, variance: float) -> tuple[float, float]:
+    """Undo the step that was followed last, where the fix is more probable after a return than without.
 
-    Returns the prior probability of what is taken, return or none, and prior times density (1/m²) of the other.
+    Returns the prior probability of the choice, return or none, and prior times density (1/m²) of the other one.
     """
     run, processes, outlier_rate = bank.run[0], model.processes, model.receiver[0].outlier_rate
     if run.step_north == 0.0 and run.step_east == 0.0:

@@ -1,1 +1,1 @@
-"""Inference: which structures of vessel and receiver a record is evidence for, and with which numbers."""
+"""Inference: the structures of vessel and receiver that explain a record best, and their numbers."""

@@ -1,10 +1,10 @@
-"""Maximum of a posterior that is a sum over rows, by the scores of the rows.
+"""Maximum of a log posterior that is a sum over rows, from each row's score (derivatives of its log density).
 
-Fisher's scoring within a trust region. The information is the sum of outer products of the rows' scores (E. K. Berndt,
-B. H. Hall, R. E. Hall and J. A. Hausman, Annals of Economic and Social Measurement 3(4), 1974) and the prior's. Between
-differences the scores are kept up to date by the secants of the steps, also of those that lead down (C. G. Broyden,
-Mathematics of Computation 19, 1965). Scoring stands still where the outer products exceed the curvature, and where the
-likelihood has a kink, as at a fix that is an outlier on one side only; therefore every number is tried by itself too.
+Fisher scoring within a trust region. The information is that of the prior plus the sum of outer products of the rows'
+scores (E. K. Berndt, B. H. Hall, R. E. Hall and J. A. Hausman, Annals of Economic and Social Measurement 3(4), 1974).
+Between differentiations every step, up or down, updates the scores by its secant (C. G. Broyden, Mathematics of
+Computation 19, 1965). Scoring stalls where the outer products exceed the curvature, and at a kink of the likelihood, as
+where a fix is an outlier on one side only. Then each number is varied alone.
 """
 
 import math
@@ -18,26 +18,24 @@ if TYPE_CHECKING:
     from steerway.estimation.fit.posterior import Posterior
 
 _TOLERANCE = 0.3
-"""Gain of log posterior below which a round is the last: a tenth of what distinguishes two structures
-(`selection.BETTER`)."""
-_STANDS = 2.0
-"""Gain of scoring below which it stands still, and every number is tried by itself. Chosen: else new differences gain
-more for as many runs of the filter."""
+"""The search ends after a round that raises the log posterior by less than this: a tenth of `selection.BETTER`."""
+_STALLED = 2.0
+"""Gain of log posterior by scoring below which each number is varied alone. After a larger gain, the next round of
+scoring gains more per run of the filter."""
 _FAILURES = 2
-"""Steps in a row that lead down, each at most half as long as the one before, after which scoring has had its turn.
-Chosen."""
+"""Failed steps in a row that scoring allows; each is at most half as long as the one before."""
 _SHORTEST, _LONGEST = 0.1, 1.0
-"""Prior deviations of the step of one number by itself. Chosen: at the median the shortest changes the log prior by
-0.005."""
+"""Bounds of the step of a number varied alone, in prior standard deviations. At the prior median the shortest step
+changes the log prior by 0.005."""
 _BLOCK = 64
-"""Rows of scores in one product. BLAS starts threads for larger matrices; when other processes use the cores, a product
-then takes up to a thousand times as long (324 ms in place of .4)."""
+"""Rows of scores per matrix product. BLAS starts threads for larger matrices; when other processes use the cores, such
+a product takes up to a thousand times as long (324 ms instead of 0.4)."""
 _PROMISING = 0.03
-"""Gain of such a step by the slope alone below which it is not tried: a tenth of `_TOLERANCE`. Chosen."""
+"""A number is varied alone if its slope promises a gain above this: a tenth of `_TOLERANCE`."""
 
 
 class Ascent:
-    """Where the search for a maximum stands: numbers x, log densities and scores of every row, log posterior."""
+    """State of the search: numbers x, log density and scores of every row, log posterior."""
 
     scores: Floats
     measured: Floats
@@ -48,7 +46,7 @@ class Ascent:
         self.log = posterior.log(x, self.each)
 
     def differentiate(self) -> None:
-        """Take the scores by differences."""
+        """Compute the scores by finite differences."""
         self.scores = self.measured = self.posterior.scores(self.x, self.each)
 
     def information(self) -> Floats:
@@ -64,7 +62,7 @@ class Ascent:
         return self.scores.sum(axis=1) - self.x
 
     def try_step(self, step: Floats) -> float:
-        """Go this step, as far as it leads to numbers that may be sought, if it leads up. Returns what it gains."""
+        """Clip a step to the bounds of the search, and take it if it leads up. Returns the gain, taken or not."""
         step = self.posterior.within(self.x + step) - self.x
         if not step.any():
             return 0.0
@@ -80,15 +78,15 @@ class Ascent:
 
 
 def climb(ascent: Ascent, rounds: int) -> bool:
-    """Go up in at most so many rounds: differences and scoring; where that stands still, every number by itself.
+    """Climb for at most `rounds` rounds: differentiate and score; where scoring stalls, vary each number alone.
 
-    Returns whether the last round gained hardly anything.
+    Returns whether the last round gained less than `_TOLERANCE`.
     """
     for _ in range(rounds):
         before = ascent.log
         ascent.differentiate()
         score(ascent)
-        if ascent.log - before < _STANDS:
+        if ascent.log - before < _STALLED:
             scored = ascent.log
             sweep(ascent)
             if ascent.log - scored > _TOLERANCE:
@@ -99,12 +97,12 @@ def climb(ascent: Ascent, rounds: int) -> bool:
 
 
 def score(ascent: Ascent) -> None:
-    """Steps of scoring until they gain hardly anything."""
+    """Take steps of scoring until one gains less than `_TOLERANCE` or too many lead down."""
     reach, failures = 1.0, 0
     while failures <= _FAILURES:
         step = np.linalg.solve(ascent.information(), ascent.slope())
         largest = np.abs(step).max()
-        if largest == 0.0:  # the start is the maximum: no row says anything of the numbers
+        if largest == 0.0:  # the start is the maximum: no row depends on the numbers
             return
         gained = ascent.try_step(step * min(1.0, reach / largest))
         if gained > 0.0:
@@ -116,7 +114,7 @@ def score(ascent: Ascent) -> None:
 
 
 def sweep(ascent: Ascent) -> None:
-    """Step up along every number by itself that promises a gain, the steepest first."""
+    """Vary each number alone whose slope promises a gain, the steepest first."""
     information = np.diag(ascent.information())
     for i in np.argsort(-np.abs(ascent.slope())):
         slope = ascent.slope()[i]

@@ -1,8 +1,8 @@
-"""`--aid auto`: the receiver's own SOG and COG as far as a log shows them to be informative.
+"""`--aid auto`: the receiver's own SOG and COG are used if a log shows that they carry information.
 
-They are used if the fixes are predicted better with them than without, by the density of every fix given
-the fixes and velocities before it (C. W. J. Granger, Econometrica 37(3), 1969). A velocity that is a difference of the
-same positions predicts no fix better. One that is used gets its noise, and an error that lasts, by the inference.
+They do if they improve the prediction of the fixes: the density of every fix given the fixes and velocities before it
+(C. W. J. Granger, Econometrica 37(3), 1969). A velocity that the receiver differenced from the same positions improves
+no prediction. The inference then estimates the noise and the lasting error of SOG and COG.
 """
 
 import math
@@ -23,17 +23,17 @@ from steerway.estimation.vessel.aids import AIDS, COG, SOG
 AUTO = "auto"
 VELOCITY = ("sog", "cog")
 _NOISES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
-"""m/s, noise from that of a Doppler velocity to that of a poor receiver, in factors of two; all equally probable."""
+"""σ (m/s) that is tried for SOG and COG, all equally probable: from a Doppler velocity to a poor receiver's."""
 _NO_ERROR = {"sog_error_std": 1e-3, "sog_error_time": 2.0, "cog_error_std": 1e-3, "cog_error_time": 2.0}
-"""Numbers of a velocity whose errors do not last: a twentieth of the least of `_NOISES`."""
+"""Numbers of a velocity without a lasting error: its σ is a twentieth of the least of `_NOISES`."""
 _BLOCKS, _BLOCK = 4, 400
-"""Pieces of the log that are looked at, and fixes in each. Chosen: they bound the time that it takes."""
+"""Pieces of the log that are compared, and fixes in each. They bound the time of the comparison."""
 
 
 class Velocity(NamedTuple):
-    """How the receiver's velocity is used: its noise along and across (m/s), and the fixes' gain of log density.
+    """The receiver's velocity as an aid: its noise along and across the course (m/s), and the gain of log density.
 
-    The density is the mean over the noises that are tried.
+    The gain is the log ratio of the fixes' density with the velocity, averaged over `_NOISES`, to that without.
     """
 
     noise: float
@@ -41,7 +41,7 @@ class Velocity(NamedTuple):
 
 
 def velocity_of(fixes: Fixes, structures: Sequence[Structure]) -> Velocity | None:
-    """The noise with which SOG and COG predict the fixes of a vessel best; None where they predict none better.
+    """The noise with which SOG and COG predict a vessel's fixes best; None where they do not improve the prediction.
 
     structures: inferred from positions alone.
     """
@@ -52,7 +52,7 @@ def velocity_of(fixes: Fixes, structures: Sequence[Structure]) -> Velocity | Non
 
 
 def velocity_in(record: Rows, structures: Sequence[Structure]) -> Velocity | None:
-    """`velocity_of` for a record with these aids."""
+    """As `velocity_of`, for a record whose aids are SOG and COG."""
     if not len(record.aids) or np.isfinite(record.north).sum() < _BLOCK // 4:
         return None
     best = max(structures, key=lambda each: each.weight)
@@ -64,25 +64,25 @@ def velocity_in(record: Rows, structures: Sequence[Structure]) -> Velocity | Non
 
 
 def with_noise(structure: Structure, noise: float) -> Structure:
-    """A structure with the receiver's velocity as a part, of this noise (m/s)."""
+    """The structure with the parts SOG and COG added, both with this noise (m/s)."""
     numbers = {"sog_std": noise, "velocity_std": noise} | _NO_ERROR
     return structure._replace(parts=(*structure.parts, *VELOCITY), values=structure.values | numbers)
 
 
 def velocity_parts(profile: object) -> tuple[str, ...]:
-    """SOG and COG as far as the structures of a profile have them; of one without structures none."""
+    """Those of SOG and COG that are parts of the profile's structures; empty for a profile without structures."""
     structures = getattr(profile, "structures", ())
     return tuple(name for name in VELOCITY if any(name in each.parts for each in structures))
 
 
 def _density(structure: Structure, rows: Rows, judged: Bools) -> float:
-    """Log density of the fixes of a record, each given the rows before it."""
+    """Sum of the log densities of the `judged` fixes, each given the rows before it."""
     posterior = Posterior(structure.parts, rows)
     return float(posterior.densities(posterior.point(structure.values))[judged].sum())
 
 
 def _pieces(record: Rows) -> tuple[Rows, Bools]:
-    """Pieces from all over a record, every row once with its fix and once more with its velocity; which fixes count."""
+    """Pieces from all over a record, each row twice (its fix, then its velocity); and (n,) which fixes count."""
     fixed = np.flatnonzero(np.isfinite(record.north))
     starts = np.unique(np.linspace(0, max(len(fixed) - _BLOCK, 0), _BLOCKS).astype(int))
     own = [np.arange(fixed[begin], fixed[min(begin + _BLOCK, len(fixed)) - 1] + 1) for begin in starts]
@@ -97,10 +97,7 @@ def _pieces(record: Rows) -> tuple[Rows, Bools]:
 
 
 def _sliding(time: Floats, fixed: Ints) -> Bools:
-    """(n,) bool: rows after an outage, where the receiver may slide in or has hardly come to rest.
-
-    No velocity predicts such fixes.
-    """
+    """(n,) bool: rows soon after an outage, where positions may slide (see `outage`) and no velocity predicts them."""
     found = np.zeros(len(time), bool)
     for k in outages(time[fixed]):
         back = time[fixed[k + 1]]

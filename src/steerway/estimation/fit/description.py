@@ -1,4 +1,4 @@
-"""An inference or a tuned profile in words: structures, weights, evidence and the numbers that matter."""
+"""Inferences and tuned profiles in words: structures, weights, evidence and main numbers."""
 
 import math
 from collections.abc import Iterable
@@ -15,18 +15,18 @@ _ANGLES = ("wander_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid
 
 @dataclass(frozen=True)
 class Tuned:
-    """A profile fitted to a log, and how well what was found in the rest predicts the fixes that were held back."""
+    """A profile fitted to a log, and how well the same fit without the last fixes predicts these."""
 
     profile: InferredProfile
     default: InferredProfile
-    """What `estimate` finds by itself in the same fixes."""
+    """The profile that `estimate` infers from the same fixes."""
     fixes: int
     moving: int
     rejected: int
     nis_mean: float
-    """Over all fixes; 2 where noise is as inferred and no fix is wrong."""
+    """Over all fixes; 2 if the noise is as inferred and no fix is an outlier."""
     nis_within_pct: float
-    """Share of fixes within the predicted 95 % region."""
+    """Share (%) of fixes within the predicted 95 % region."""
     held_back: int
     held_back_log_likelihood: float
     default_held_back_log_likelihood: float
@@ -35,12 +35,12 @@ class Tuned:
 
     @property
     def is_default(self) -> bool:
-        """Whether more effort found nothing that predicts better than the default."""
+        """Whether more effort found no profile that predicts better than the default."""
         return self.held_back_log_likelihood <= self.default_held_back_log_likelihood
 
     @property
     def cannot_tell(self) -> tuple[str, ...]:
-        """Names of the numbers that this log does not determine: see `InferredProfile`."""
+        """Names of the numbers that this log does not determine: see `WeighedStructure.is_determined`."""
         return tuple(
             dict.fromkeys(
                 name for each in self.profile.structures for name in each.values if not each.is_determined(name)
@@ -48,7 +48,7 @@ class Tuned:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """All as plain numbers, texts and lists; `structures` as in the profile."""
+        """The fields as plain numbers, texts and lists; `structures` as in the profile."""
         names = ("fixes", "moving", "rejected", "nis_mean", "nis_within_pct", "held_back", "held_back_log_likelihood")
         own = {name: getattr(self, name) for name in (*names, "default_held_back_log_likelihood", "is_default")}
         structures = [each.model_dump(mode="json") for each in self.profile.structures]
@@ -59,19 +59,19 @@ class Tuned:
         """The fit as (what, value) pairs of text."""
         gain = self.held_back_log_likelihood - self.default_held_back_log_likelihood
         if self.is_default:
-            result = "no improvement on what estimate finds by itself: you do not need this profile"
+            result = "no better than what estimate infers without a profile: you do not need this one"
         else:
-            result = f"predicts {self.held_back} fixes that were held back better than the default does"
+            result = f"predicts the {self.held_back} fixes held back better than the default does"
         return [
             ("result", result),
             *([] if self.is_default else [("log likelihood", f"{gain:.1f} above the default's on these fixes")]),
             ("NIS", f"{self.nis_mean:.2f} (2 expected), {self.nis_within_pct:.1f} % of fixes in the predicted 95 %"),
-            ("estimate", "causal: every fix is predicted from those before it"),
+            ("estimate", "causal: every fix is predicted from the fixes before it"),
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             *((f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(self.profile)),
             *([("at a limit of the search", ", ".join(self.at_bounds))] if self.at_bounds else []),
             *(
-                [("at prior values", f"{', '.join(self.cannot_tell)}: the log does not determine these")]
+                [("not determined", f"{', '.join(self.cannot_tell)}: this log does not determine them")]
                 if self.cannot_tell
                 else []
             ),
@@ -79,14 +79,14 @@ class Tuned:
 
 
 def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict[str, Any]]:
-    """What every structure is, best first: parts, weight, log_evidence (NaN of one not fitted), values, words.
+    """Every structure as a dict, best first: parts, weight, log_evidence (NaN if not fitted), values, words.
 
-    With an inference also of those that competed and have no weight.
+    With an inference, structures that were fitted but have no weight are included.
     """
     fits = inference.fits if inference else ()
     evidence = {fit.parts: fit.evidence for fit in fits}
     models: dict[Parts, tuple[float, Values]] = {fit.parts: (0.0, fit.values) for fit in fits}
-    for each in profile.structures:  # of a short record there are several sets of numbers to the same parts
+    for each in profile.structures:  # a short record has several sets of numbers for the same parts
         weight, values = models.get(each.parts, (0.0, each.values))
         models[each.parts] = weight + each.weight, values
     found = [
@@ -103,14 +103,14 @@ def structures_of(profile: InferredProfile, inference: Inference | None = None) 
 
 
 def is_of_hull(structures: Iterable[dict[str, Any]]) -> bool:
-    """Whether the motion by these (see `structures_of`) is that of the hull under an antenna that rolls.
+    """Whether the estimated motion is the hull's: structures with a rolling antenna have at least half of the weight.
 
-    Otherwise it is the antenna's.
+    Otherwise it is the antenna's motion. structures: see `structures_of`.
     """
     return sum(each["weight"] for each in structures if "antenna" in each["parts"]) >= 0.5
 
 
 def in_words(parts: Parts, values: Values) -> str:
-    """What a structure says of vessel and receiver."""
+    """The parts of a structure and their main numbers as one text."""
     shown = {name: math.degrees(value) if name in _ANGLES else value for name, value in values.items()}
     return "; ".join(PARTS[part].words.format(**shown) for part in parts)

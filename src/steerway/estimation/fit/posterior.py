@@ -15,27 +15,26 @@ from steerway.estimation.vessel.structures import log_share, model_of, priors_of
 
 _NO_OUT = np.empty((0, FUSED + 2))
 _SETTLING = 10
-"""Fixes after a start that do not count: the start's prior is no part of the structure. Of a short record a third of
-them, lest none be left. Chosen: SOG of simulated logs of 4 to 29 fixes is off by 0.4 and 0.7 times as much so as with
-the prior medians."""
+"""Fixes after a start that do not count, because the prior of the start is no part of the structure; at most a third of
+a record. So fitted, SOG of simulated logs of 4 to 29 fixes errs 0.4 and 0.7 times as much as with the prior medians."""
 DRAWS, _WIDTH = 6, 0.6
-"""Sets of numbers that stand for what a short record leaves open, and how wide they lie in deviations of the normal
-distribution. Without them the rate is within its 95 % interval in 90 to 96 % of the rows of the scenes `drifting`,
-`docking` and `circles`, with 0.6 in 92 to 96 %; with 1 in 95 %, and all errors are 1 % larger."""
+"""Posterior samples that represent the parameter uncertainty of a short record, and their spread relative to the normal
+approximation. The 95 % interval of the course rate covers 90 to 96 % of the rows of the scenes `drifting`, `docking`
+and `circles` without samples, 92 to 96 % with 0.6, and 95 % with 1, where all errors are 1 % larger."""
 _DIFFERENCE = 1e-3
-"""Prior deviations by which a number is varied for its score: the slope of a log posterior whose curvature is 50 is
-then off by 0.025, and rounding (1e-10) changes it less. With 0.05 fits end up to 50 below the maximum."""
+"""Step of the finite differences, in prior standard deviations. With a curvature of 50 the slope of the log posterior
+is off by 0.025, and rounding (1e-10) changes it less. With 0.05, fits end up to 50 below the maximum."""
 _STEEPEST = 100.0
-"""Score of a row above which its density jumps: an outlier of any distance has one of at most some 20. Chosen."""
+"""Score of a row above which its density is taken to jump: an outlier at any distance scores at most about 20."""
 FURTHEST = 6.0
-"""Prior deviations beyond which no number is sought: the prior holds 2·10⁻⁹ there."""
+"""Bound of the search around a prior median, in prior standard deviations: the prior has 2·10⁻⁹ beyond."""
 
 
 class Fit(NamedTuple):
-    """A structure with its numbers (by name), log posterior, log evidence (Laplace, and `log_share`) on the same rows,
-    evaluations.
+    """A fitted structure: its numbers, log posterior and log evidence (Laplace, plus `log_share`) on the same rows.
 
-    deviations: of the numbers' logarithms (Laplace). others: numbers drawn from the posterior, all as likely.
+    calls: runs of the filter. deviations: σ of the numbers' logarithms (Laplace). others: samples of the posterior,
+    with equal weights.
     """
 
     parts: Parts
@@ -55,7 +54,7 @@ class Fit(NamedTuple):
 
 
 class Posterior:
-    """Posterior of a structure's numbers, in prior deviations from the prior medians."""
+    """Posterior of a structure's numbers x, each in prior standard deviations from its prior median."""
 
     def __init__(self, parts: Parts, rows: Rows, shortest: float = 0.0) -> None:
         self.parts, self.rows, self.calls = parts, rows, 0
@@ -73,7 +72,7 @@ class Posterior:
         self._memory = np.empty(0)
 
     def densities(self, x: Floats) -> Floats:
-        """(n,) log density of every row, 0 of those that do not count."""
+        """(n,) log density of every row, 0 for rows that do not count."""
         self.calls += 1
         model = model_of(self.parts, self.values(x), self.rows.quantum)
         m, n = len(model.modes), model.states + (model.states % 4 == 3)  # rows of whole vectors of four are faster
@@ -86,7 +85,7 @@ class Posterior:
         return each
 
     def log(self, x: Floats, each: Floats) -> float:
-        """Log posterior (but for a constant) of these densities."""
+        """Log posterior of x, up to a constant, by the log densities `each` of its rows."""
         value = float(each.sum()) - 0.5 * float(x @ x)
         return value if math.isfinite(value) else -math.inf
 
@@ -95,7 +94,7 @@ class Posterior:
         return dict(zip(self.names, np.exp(self.medians + self.deviations * x).tolist(), strict=True))
 
     def point(self, values: Values) -> Floats:
-        """Numbers by name in prior deviations, those not named at their medians."""
+        """The point of these numbers by name; numbers that are missing stay at their prior medians."""
         x = np.zeros(len(self.names))
         for i, name in enumerate(self.names):
             if name in values:
@@ -103,12 +102,12 @@ class Posterior:
         return self.within(x)
 
     def within(self, x: Floats) -> Floats:
-        """The nearest point that may be sought."""
+        """The nearest point within the bounds of the search."""
         return np.clip(x, np.minimum(self.least, self.most), self.most)
 
     def scores(self, x: Floats, each: Floats) -> Floats:
-        """(numbers, n) derivative of every row's log density by every number, 0 where the difference is no derivative:
-        where rounding leaves no density, and where a rule of the filter decides otherwise."""
+        """(numbers, n) derivative of every row's log density by every number. It is 0 where the density jumps: where it
+        vanishes by rounding, or where a decision of the filter changes."""
         steps = _DIFFERENCE * np.eye(len(x))
         scores = np.array([(self.densities(x + step) - each) / _DIFFERENCE for step in steps])
         return np.where(np.abs(scores) < _STEEPEST, scores, 0.0)
@@ -124,14 +123,14 @@ def likeliest(
 
 
 def fitted(parts: Parts, rows: Rows, start: Values, rounds: int = 2, shortest: float = 0.0, draws: int = 0) -> Fit:
-    """Maximise the posterior from a starting point (dict), in at most so many rounds.
+    """Maximise the posterior from a starting point (dict), in at most `rounds` rounds.
 
-    shortest: period (s) below which fixes do not resolve an oscillation. draws: how many `others` (even).
+    shortest: period (s) below which fixes do not resolve an oscillation. draws: number of `others` (even).
     """
     posterior = Posterior(parts, rows, shortest)
     ascent = Ascent(posterior, posterior.point(start))
     if climb(ascent, rounds):
-        ascent.scores = ascent.measured  # secants of short steps say little
+        ascent.scores = ascent.measured  # secants of short steps are inaccurate
     elif rounds > 1:
         ascent.differentiate()
     information = ascent.information()
@@ -147,10 +146,10 @@ def fitted(parts: Parts, rows: Rows, start: Values, rounds: int = 2, shortest: f
 
 
 def drawn(ascent: Ascent, information: Floats, draws: int) -> tuple[Values, ...]:
-    """Sets of numbers about a maximum, by the normal distribution of this information, in pairs of opposite ones.
+    """Samples around a maximum by the normal distribution with this information, in pairs of opposite ones.
 
-    Each is brought nearer, to where the posterior has fallen as far as the normal distribution has: the posterior falls
-    more steeply where a noise is too large.
+    A sample is moved towards the maximum if the posterior has fallen farther there than the normal distribution. It
+    does so where a noise is too large.
     """
     posterior, x = ascent.posterior, ascent.x
     lower = np.linalg.cholesky(information)

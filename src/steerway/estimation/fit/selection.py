@@ -1,7 +1,7 @@
-"""Which structures a record is evidence for: all declared ones are fitted and compared on the same rows.
+"""Selection of the structures that explain a record: they are fitted, and compared by evidence on the same rows.
 
-Each optional part is tried by itself on few rows, and the best together with every other that is better than none.
-Structures that fall behind there are given up, the others are fitted and compared on many.
+On few rows each optional part is tried alone, then the best together with every other part that beats the plain
+structure. Structures far behind are given up; the others are fitted to many rows and compared there.
 """
 
 import math
@@ -21,44 +21,42 @@ from steerway.estimation.vessel.parts import OPTIONAL, PARTS, PLAIN, Parts, Scal
 from steerway.estimation.vessel.structures import model_of, parameters_of
 
 FEW, MANY = 500, 1500
-"""Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. Chosen: they
-bound the time that an inference takes."""
+"""Rows of the first and the last fits: a few minutes and half an hour of fixes. They bound the time of an inference."""
 FEWEST = 200
-"""Rows for a fit at least, ten for each number of the plain structure. With 150, of four simulated logs with fixes 20
-and 30 s apart one ends 12 of log evidence below; 300 gain nothing there, and cost 1.7 times where minutes apart."""
+"""Least rows for a fit: ten for each number of the plain structure. With 150, one of four simulated logs with fixes 20
+and 30 s apart loses 12 of log evidence. With 300 nothing is gained, at 1.7 times the cost."""
 OPEN = 10_000
-"""Fixes up to which the numbers of a structure are averaged over what the record leaves open, which costs time with
-every fix. Without that, deviations of a boat at constant speed in 1,001 fixes hold 79 to 89 % of the errors where they
-should hold 95."""
+"""Most fixes of a record for which posterior samples (`posterior.DRAWS`) replace the fitted numbers; they cost time
+with every fix. Without them, 95 % intervals of a boat at constant speed in 1,001 fixes cover 79 to 89 %."""
 START_VESSELS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS, OTHER_ROUNDS = 3, 5, 1, 4, 3
-"""Kinds of vessel that a fit begins from, and rounds of a fit at most: of the plain structure, of the others on few
-rows, of the best on many, of the others there. Chosen: each costs one to two runs of the filter for every number."""
+"""Number of vessels that a fit starts from, and most rounds of a fit: of the plain structure, of the others on few
+rows, of the best on many, of the others on many. A round costs one to two runs of the filter for every number."""
 FAR_BEHIND, BEHIND = 20.0, 5.0
-"""Log evidence by which a structure may be behind the best before it is given up: on few rows, and on many before it is
-fitted to them. Chosen: in five logs and scenes those that were best in the end were behind by up to 6 on few rows, and
-fits to many gained 3 to 60 there."""
+"""Log evidence by which a structure may trail the best before it is given up: on few rows, and on many rows before it
+is fitted to them. In five logs and scenes the eventual best trailed by up to 6 on few rows, and fits to many rows
+gained 3 to 60."""
 USUAL_STATES = 12
-"""States of a structure, times predictions a row, up to which it is fitted to MANY rows: the plain one with two errors
-of the receiver or with waves has 11. With 9, fits of large structures are worse (COG of the scene `rolling-antenna` by
-9 and 24 %)."""
+"""Largest number of states, times predictions per row, of a structure that is fitted to MANY rows; larger ones get
+fewer rows. The plain structure with two errors of the receiver or with waves has 11 states. With 9 in place of 12, the
+COG error of the scene `rolling-antenna` is 9 and 24 % larger."""
 FINALISTS = 3
-"""Structures fitted to many rows at most. Chosen: each takes 0.1 to 1 s."""
+"""Most structures that are fitted to many rows; each takes 0.1 to 1 s."""
 BETTER = 3.0
-"""Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
+"""Difference of log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 UNRESOLVED_SURGE = 1e-3
-"""m/s, surge of waves that the log does not show: so small that it changes no estimate."""
+"""m/s, surge given to waves whose surge the log does not show: too small to change an estimate."""
 _BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
-"""Variance of fixes, in that of their rounding, up to which only these parts are tried: the others take the pattern of
-rounding for motion or obstructions (SOG of 140 generated records is off by 0.19 m/s with all, 0.06 so)."""
+"""Up to this ratio of the variance of fixes to that of their rounding, only these parts are tried. Others fit the
+pattern of rounding as motion or obstructions (SOG of 140 generated records errs by 0.19 m/s with all, by 0.06 so)."""
 _OTHERWISE = ("error", "steps")
-"""Parts that explain what the plain structure explains by the vessel: the search begins from a second vessel too."""
+"""Errors of the receiver that the plain structure takes for motion: their search starts from a second vessel too."""
 LEAST_WEIGHT = 0.02
-"""Share of all weight below which a structure is left out: a mean moves by this part of the distance at most.
-Chosen: well below the deviation of a mean."""
+"""Share of the total weight below which a structure is left out. A mean moves by at most this part of the distance to
+that structure, well below the σ of the mean."""
 
 
 class Structure(NamedTuple):
-    """One of the structures that a record is evidence for."""
+    """A structure of vessel and receiver with its weight and its numbers."""
 
     weight: float
     parts: Parts
@@ -68,26 +66,26 @@ class Structure(NamedTuple):
 
     @property
     def model(self) -> Model:
-        """What the filters work with."""
+        """The model by which filters run this structure."""
         return model_of(self.parts, self.values, self.quantum)
 
 
 class Inference(NamedTuple):
-    """Structures with their weights, and all fits that competed to the end."""
+    """Structures with their weights, and all fits that were compared in the end."""
 
     structures: tuple[Structure, ...]
     fits: tuple[Fit, ...]
 
     @property
     def used(self) -> list[Fit]:
-        """The fits of the structures."""
+        """The fits of the structures that have a weight."""
         return [fit for fit in self.fits if fit.parts in {each.parts for each in self.structures}]
 
 
 def infer(record: Rows, aids: Sequence[str] = (), effort: int = 1) -> Inference:
-    """Fit and compare the declared structures on a record (see `whole_log.Track`) with these of its aids.
+    """Fit and compare the declared structures on a record (see `log.run.Track`) with these aids.
 
-    effort: how many times the usual rows and rounds.
+    effort: factor on the usual numbers of rows and rounds.
     """
     few = affordable(record, PLAIN + tuple(aids), effort * FEW, 1.0 / effort)
     scales = scales_of(record)
@@ -98,7 +96,7 @@ def infer(record: Rows, aids: Sequence[str] = (), effort: int = 1) -> Inference:
 
 
 def affordable(record: Rows, parts: Parts, most: int, apart: float) -> Rows:
-    """At most so many rows; for large structures and fixes far apart fewer, so that no run of the filter costs more."""
+    """At most `most` rows; fewer for large structures and fixes far apart, so that no run of the filter costs more."""
     rows = excerpt(record, most, apart)
     states = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0)).states
     share = USUAL_STATES / (states * predictions(rows).mean())
@@ -106,11 +104,11 @@ def affordable(record: Rows, parts: Parts, most: int, apart: float) -> Rows:
 
 
 def refitted(few: dict[Parts, Fit], rows: Rows, shortest: float, effort: int, draws: int) -> dict[Parts, Fit]:
-    """The best of the structures fitted on few rows (the best first), fitted to other rows.
+    """The best structures of `few` (fits to few rows, the best first), fitted to `rows`.
 
-    They compete with the best as they are, and with their parts added to it: what few rows do not tell, many may. They
-    begin with what the best found of the numbers that they share, where they hardly move, and only those are fitted
-    that are not far behind there already.
+    Every structure of `few` competes as it is, and with its parts added to the best: many rows may show what few do
+    not. A fit starts from the likelier of its own and the best fit's values of the numbers that both have. A structure
+    whose start is far behind is not fitted.
     """
     first = next(iter(few))
     fits = {first: fitted(first, rows, few[first].values, effort * LAST_ROUNDS, shortest, draws)}
@@ -145,8 +143,8 @@ def refitted(few: dict[Parts, Fit], rows: Rows, shortest: float, effort: int, dr
 def with_resolved_surge(fit: Fit, rows: Rows, shortest: float) -> Fit:
     """The fit, without the surge of its waves if the record does not show one.
 
-    Waves may be found by their yaw alone: a slalom looks like the yaw of a wave with its period. Noise then passes for
-    the surge of that wave, because noise has a part at every period, and the smoothed speed follows it.
+    Waves may be found by their yaw alone: a slalom looks like the yaw of a wave with its period. Noise, which
+    has power at every period, is then taken for the surge of that wave, and the smoothed speed follows it.
     """
     if "wave_surge" not in fit.values:
         return fit
@@ -168,7 +166,7 @@ def screened(base: Parts, few: Rows, scales: Scales) -> dict[Parts, Fit]:
     fits = {base: plain}
 
     def compete(part: str, begun: Fit) -> None:
-        """Fit a part, unless it explains nothing even with the likeliest numbers."""
+        """Fit a structure with this part added, unless it is far behind even with the likeliest numbers."""
         parts = (*begun.parts, part)
         start, log = searched(parts, few, begun.values, scales)
         if log > begun.log_posterior - FAR_BEHIND:
@@ -203,17 +201,17 @@ def screened(base: Parts, few: Rows, scales: Scales) -> dict[Parts, Fit]:
 
 
 def together(structure: Parts, other: Parts) -> Parts:
-    """A structure with the parts that may be added to it of another."""
+    """A structure with the optional parts of another added."""
     return plain_of(structure) + tuple(part for part in OPTIONAL if part in structure or part in other)
 
 
 def plain_of(structure: Parts) -> Parts:
-    """The parts of a structure that are not among OPTIONAL."""
+    """The parts of a structure that are not optional."""
     return tuple(part for part in structure if part not in OPTIONAL)
 
 
 def weighed(fits: dict[Parts, Fit], quantum: tuple[float, float] = (0.0, 0.0), draws: int = 0) -> Inference:
-    """The structures by their evidence; those of hardly any weight are left out.
+    """Weigh structures by their evidence; those below LEAST_WEIGHT are left out.
 
     draws: total number of parameter sets drawn from the posterior (`Fit.others`), shared among the structures.
     """
@@ -231,9 +229,9 @@ def weighed(fits: dict[Parts, Fit], quantum: tuple[float, float] = (0.0, 0.0), d
 
 
 def searched(parts: Parts, rows: Rows, values: Values, scales: Scales) -> tuple[Values, float]:
-    """Numbers to begin from where the last part comes to others with these values, and their log posterior."""
+    """The likeliest start when the last of `parts` is added to the others with these values, and its log posterior."""
     begun, log = [values], -math.inf
-    if parts[-1] == "obstructions":  # which may have been taken for manoeuvres
+    if parts[-1] == "obstructions":  # without which the fit may show manoeuvres instead
         begun += vessels(scales.noise)
     stages = PARTS[parts[-1]].begin
     for stage in stages(scales, values) if stages else ():

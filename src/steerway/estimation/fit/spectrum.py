@@ -1,4 +1,4 @@
-"""Periods of what oscillates in a record, by the spectrum of its velocity along and across the track."""
+"""Periods of the oscillations in a record, from the spectrum of its velocity along and across the track."""
 
 from typing import NamedTuple
 
@@ -11,16 +11,16 @@ from steerway.estimation.log.record import usual_interval
 from steerway.estimation.vessel.parts import UNKNOWN_PERIODS
 
 _SPAN, _FEWEST = 100.0, 32
-"""s, and fixes at least, of a segment: it resolves an oscillation of 5 s to a quarter of a second. Chosen."""
+"""Length (s) of a segment, and its least number of fixes. 100 s resolve a period of 5 s to a quarter of a second."""
 _SMOOTH = 4.0
-"""s on either side, over which the mean velocity gives the track; what is slower is in its speed and course.
-Chosen: half the period of usual waves."""
+"""s on either side over which velocity is averaged to define the track; slower variation is treated as motion of the
+vessel. Half the period of usual waves."""
 _COMPLETE = 0.7
-"""Share of its fixes that a segment needs. Chosen."""
+"""Least share of its fixes that a segment must have."""
 _SHORTEST, _LONGEST = 1.4, 40.0
-"""s, of periods that are looked for: from the roll of small craft to the longest swell in following seas."""
+"""Range (s) of the periods: from the roll of small craft to the longest swell in following seas."""
 _MOST, _BESIDE = 3, 6
-"""Periods taken in a direction; frequencies on either side of one whose median is its background. Chosen."""
+"""Most periods in a direction; least number of frequencies on either side of a line whose median is its background."""
 
 
 class Periods(NamedTuple):
@@ -70,7 +70,7 @@ def periods_of(time: Floats, north: Floats, east: Floats) -> Periods:
 
 
 def _lines(power: Floats, frequency: NDArray[np.floating]) -> tuple[float, ...]:
-    """Periods at which a spectrum (log) stands out most from the frequencies around."""
+    """The periods (s) at which a log spectrum exceeds its background most."""
     low, high = np.searchsorted(frequency, [1.0 / _LONGEST, min(1.0 / _SHORTEST, frequency[-1])])
     low -= 1  # a peak is higher than both beside it
     beside = [max(_BESIDE, i // 2) for i in range(high)]

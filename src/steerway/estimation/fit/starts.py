@@ -1,4 +1,4 @@
-"""Where the search for a structure's numbers begins."""
+"""Starting points of the search for a structure's numbers."""
 
 import numpy as np
 
@@ -9,10 +9,10 @@ from steerway.estimation.vessel.parts import PLAIN, Scales, Values
 from steerway.estimation.vessel.structures import parameters_of
 
 _RESOLVED = 2.0
-"""Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
+"""Shortest period that fixes resolve, in usual intervals between them (the sampling theorem)."""
 _HALVES = np.array(
-    # Half prior deviations of the plain structure's numbers but the first from their medians. Of fits to recorded logs
-    # and scenes these are the thirteen from which fits to the others go farthest up.
+    # Offsets of the plain structure's numbers, all but the first, from their prior medians, in half prior standard
+    # deviations: of the fits to recorded logs and scenes the thirteen from which fits to the others climb farthest.
     [
     (-1, 0, -1, 0, 1, 2, 0, 5, 0, -1, 0, 0, 2, -2, 1, 2, 2, 0, 1, -1),
     (3, -1, -1, 5, -2, 2, 1, 1, 0, 0, 0, 0, 1, 0, 0, 5, 0, 0, 3, -5),
@@ -30,8 +30,8 @@ _HALVES = np.array(
     ]
 )  # fmt: skip
 _FAR_HALVES = np.array(
-    # The same where manoeuvres begin and end between two fixes. Of fits to simulated logs of pilot vessels, ships and
-    # others with fixes 20 s to 5 min apart these are the three from which the others are likeliest.
+    # The same for manoeuvres that begin and end between two fixes: of the fits to simulated logs of pilot vessels,
+    # ships and others, with fixes 20 s to 5 min apart, the three numbers with which the others are likeliest.
     [
         (0, 0, -3, 1, -3, 3, 3, -1, -1, 3, 5, 3, 7, 5, 1, 0, 0, 0, 0, 0),
         (0, 0, -2, -2, -2, -2, 4, 0, -1, 5, 3, 0, 7, 5, 2, 0, 3, 1, -1, -1),
@@ -39,7 +39,8 @@ _FAR_HALVES = np.array(
     ]
 )
 _NOISES = np.array((1.1, 0.78, 1.1, 0.97, 0.38, 0.91, 0.59, 1.0, 1.1, 0.07, 1.6, 1.1, 0.92, 1.0, 1.0, 1.0))
-"""The first, noise of a fix, in that of third differences: motion makes those larger, a receiver's filter less."""
+"""The first number, the noise of a fix, of each start: as a ratio to the noise by third differences (`white_std`),
+which motion makes larger and a receiver's filter smaller."""
 
 
 def scales_of(record: Rows) -> Scales:
@@ -51,9 +52,9 @@ def scales_of(record: Rows) -> Scales:
 
 
 def vessels(noise: float, far: bool = False) -> list[Values]:
-    """Numbers of the plain structure to begin from, of a receiver of this noise (m).
+    """Starting points of the plain structure, for a receiver of this noise (m).
 
-    far: of vessels whose fixes are far apart too.
+    far: include those for fixes far apart.
     """
     names, medians, deviations = parameters_of(PLAIN)
     halves = np.vstack((_HALVES, _FAR_HALVES)) if far else _HALVES

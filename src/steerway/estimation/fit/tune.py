@@ -1,10 +1,10 @@
 """`tune`: the inference of `estimate` with more effort, checked on a part of the log that it has not seen.
 
-The last fifth of the fixes is held back. Which of a quick and a thorough inference in the rest predicts later fixes
-better is all but chance; the mean of both predicts them better than either, as averages over what a log leaves open do
-(J. A. Hoeting, D. Madigan, A. E. Raftery and C. T. Volinsky, Statistical Science 14(4), 1999). It is taken where it
-predicts the fixes held back better than the quick one by what is called strong evidence; else the answer is what
-`estimate` finds by itself in the whole log.
+The last fifth of the fixes is held back. Whether a quick or a thorough inference in the rest predicts later fixes
+better is all but chance. The mean of both predicts better than either, as averages over models do (J. A. Hoeting, D.
+Madigan, A. E. Raftery and C. T. Volinsky, Statistical Science 14(4), 1999). The result is this mean if it predicts the
+fixes held back better than the quick inference, by strong evidence (`BETTER`). Otherwise it is the profile that
+`estimate` infers from the whole log.
 """
 
 import math
@@ -23,13 +23,12 @@ from steerway.estimation.log.run import Track, motion_of_track, part_of
 from steerway.estimation.vessel.inferred import InferredProfile, WeighedStructure
 
 _HELD_BACK = 0.2
-"""Share of the fixes, the last ones. Chosen: one part where five are usual (T. Hastie, R. Tibshirani and J. Friedman,
-The Elements of Statistical Learning, 2nd ed., §7.10)."""
+"""Share of the fixes that is held back: one part of the usual five (T. Hastie, R. Tibshirani and J. Friedman, The
+Elements of Statistical Learning, 2nd ed., §7.10)."""
 _FEWEST = 60
-"""Fixes with a course; with fewer no number of the motion is determined. Chosen: three for each
-number of the plain structure."""
+"""Least number of fixes with a course: three for each number of the plain structure. Fewer determine no motion."""
 _MORE = 2
-"""How many times the rows and the rounds of the quick inference: four times its work. Chosen: some ten seconds."""
+"""Factor on the rows and on the rounds of the quick inference: four times its work, some ten seconds."""
 
 
 def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | None = None) -> Tuned:
@@ -48,14 +47,14 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     record = track.record
     known = np.flatnonzero(np.isfinite(record.north))
     if len(known) < _FEWEST:
-        raise InputError(f"the log has {len(known)} fixes, expected at least {_FEWEST} under way to tune by")
+        raise InputError(f"the log has {len(known)} fixes, expected at least {_FEWEST} under way for tuning")
     cut = int(known[int((1.0 - _HELD_BACK) * len(known))])
     seen = part_of(record, 0, cut)
     quick = infer(seen)
     report(0.1)
     moving = int(np.isfinite(motion_of_track(track, quick.structures).cog).sum())
     if moving < _FEWEST:
-        raise InputError(f"{moving} of {len(known)} fixes are under way, expected at least {_FEWEST} to tune by")
+        raise InputError(f"{moving} of {len(known)} fixes are under way, expected at least {_FEWEST} for tuning")
     both = [quick, infer(seen, (), _MORE)]
     report(0.5)
     default, better = (_predictive(record, each, cut) for each in (quick.structures, _mean(both)))
@@ -83,21 +82,21 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
 
 
 def log_likelihood(fixes: Fixes, profile: InferredProfile, since: float) -> float:
-    """Log density (1/m² a fix) that a profile predicts for the fixes of one vessel from a time (s) on.
+    """Sum of the log densities (1/m² a fix) that a profile predicts for a vessel's fixes from `since` (Unix s) on.
 
-    Every fix from those before it.
+    Every fix is predicted from the fixes before it.
     """
     record = Track(fixes, ()).record
     return _predictive(record, profile.weighed, int(np.searchsorted(record.time, since)))
 
 
 def _mean(found: list[Inference]) -> list[Structure]:
-    """The structures of several inferences, each of them with the same weight."""
+    """The structures of several inferences, with equal weights for the inferences."""
     return [each._replace(weight=each.weight / len(found)) for one in found for each in one.structures]
 
 
 def _predictive(record: Rows, structures: Iterable[Structure], cut: int) -> float:
-    """Log density that the weighted structures predict for the rows from `cut` on, each from those before it."""
+    """Sum of the log densities that weighted structures predict for the rows from `cut` on, each from all before it."""
     logs = []
     for each in structures:
         posterior = Posterior(each.parts, record)
@@ -118,6 +117,6 @@ def _with_intervals(found: list[Inference]) -> tuple[WeighedStructure, ...]:
 
 
 def _longest_track(fixes: Fixes) -> Fixes:
-    """The fixes of the vessel that has most of them."""
+    """The fixes of the vessel with the most fixes."""
     fixes = fixes.rows(fixes.has_position).in_order()
     return max((track for _, track in fixes.tracks()), key=len)

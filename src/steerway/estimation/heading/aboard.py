@@ -1,8 +1,8 @@
-"""Heading of a boat under way from a poor compass, what was ordered, and GNSS velocity: filters of this package behind
-one interface, for any boat whose response to its autopilot is known.
+"""Heading of a boat under way from a poor compass, the autopilot's orders and GNSS velocity: filters of this package
+behind one interface, for any boat whose response to its autopilot is known.
 
-The boat is the model of P4 (2) with a response as that of `control.HeadingResponse`; its input is the ordered part of
-the autopilot's limit. The compass is one without dynamics, whose readings are modulo a turn.
+The boat is the model of P4 (2) with a response as in `control.HeadingResponse`; its input is the ordered share of the
+autopilot's limit. The compass has no dynamics, and its readings are modulo a turn.
 """
 
 import math
@@ -18,42 +18,41 @@ from steerway.estimation.heading.interval.weighting import weighted
 from steerway.estimation.heading.models import RPM, CompassModel, HeadingModel
 
 KINDS = ("tracker", "aided", "composite", "interval")
-"""The first is `estimation.aboard.HeadingTracker`, which knows nothing of the boat."""
+"""The first is `estimation.aboard.HeadingTracker`, which has no model of the boat."""
 PLAIN_COMPASS = CompassModel(0.0, 0.0, 1.0, 1.0, 0.0)
 """A compass that reads the heading of its last tick."""
 _VEHICLE_STD = math.radians(0.5)
-"""Process noise of the heading, rad/√s. Chosen: gusts and waves turn a boat by 4° in a minute."""
+"""Process noise of the heading, rad/√s: gusts and waves turn a boat by 4° in a minute."""
 _BIAS = (0.1, 0.02)
-"""1σ at first and random walk (1/√s) of the input's bias, as shares of the limit. Chosen: `HeadingTuning` begins with
-20 rpm of the Springer's 300, 0.07."""
+"""1σ at the start and random walk (1/√s) of the input's bias, as shares of the limit. `HeadingTuning` starts with 20 of
+the Springer's 300 rpm, 0.07."""
 _UNORDERED = 0.1
-"""1σ of the change of speed in 1 s, as a share of the usual speed, while no speed is ordered. Chosen: after 100 s the
-change has a σ of the whole usual speed."""
+"""1σ of the change of speed in 1 s, as a share of the usual speed, while no speed is ordered. After 100 s the σ of the
+change is the usual speed."""
 _LEAST_SPEED = 0.1
-"""Part of the usual speed below which the boat's is not in proportion to the ordered one. Chosen: its thrust, as its
-drag with the square of speed, is a hundredth of the usual there, less than wind's."""
+"""Share of the usual speed below which the boat's speed is not proportional to the ordered one: its thrust, which
+balances drag with the square of speed, is a hundredth of the usual there, less than the force of wind."""
 _SLIP, _SLIP_TIME = 0.2, 3.0
-"""Sideslip in the sharpest turn, rad, and s for which it lasts. Chosen: 11°."""
+"""Sideslip in the sharpest turn, rad (11°), and the time for which it lasts, s."""
 _MISJUDGED = 0.5
-"""Part of an ordered change of speed that the boat makes more or less, 1σ. Chosen: its speed table may be off by
-half."""
+"""1σ of the error of an ordered change of speed, as a share of the change: the boat's speed table may err by half."""
 _MISTURNED, _MISTURNED_TIME = 0.5, 1.0
-"""Part of the yaw rate that the model makes of orders, by which the boat's differs, 1σ, and s for which it does so.
-Chosen: drag that grows with the square of the rate halves a sharp turn, and a compass shows it within a second."""
+"""1σ of the error of the modelled yaw rate, as a share of it, and the time for which the error lasts, s. Drag that
+grows with the square of the rate halves a sharp turn, and a compass shows it within a second."""
 _HARMONICS = 0.1
-"""Random walk of sine and cosine of the compass's deviation, °/√s: what it has beside them changes with the
-heading. Chosen among 0.02 to 0.2 on six runs, by the share within 2σ."""
+"""Random walk (°/√s) of the sine and cosine terms of the compass's deviation, for the harmonics beside them, which
+change with the heading. Chosen from 0.02 to 0.2 by the share within 2σ in six runs."""
 _SURE = math.radians(20.0)
-"""1σ of the heading above which it counts as unknown. Chosen: two of them are 40°."""
+"""1σ of the heading above which it counts as unknown; two σ are 40°."""
 
 
 def model_of(poles: tuple[float, float], gains: tuple[float, float], sample: float, limit: float) -> HeadingModel:
-    """The model of a response whose input is a part of `limit`, for steps of 1 s. Raises InputError for a sample or
-    limit that is not above 0."""
+    """The model of a response to an input that is a share of `limit`, for steps of 1 s. Raises InputError for a sample
+    or limit that is not above 0."""
     positive("heading.limit", limit)
     per_second = 1.0 / positive("heading.sample", sample)
     kept = [pole**per_second for pole in poles]
-    # What an input held for a second does, in units of what it does in a sample.
+    # The effect of an input that is held for a second, relative to its effect in a sample.
     entered = [per_second if p == 1.0 else (k - 1.0) / (p - 1.0) for p, k in zip(poles, kept, strict=True)]
     inputs = [g * e * limit * RPM for g, e in zip(gains, entered, strict=True)]
     return HeadingModel((kept[0], kept[1]), (inputs[0], inputs[1]), (1.0, 1.0))
@@ -62,11 +61,12 @@ def model_of(poles: tuple[float, float], gains: tuple[float, float], sample: flo
 class HeadingAboard:
     """Heading and yaw rate at every step of a loop.
 
-    kind: "aided" (compass, orders, GNSS velocity), "composite" (compass and orders) or "interval" (as that, with bounds
-    over every deviation within two `deviation_std`, and the heading by `weight` between them, P4 (19)). yaw: see
-    `model_of`; limit: of the autopilot's output, and slew: of its change a second, in its unit. speed: through the
-    water, m/s; speed_time: in which it follows an ordered one, s, infinite where none is ordered. compass_std: of one
-    reading's noise, deviation_std: of sine and cosine of its deviation, rad. Raises InputError for what cannot be used.
+    kind: "aided" (compass, orders, GNSS velocity), "composite" (compass, orders) or "interval" (compass, orders; bounds
+    over all deviations within two `deviation_std`, and the heading at `weight` between them, P4 (19)). yaw: see
+    `model_of`. limit: the largest output of the autopilot, and slew: its largest change a second, in its unit. speed:
+    the usual speed through the water, m/s; speed_time: the time constant with which it follows an ordered speed, s,
+    infinite if none is ordered. compass_std: 1σ of a reading's noise; deviation_std: 1σ of the sine and cosine terms of
+    the deviation, rad. Raises InputError for a kind or a number that is not possible.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class HeadingAboard:
         one_of("estimator.heading.kind", kind, KINDS[1:])
         self._limit, self._slew = positive("heading.limit", limit), positive_or_unlimited("heading.slew", slew) / limit
         self._weight, self._speed_time = weight, speed_time
-        self._settled = yaw.inputs[0] * yaw.outputs[0] / RPM  # yaw rate of a boat that goes on turning at the limit
+        self._settled = yaw.inputs[0] * yaw.outputs[0] / RPM  # steady yaw rate at the limit
         reading = math.degrees(positive("estimator.heading.compass_std", compass_std))
         deviation = math.degrees(not_negative("estimator.heading.deviation_std", deviation_std))
         self._aided: AidedHeadingFilter | None = None
-        self._deviation = 0.0  # 1σ of what of it the filter's own σ leaves out, rad
+        self._deviation = 0.0  # 1σ of the deviation that the filter's own σ leaves out, rad
         self._filter: AidedHeadingFilter | CompositeFilter | DeviationBounds
         # A boat whose speed is controlled may begin at rest.
         at_first, known = (speed, 0.1) if speed_time == math.inf else (0.5 * speed, 0.5)
@@ -114,20 +114,20 @@ class HeadingAboard:
             self._filter = DeviationBounds(yaw, 2.0 * deviation_std, compass_std, _VEHICLE_STD)
         self.heading = self.yaw_rate = math.nan
         self._since = 0.0  # s since the last velocity
-        self._given = self._ordered = self._turning = 0.0  # parts of the limit; the last as the yaw rate follows
+        self._given = self._ordered = self._turning = 0.0  # shares of the limit; the last lags as the yaw rate does
         self._pole = max(min(yaw.poles), 0.0)  # of 1 s
         self._cruise, self._speed, self._ordered_speed = speed, at_first, at_first
 
     def order(self, yaw: float, speed: float = math.nan) -> None:
-        """The autopilot's output in force until the next order, in its unit, and the ordered speed (m/s)."""
+        """Set the autopilot's output (in its unit) and the ordered speed (m/s), in force until the next order."""
         self._ordered, self._ordered_speed = yaw / self._limit, speed
 
     def step(
         self, heading: float, dt: float, velocity: tuple[float, float] = (math.nan, math.nan)
     ) -> tuple[float, float]:
-        """(heading in [−π, π), yaw rate) now, dt s after the step before: rad and rad/s, NaN while unknown.
+        """Advance by dt s. Returns (heading in [−π, π), yaw rate) now, rad and rad/s, NaN while unknown.
 
-        heading: the compass's reading of now; velocity: north and east by GNSS, m/s; NaN for none.
+        heading: the compass reading now; velocity: north and east by GNSS, m/s; NaN for none.
         """
         if dt <= 0.0:
             return self.heading, self.yaw_rate
@@ -151,7 +151,8 @@ class HeadingAboard:
         return self.heading, self.yaw_rate
 
     def _slip(self, velocity: float, dt: float) -> float:
-        """1σ of the speed sideways in a turn, as noise of one velocity among those of its time; m/s."""
+        """1σ (m/s) of the sway in a turn; larger if velocities come within `_SLIP_TIME`, because their errors are
+        alike."""
         self._since += dt
         if math.isnan(velocity):
             return 0.0
@@ -162,7 +163,7 @@ class HeadingAboard:
         return slip
 
     def _follow(self, known: AidedHeadingFilter, dt: float) -> None:
-        """The speed through the water changes as the ordered one lets expect, in proportion, or freely without one."""
+        """Scale the speed through the water with the ordered speed; let it wander while no speed is ordered."""
         if math.isnan(self._ordered_speed):
             known.sped_up(1.0, _UNORDERED * self._cruise * math.sqrt(dt))
             self._speed = math.nan
@@ -175,7 +176,7 @@ class HeadingAboard:
 
     @property
     def heading_std(self) -> float:
-        """rad; NaN while the heading is unknown."""
+        """1σ of the heading, rad; NaN while the heading is unknown."""
         return math.nan if math.isnan(self.heading) else math.hypot(self._filter.heading_std, self._deviation)
 
     @property
@@ -185,11 +186,11 @@ class HeadingAboard:
 
     @property
     def water_speed(self) -> float:
-        """m/s; NaN while the heading is unknown, and for a filter without GNSS."""
+        """Speed through the water, m/s; NaN while the heading is unknown, and for a filter without GNSS."""
         return math.nan if self._aided is None or math.isnan(self.heading) else self._aided.water_speed
 
     @property
     def current(self) -> tuple[float, float]:
-        """North and east, m/s; NaN as `water_speed` is."""
+        """Current north and east, m/s; NaN when `water_speed` is."""
         known = None if math.isnan(self.heading) else self._aided
         return (math.nan, math.nan) if known is None else known.current

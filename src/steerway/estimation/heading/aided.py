@@ -1,15 +1,15 @@
 """Heading from propellers, an uncalibrated compass and GNSS velocity, for boats whose models are known roughly.
 
-P4 treats a wrong compass model by bounds. Most of the error of a wrong compass is a scale and a deviation, most of that
-of a wrong vehicle is a bias of the propellers; these are states here, and GNSS velocity, which does not depend on the
+P4 bounds the effect of a wrong compass model. Most of the error of a compass model is a scale and a deviation, most of
+that of a vehicle model is a bias of the propellers. They are states here. GNSS velocity, which does not depend on the
 compass, makes them observable:
 
     x = [v1 v2 c1 c2 | bias of n_d | compass scale, sine and cosine of its deviation | current north, east | speed].
 
-The compass sees scale · ψ + deviation, v_GNSS = speed · (cos ψ, sin ψ) + current, with the speed through the water. An
-extended Kalman filter; readings are taken modulo a turn. A first heading that is not known is sought all round: filters
-that begin at every 30° run side by side until their likelihoods have decided. Angles of the compass part in degrees as
-in `composite`, the rest is SI.
+The compass measures scale · ψ + deviation, and v_GNSS = speed · (cos ψ, sin ψ) + current, with the speed through the
+water. The filter is an extended Kalman filter; readings are modulo a turn. If the first heading is unknown, filters
+that start at every 30° run side by side until their likelihoods decide. Angles of the compass are in degrees as in
+`composite`; all else is SI.
 """
 
 import math
@@ -57,19 +57,19 @@ from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked
 
 STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
-"""Spacing of the first headings of the filters that seek an unknown one; half of it is their 1σ. Chosen."""
+"""Spacing of the start headings of the filters that seek an unknown heading; half of it is their 1σ."""
 FARTHEST = 2.0 * math.pi
-"""First headings are sought this far to either hand: the compass's scale acts on the whole turn made since north, so
-that −45° and 315° are different beginnings."""
+"""Start headings extend this far either way: the compass's scale acts on the total turn since north, so that −45° and
+315° are different starts."""
 UNLIKELY = 1e-6
-"""Probability below which a filter is given up. Chosen: one of these takes two readings of NIS 14 to come back."""
+"""Probability below which a filter is given up: it would take two readings of NIS 14 to become likely again."""
 _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
-"""Differences of heading and of the compass's scale below which two filters are one. Chosen: a tenth of `APART`."""
+"""Differences of heading (a tenth of `APART`) and of the compass's scale below which two filters become one."""
 
 
 @dataclass(frozen=True)
 class HeadingTuning:
-    """Noise of every state; pairs are (1σ at first, random walk in 1σ per √s). Zero pairs hold a state fixed."""
+    """Noise of every state; pairs are (1σ at first, random walk in 1σ per √s). A pair of zeros holds a state fixed."""
 
     vehicle_std: float = 2e-4  # of each vehicle state a second
     vehicle_start_std: float = 1e-5
@@ -94,20 +94,20 @@ class HeadingTuning:
         positive("heading_tuning.speed", self.speed)
 
     def pairs(self) -> Floats:
-        """(7, 2) start and walk of the states beyond vehicle and compass."""
+        """(7, 2) 1σ at the start and random walk of the states beyond vehicle and compass."""
         both = (self.deviation, self.deviation, self.current, self.current)
         return np.array([self.bias, self.scale, *both, self.water_speed])
 
 
 PRODUCT = HeadingTuning()
-"""Chosen; `steerway study springer-mission` judges it in worlds that it does not know."""
+"""The default. `steerway study springer-mission` judges it in worlds that differ from its model."""
 SCALE_ONLY = HeadingTuning(1e-7, 1e-6, (0.0, 0.0), (0.3, 0.0), (0.0, 0.0), (0.0, 0.0), water_speed=(0.0, 0.0))
-"""For P4's own world, where vehicle, propellers and noise are known and the compass alone is not."""
+"""For P4's own world, in which only the compass is unknown: vehicle, propellers and noise are known."""
 
 
 @dataclass
 class _Beginning:
-    """A filter that began at one heading, and the logarithm of its likelihood."""
+    """A filter that started at one heading, and its log likelihood."""
 
     state: Floats
     covariance: Floats
@@ -117,12 +117,12 @@ class _Beginning:
 class AidedHeadingFilter:
     """An extended Kalman filter of heading; see the module.
 
-    heading: at the beginning, rad; None for unknown. Unwrapped headings count turns from there.
+    heading: at the start, rad; None for unknown. Headings are unwrapped: they count turns from there.
 
     At the end of the last step: heading, heading_std (rad), scale (the compass's gain over the model's) with scale_std,
-    bias (rad/s), current (north, east; m/s), water_speed (m/s) and deviation (rad at sine and cosine). While several
-    beginnings are possible they are those of the likeliest, and heading_std covers all; before anything was measured an
-    unknown heading is NaN.
+    bias (rad/s), current (north, east; m/s), water_speed (m/s) and deviation (rad; sine and cosine terms). While
+    several start headings are possible, these are values of the likeliest, and heading_std covers all. An unknown
+    heading is NaN until the first measurement.
     """
 
     def __init__(
@@ -157,14 +157,14 @@ class AidedHeadingFilter:
     def _begin(self, heading: float, speed: float) -> _Beginning:
         state = np.zeros(STATES)
         state[0] = math.degrees(heading) / self._model[AT.output]
-        # The compass at rest on the heading, wherever its scale is 1.
+        # The compass has settled on the heading, with a scale of 1.
         model = self._model
         gain = model[AT.b] / (1.0 - model[AT.a1] - model[AT.shift] * model[AT.a2])
         state[2] = gain * math.degrees(heading)
         state[3] = model[AT.shift] * state[2]
         state[SCALE], state[WATER_SPEED] = 1.0, speed
         p = self._covariance_at_first.copy()
-        # Its states are as uncertain as what they settle on: heading, scale and deviation.
+        # Its states have the uncertainty of heading, scale and deviation, on which they settle.
         slope = np.zeros(STATES)
         slope[0], slope[SCALE] = gain * model[AT.output], gain * math.degrees(heading)
         slope[SINE], slope[COSINE] = gain * math.sin(heading), gain * math.cos(heading)
@@ -224,7 +224,7 @@ class AidedHeadingFilter:
         return math.radians(yaw_rate_deg(self._best.state, self._model, difference + self.bias))
 
     def sped_up(self, factor: float, std: float) -> None:
-        """The speed through the water is `factor` times what it was, with 1σ `std` (m/s) beside."""
+        """Multiply the speed through the water by `factor`, and add the variance of 1σ `std` (m/s)."""
         for each in self._beginnings:
             x, p = each.state, each.covariance
             x[WATER_SPEED] *= factor
@@ -233,12 +233,12 @@ class AidedHeadingFilter:
             p[WATER_SPEED, WATER_SPEED] += std * std
 
     def turned(self, std: float) -> None:
-        """The boat has turned by more or less than its model says, 1σ in rad."""
+        """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
         for each in self._beginnings:
             each.covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 
     def heading_for(self, course: float) -> float:
-        """The heading (rad, in [−π, π)) that makes a course over ground good in the estimated current."""
+        """The heading (rad, in [−π, π)) that yields a course over ground (rad) in the estimated current."""
         return float(heading_for(course, self.water_speed, *self.current)[0])
 
     def step(
@@ -253,8 +253,8 @@ class AidedHeadingFilter:
         """Take a GNSS velocity (north, east, m/s; NaN for none) of now, the readings of the next dt s (rad, any number)
         and advance by n_d (rad/s); returns the heading (rad).
 
-        slip: 1σ of what the velocity through the water differs by from one along the bow, m/s. `readings`, `times` and
-        errors: see `readings.Ticks.parts`.
+        slip: 1σ (m/s) of the component of the velocity through the water that is not along the bow. `readings`, `times`
+        and errors: see `readings.Ticks.parts`.
         """
         difference = checked_difference(difference)
         if np.shape(velocity) != (2,):
@@ -283,7 +283,7 @@ class AidedHeadingFilter:
         return likely / likely.sum()
 
     def _decide(self) -> None:
-        """Give up what is unlikely, and of two that have come together the less likely."""
+        """Give up filters that are unlikely, and the less likely of two that have converged."""
         kept: list[_Beginning] = []
         for weight, each in sorted(zip(self._weights(), self._beginnings, strict=True), key=lambda pair: -pair[0]):
             if weight > UNLIKELY and not any(self._is_same(each, other) for other in kept):
@@ -299,7 +299,7 @@ class AidedHeadingFilter:
 def take_velocity(
     x: Floats, p: Floats, work: Floats, model: Floats, north: float, east: float, variance: float
 ) -> float:
-    """GNSS velocity as two scalars, by the update of every aid. Returns the logarithm of its likelihood."""
+    """Take a GNSS velocity (m/s) as two scalar measurements. Returns its log likelihood."""
     likely = 0.0
     for axis in range(2):
         psi, speed = math.radians(heading_deg(x, model)), x[WATER_SPEED]
@@ -321,7 +321,7 @@ def take_velocity(
 
 @kernel
 def score(innovation: float, s: float) -> float:
-    """Logarithm of the likelihood of an innovation of variance s; an outlier counts as one of six deviations."""
+    """Log likelihood of an innovation of variance s; an outlier counts as an innovation of six σ."""
     return -0.5 * (math.log(s) + min(innovation * innovation / s, 36.0))
 
 
@@ -329,8 +329,8 @@ def score(innovation: float, s: float) -> float:
 def advance(
     x: Floats, p: Floats, work: Floats, model: Floats, walks: Floats, difference: float, readings: Floats
 ) -> float:
-    """The ticks of a table of readings, each reading modulo a turn; then the vehicle and the random walks, whose
-    variances (7,) are those of the step. Returns the logarithm of the readings' likelihood."""
+    """Take the ticks of a table of readings, each modulo a turn; then predict the vehicle and the random walks, with
+    variances (7,) for the step. Returns the log likelihood of the readings."""
     likely = 0.0
     for tick in range(readings.shape[1]):
         predict_compass(x, p, work[0], model)

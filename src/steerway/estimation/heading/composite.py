@@ -1,7 +1,7 @@
 """Heading from propellers and compass: a Kalman filter on [vehicle; compass], P4 §3.1 completed.
 
-The paper feeds its compass model the heading, which is the unknown. Here the vehicle model, driven by the propeller
-difference, supplies it, and the compass, at 40 Hz, corrects: x = [v1 v2 c1 c2], heading = C v.
+The paper's compass model has the heading as its input, which is the unknown. Here the vehicle model, driven by the
+propeller difference, predicts the heading, and the compass corrects it at 40 Hz: x = [v1 v2 c1 c2], heading = C v.
 
 `model` is a vector of `Parameters`; compass states and readings are in degrees as in the paper, the
 rest is SI. Readings reach the kernels as the (2, ticks) tables of `readings`.
@@ -33,7 +33,7 @@ __all__ = ["AT", "START_VARIANCE", "WAVES", "CompositeFilter", "composite_model"
 
 
 class Parameters(NamedTuple):
-    """What `model` holds."""
+    """The entries of `model`, in order."""
 
     pole: int  # the first of two, as input and output
     pole_2: int
@@ -53,14 +53,14 @@ class Parameters(NamedTuple):
 
 PARAMETERS = len(Parameters._fields)
 AT = Parameters(*range(PARAMETERS))
-"""Places in a model."""
+"""Indices of a model's entries."""
 BASIC = 4
-"""States of vehicle and compass; behind them come those of `aided`."""
+"""Number of states of vehicle and compass; the states of `aided` follow."""
 BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(BASIC, 11)
 WAVES = 1e-14
-"""Variance that the sea adds to each vehicle state a second, P4 §6."""
+"""Variance that waves add to each vehicle state a second, P4 §6."""
 START_VARIANCE = 1e-12
-"""Variance of each vehicle state at first, which the paper leaves out: 0.002° of heading. Missions come out as in
+"""Start variance of each vehicle state, 0.002° of heading, which the paper does not state. With it missions agree with
 P4's Table 1."""
 
 
@@ -73,8 +73,8 @@ def composite_model(
 ) -> Floats:
     """The (14,) parameters of a filter for this compass and this vehicle, whose steps are 1 s long.
 
-    vehicle_noise: variance that a second adds to each state of yaw, compass_noise: a tick to each of the compass's,
-    deg²; reading_variance: of one reading, deg².
+    vehicle_noise: variance added to each state of yaw in a second; compass_noise: variance (deg²) added to each state
+    of the compass in a tick; reading_variance: of one reading, deg².
     """
     _, inputs, outputs = yaw.matrices()
     noise = (vehicle_noise, compass_noise, reading_variance)
@@ -82,7 +82,7 @@ def composite_model(
 
 
 def checked_model(model: ArrayLike) -> Floats:
-    """(14,) parameters as an array of their own; raises InputError for another shape or unknown numbers."""
+    """A copy of (14,) parameters as an array; raises InputError for another shape or numbers that are not finite."""
     array = np.array(model, dtype=np.float64)
     if array.shape != (PARAMETERS,) or not np.isfinite(array).all():
         raise InputError(f"heading.model has shape {array.shape}, expected ({PARAMETERS},) known numbers")
@@ -103,7 +103,7 @@ def stepped(model: Floats, step: float) -> Floats:
 
 
 def start_covariance(vehicle_variance: float = START_VARIANCE) -> Floats:
-    """(4, 4): the heading known well, the compass at one of its own noise."""
+    """(4, 4) covariance at the start: that of the vehicle is given, that of the compass is one tick's noise."""
     return np.diag([vehicle_variance, vehicle_variance, STATE_VARIANCE, STATE_VARIANCE])
 
 
@@ -127,11 +127,11 @@ class CompositeFilter:
 
     @property
     def heading_std(self) -> float:
-        """rad."""
+        """1σ of the heading, rad."""
         return math.radians(math.sqrt(heading_variance_deg2(self._covariance, self._model)))
 
     def turned(self, std: float) -> None:
-        """The boat has turned by more or less than its model says, 1σ in rad."""
+        """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
         self._covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
 
     def yaw_rate(self, difference: float) -> float:
@@ -163,7 +163,7 @@ def heading_deg(x: Floats, model: Floats) -> float:
 
 @kernel
 def yaw_rate_deg(x: Floats, model: Floats, difference: float) -> float:
-    """C ((A − I) v + AT.b n_d), the change of heading in a second of the model's steps, deg/s."""
+    """C ((A − I) v + B n_d), the change of heading in a step of 1 s, deg/s."""
     rate = 0.0
     for i in range(2):
         change = (model[AT.pole + i] - 1.0) * x[i] + model[AT.input + i] * difference
@@ -237,7 +237,7 @@ def predict_vehicle(x: Floats, p: Floats, model: Floats, difference: float) -> N
 
 
 class Sums(NamedTuple):
-    """Over the ticks with readings."""
+    """Sums over the ticks with readings."""
 
     innovation: float  # deg
     square: float  # NIS
@@ -247,7 +247,7 @@ class Sums(NamedTuple):
 
 @kernel
 def advance(x: Floats, p: Floats, model: Floats, difference: float, readings: Floats) -> Sums:
-    """The ticks of a table of readings, then the vehicle."""
+    """Take the ticks of a table of readings, then predict the vehicle."""
     work = np.empty((2, len(x)))
     total = squares = logs = taken = 0.0
     for k in range(readings.shape[1]):

@@ -1,6 +1,6 @@
-"""A bank of composite filters, one a compass: their hull, and their mean by likelihood (Magill 1965, MMAE).
+"""A bank of composite filters, one for each compass: their hull, and their mean by likelihood (Magill 1965, MMAE).
 
-And an alarm for a compass that none in their box explains.
+An alarm reports a compass that lies outside the box of the bank's compasses.
 """
 
 import itertools
@@ -29,7 +29,7 @@ from steerway.estimation.heading.models import PAPER_YAW, READING_VARIANCE_DEG2,
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
 LEAST_WEIGHT = 1e-12
-"""Least weight relative to the likeliest, so that every filter can become the likeliest again. Chosen."""
+"""Least weight relative to the likeliest, so that every filter can become the likeliest again."""
 
 
 def corners(tolerance: float, compass: CompassModel = TCM2) -> list[CompassModel]:
@@ -52,7 +52,7 @@ class _Bank(NamedTuple):
 
     states: Floats  # (m, 4)
     covariances: Floats  # (m, 4, 4)
-    scores: Floats  # (m,) log likelihood beside the best
+    scores: Floats  # (m,) log likelihood relative to the best
     innovations: Floats  # (m,) deg
     degrees: Floats  # (m,) heading
 
@@ -60,8 +60,9 @@ class _Bank(NamedTuple):
 class ModelBank:
     """Filters side by side. `headings` (m,), their hull `low` and `high`, and their mean `heading`; all rad, unwrapped.
 
-    `innovation` (deg) is the last filter's mean over the last step: of `corners`, the nominal one's. vehicle_variance:
-    of each state of yaw at first; reading_variance: of a reading, deg². Raises InputError without a compass.
+    `innovation` (deg) is the last filter's mean innovation over the last step; with `corners` the last filter is the
+    nominal one. vehicle_variance: of each yaw state at the start; reading_variance: of a reading, deg². Raises
+    InputError without a compass.
     """
 
     def __init__(
@@ -149,14 +150,14 @@ def _advance(bank: _Bank, models: Floats, difference: float, readings: Floats) -
 
 
 SIGMAS = 3.0
-"""Standard deviations of the scale beyond the box: by chance 0.13 % on either side (normal)."""
+"""Distance of the scale from the box, in its σ, that gives an alarm: by chance 0.13 % on either side (normal)."""
 LARGEST_STD = 0.05
-"""1σ of the scale above which no alarm is given. Chosen: three of them are 15 % of the gain."""
+"""1σ of the scale above which no alarm is given; three σ are 15 % of the gain."""
 
 
 @cache
 def gain_range(tolerance: float) -> tuple[float, float]:
-    """Least and largest gain, over the TCM2's own, within ± tolerance. It is monotone in each coefficient."""
+    """Least and largest gain, over the TCM2's, within ± tolerance; the gain is monotone in each coefficient."""
     gains = [each.gain / TCM2.gain for each in corners(tolerance)]
     return min(gains), max(gains)
 

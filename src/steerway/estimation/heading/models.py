@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 
 RPM = 2.0 * math.pi / 60.0
@@ -19,13 +20,13 @@ SPEED = 3.0 * 1852.0 / 3600.0
 
 
 class HeadingModel(NamedTuple):
-    """ψ from n_d at 1 s: two poles, each with its input and output; every field a pair of floats."""
+    """ψ from n_d in steps of 1 s: two poles, each with its input and its output."""
 
     poles: tuple[float, float]
     inputs: tuple[float, float]  # rad per rpm, as printed
     outputs: tuple[float, float]
 
-    def matrices(self, step: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def matrices(self, step: float = 1.0) -> tuple[Floats, Floats, Floats]:
         """A (2, 2), B (2,) per rad/s of n_d, C (2,) to rad; for steps of `step` s."""
         kept, entered = np.array([held(pole, step) for pole in self.poles]).T
         return np.diag(kept), entered * np.array(self.inputs) / RPM, np.array(self.outputs)
@@ -43,7 +44,7 @@ PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
 
 @kernel
 def held(pole: float, step: float) -> tuple[float, float]:
-    """(pole^h, what an input held for h s does in units of one second's): exact for poles at 1 s, 1 included."""
+    """(pole^h, effect of an input held for h s over that of 1 s): exact for poles of steps of 1 s, 1 included."""
     kept = pole**step
     return kept, step if pole == 1.0 else (kept - 1.0) / (pole - 1.0)
 
@@ -53,7 +54,7 @@ TICKS = 40
 """Ticks in a second."""
 READING_VARIANCE_DEG2 = 2.0
 STATE_VARIANCE = 1.0
-"""P4 (7): 2° as a variance, and one of each state's own noise."""
+"""P4 (7), deg²: variance of a reading, and of each compass state's noise a tick."""
 
 
 class CompassModel(NamedTuple):
@@ -72,7 +73,7 @@ class CompassModel(NamedTuple):
 
     @property
     def gain(self) -> float:
-        """Final reading of the compass for a constant heading of 1."""
+        """Steady reading of the compass over a constant heading."""
         return self.k * self.b / (1.0 - self.a1 - self.shift * self.a2)
 
     @property
@@ -91,7 +92,7 @@ class CompassModel(NamedTuple):
 TCM2 = CompassModel(0.2796, 0.6971, 0.4364, 0.05339)
 """P4 (7)."""
 TRUE_TCM2 = TCM2.scaled(1.005, shift_too=True)
-"""P4 (8), the compass that is really there: every coefficient half a per cent larger, the shift entry too."""
+"""P4 (8), the true compass: every coefficient is half a per cent larger, the shift entry too."""
 
 
 def stability_limit(shift_too: bool = False) -> float:

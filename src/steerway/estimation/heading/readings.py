@@ -1,34 +1,34 @@
 """Compass readings of any number, rate and order, sorted into the ticks at which the compass model runs.
 
-The model of P4 (5)–(8) is discrete, with a pole on the negative axis: between its ticks of 1/40 s it says nothing. So a
-reading belongs to the tick nearest to its time, and a tick may have one, none or several. Several of one tick count as
-their mean with the variance of one over their number, which is what a Kalman filter makes of them one by one.
+The model of P4 (5)–(8) is discrete, with a pole on the negative axis: between its ticks of 1/40 s it is not defined. A
+reading therefore belongs to the tick nearest to its time, and a tick may have no, one or several readings. Several
+count as their mean, with the variance of one reading over their number, as if a Kalman filter took them one by one.
 """
 
 import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Floats, Ints
 from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.estimation.heading.models import TICK
 
 LARGEST_READING = 1e6
-"""rad; a reading beyond is no heading, however many turns it counts. Chosen: 10° a second for two months."""
+"""Largest reading, rad, with the turns that it counts: 10° a second for two months."""
 LARGEST_DIFFERENCE = 1e3
-"""rad/s, 10,000 revolutions a minute: no propeller turns faster."""
+"""Largest propeller difference, rad/s, 10,000 revolutions a minute: no propeller turns faster."""
 LONGEST_STEP = 3600.0
-"""s between two steps. Chosen: a heading held for an hour is none."""
+"""Longest step, s: the heading of an hour ago does not predict that of now."""
 _LONGEST_PART = 1.0
-"""s for which the heading may be held while the compass runs, as in P4."""
+"""Longest time (s) for which the heading is held while the compass runs, as in P4."""
 
 
 class Ticks:
-    """The ticks of one compass, and the readings that wait for the next."""
+    """The ticks of one compass, and the readings that wait for the next tick."""
 
     def __init__(self) -> None:
         self._since_tick = 0.0  # s from the last tick to now
@@ -73,7 +73,7 @@ class Ticks:
 
 
 @kernel
-def _gather(columns: NDArray[np.int64], degrees: Floats, table: Floats) -> None:
+def _gather(columns: Ints, degrees: Floats, table: Floats) -> None:
     """Means and numbers of the readings of each tick; readings a turn apart are one direction."""
     for k in range(len(degrees)):
         cell = table[:, columns[k]]

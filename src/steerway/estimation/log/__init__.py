@@ -1,1 +1,1 @@
-"""Records: what receivers do to them, how late and how accurate they are, and how two of them agree."""
+"""Records of fixes: defects of receivers and loggers, latency, accuracy, estimation, and comparison of two records."""

@@ -1,10 +1,10 @@
 """Variance of a fix by the accuracy its receiver reports.
 
-A reported accuracy is not the noise that a filter sees: errors of a metre are much the same from fix to fix. So a
-profile states the usual noise of a receiver, and the reported accuracy counts relative to its usual value. Up to twice
-that it fluctuates without meaning; from there on the noise grows with it. (Over 47 logs of windsurfers with u-blox
-receivers noise from fix to fix is 1.0 times the usual where the report is two to three times its median, 1.5 times at
-five, 2 at ten and 7 at twenty to thirty.) A fix reported better than usual is seldom better.
+A reported accuracy is not the noise that a filter sees, because most of the error persists from fix to fix. A profile
+therefore states the usual noise of a receiver, and the reported accuracy counts relative to its own usual value. Up to
+twice that value it is ignored; above, the noise grows in proportion. (In 47 logs of windsurfers with u-blox receivers,
+noise from fix to fix is 1.0 times the usual at reports of two to three times their median, 1.5 times at five, 2 at ten
+and 7 at twenty to thirty.) A fix that is reported better than usual is seldom better.
 """
 
 import math
@@ -15,23 +15,22 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 
 USUAL, COUNT = range(2)
-"""State of a receiver: log of its usual reported deviation, and of how many of the first fixes."""
+"""Columns of a receiver's state: log of its usual reported σ, and the number of fixes averaged, up to `_FIRST`."""
 
 _MEANINGLESS = 2.0
-"""Factor by which reports differ between fixes that are alike. Chosen by the logs above."""
+"""Ratio to the usual report up to which a report is ignored. Chosen by the logs above."""
 _FIRST = 20.0
-"""Fixes whose mean is the usual value to begin with. Chosen: some seconds, before which a boat does not depend on
-it."""
+"""Number of first fixes whose mean is the usual value to begin with: some seconds."""
 _RISE, _FALL = 3e-4, 1e-3
-"""Largest change of the logarithm per fix, which so converges to about the lower quartile (0.3/1.3 = 0.23): neither
-half an hour under trees nor reports of kilometres become usual, and a start under trees is forgotten. Chosen."""
+"""Largest change of the logarithm per fix, up and down. The usual value thus converges to about the lower quartile
+(0.3/1.3 = 0.23): half an hour under trees does not become usual, and a start under trees is forgotten."""
 
 
 @lean_kernel
 def variance_scale(usual: Floats, reported: float) -> float:
-    """How many times its usual variance a fix has, at least 1, by its reported deviation (m; NaN: none).
+    """Factor (at least 1) on the usual variance of a fix, from its reported σ (m; NaN: none).
 
-    usual: (2,) state of the receiver, updated; zero before its first fix.
+    usual: (2,) state of the receiver, updated in place; zeros before the first fix.
     """
     if not (reported > 0.0 and math.isfinite(reported)):
         return 1.0
@@ -47,7 +46,7 @@ def variance_scale(usual: Floats, reported: float) -> float:
 
 @kernel
 def variance_scales_of(usual: Floats, reported: Floats) -> Floats:
-    """`variance_scale` of one receiver's fixes (n,) in their order."""
+    """(n,) `variance_scale` of one receiver's fixes in order."""
     found = np.empty(len(reported))
     for k in range(len(reported)):
         found[k] = variance_scale(usual, reported[k])

@@ -16,34 +16,34 @@ from steerway.core.statistics import DEVIATION_OF_MEDIAN
 Table = TypeVar("Table", Fixes, Motion)
 
 STANDSTILL = 0.3
-"""m/s of the receiver's SOG below which it is at rest. Chosen: steerageway of the profiles."""
+"""m/s of the receiver's SOG below which it is at rest: the steerageway of the profiles."""
 LEAST_SPEED = 1.0
-"""m/s of the receiver's SOG above which it is compared by default. Chosen: receivers filter COG harder or hold it at
-low speed (u-blox UBX-18010854, UBX-CFG-ODO `cogMaxSpeed`)."""
+"""m/s of the receiver's SOG above which rows are compared by default. At low speed receivers filter COG harder or hold
+it (u-blox UBX-18010854, UBX-CFG-ODO `cogMaxSpeed`)."""
 SWING = 4.0
-"""s: craft under 15 m roll in 2 to 4 s, and the velocity of an antenna holds its swing, no motion of the hull."""
+"""s over which velocities are averaged to remove the swing of a rolling antenna: craft under 15 m roll in 2 to 4 s."""
 LONGEST_LAG = 5.0
-"""s to either side within which a lag is searched: receivers of recorded logs are late by 0.15 to 4 s."""
+"""Largest lag (s, either way) that is searched: receivers of recorded logs are late by 0.15 to 4 s."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _COVERED = 0.9
-"""Share of the rows of the best covered lag that a lag needs: beyond the ends of a record there are none. Chosen."""
+"""Least number of rows of a lag, as a share of the most that any lag has: a shift loses rows at the record's ends."""
 _GROSS = 10.0
-"""Multiple of the median difference at which differences are clipped to find a lag: of a position or a speed that
-jumps. Chosen: of 20,000 rows of a recorded log 20 jumped by 25 m/s and more, and moved the lag by 3 s."""
+"""Multiple of the median difference at which differences are clipped in the search of a lag, against jumps of position
+or speed. In a recorded log, 20 of 20,000 rows jumped by 25 m/s and more, and moved the lag by 3 s."""
 _NEAR = 2.0
-"""s between a row and the estimate it is compared with, at most: two rows at 1 Hz."""
+"""Most s between a row and the estimate that it is compared with: two rows at 1 Hz."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Differences, estimate minus receiver, without and with the lag that makes them smallest.
+    """Differences, estimate minus receiver, without and with the lag that makes them smallest; m/s, rad and s.
 
-    A positive lag: the receiver is later than the estimate. Robust deviations are 1.4826 times the median absolute one.
+    A lag is positive if the receiver is later than the estimate. Robust: 1.4826 times the median absolute deviation.
     """
 
     least_speed: float  # m/s of the receiver's SOG above which rows are compared
     fastest: float  # m/s, the receiver's largest SOG; NaN where it reports none
-    compared: int  # rows of the receiver above it with an estimate near
+    compared: int  # rows of the receiver above `least_speed` with an estimate within 2 s
     sog_rms: float
     sog_robust: float
     sog_lag: float
@@ -55,10 +55,10 @@ class Agreement:
     standstill: int  # rows of the receiver below `STANDSTILL`
     standstill_sog_median: float  # of the estimate
     standstill_receiver_sog_median: float
-    standstill_undefined: float  # share of them in which the estimate has no course
+    standstill_undefined: float  # share of the standstill rows in which the estimate has no course
 
     def as_dict(self) -> dict[str, float]:
-        """The numbers by name, with their units."""
+        """The numbers by name and unit; angles in degrees, shares in per cent."""
         return {_with_unit(name): _in_units(name, value) for name, value in asdict(self).items()}
 
     def sentences(self) -> list[tuple[str, str]]:
@@ -128,8 +128,8 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED, swin
 
     Rows with a SOG of the receiver above `least_speed` (m/s) are compared.
 
-    swing: s (`SWING`) over which the velocities of both are averaged first, where the estimate is the hull's and the
-        receiver's velocity that of an antenna which rolls; 0 compares them as they are.
+    swing: s over which both velocities are averaged first; 0 for none. Use `SWING` if the estimate is the hull's motion
+        under a rolling antenna, because the receiver's velocity is the antenna's.
     """
     if swing > 0.0:
         fixes, motion = _averaged(fixes, swing), _averaged(motion, swing)
@@ -163,7 +163,7 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED, swin
 
 
 def _averaged(table: Table, span: float) -> Table:
-    """Fixes or Motion with the mean velocity over so many seconds around every row that has SOG and COG."""
+    """Fixes or Motion with the velocity averaged over `span` s around every row that has SOG and COG."""
     columns = [table.time, table.sog, table.cog, table.time if table.mmsi is None else table.mmsi]
     if len(shapes := {np.shape(each) for each in columns}) > 1:
         raise InputError(f"columns of {type(table).__name__} have the shapes {sorted(shapes)}, expected one")
@@ -181,8 +181,8 @@ def _averaged(table: Table, span: float) -> Table:
 
 
 class _Differences(NamedTuple):
-    """One vessel's number of known differences, sum of squares and of squares without gross ones at every lag (l,);
-    differences at none (k,)."""
+    """Of one vessel, at every lag (l,): number of known differences, sum of squares, sum of clipped squares; and the
+    differences at lag 0 (k,)."""
 
     counts: Floats
     squares: Floats
@@ -191,7 +191,7 @@ class _Differences(NamedTuple):
 
 
 def _paired(fixes: Fixes, motion: Motion, least_speed: float) -> tuple[_Differences, _Differences, Floats]:
-    """Differences of SOG and of COG; and at rest (3, r): estimated SOG, the receiver's, estimated COG."""
+    """Differences of SOG and of COG; and (3, r) of rows at rest: estimated SOG, the receiver's SOG, estimated COG."""
     nearest = _nearest(motion.time, fixes.time)
     near = np.abs(motion.time[nearest] - fixes.time) < _NEAR if len(motion) else np.zeros(len(fixes), bool)
     fast = near & (fixes.sog > least_speed)
@@ -217,7 +217,7 @@ def _nearest(time: Floats, moments: Floats) -> Ints:
 def _differences(
     time: Floats, values: Floats, moments: Floats, reported: Floats, is_angle: bool = False
 ) -> _Differences:
-    """Differences of values at `moments` − lag from the reported ones; one lag at a time, to save memory."""
+    """Differences of `values` at `moments` − lag from `reported`, for every lag; one at a time, to save memory."""
     counts, squares, usual = np.zeros((3, len(_LAGS)))
 
     def at(lag: float) -> Floats:
@@ -236,7 +236,7 @@ def _differences(
 
 
 def _figures(vessels: Sequence[_Differences]) -> tuple[float, float, float, float]:
-    """RMS and robust deviation at no lag, the best lag and the RMS there."""
+    """RMS and robust deviation without a lag, the best lag, and the RMS with it."""
     now = np.concatenate([each.now for each in vessels])
     if not len(now):
         return math.nan, math.nan, math.nan, math.nan

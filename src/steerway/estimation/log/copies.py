@@ -1,4 +1,4 @@
-"""Copies of fixes: what a receiver holds, or a logger writes again."""
+"""Copies of fixes: positions that a receiver holds, or that a logger writes twice."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from steerway.core.arrays import Bools, Floats
 def without_copies(
     time: Floats, north: Floats, east: Floats, digits: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Floats, Floats]:
-    """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
+    """North and east (n,) with NaN for copies of the fix before.
 
     Coarse positions of a vessel that hardly moves repeat themselves too. After such a repeat the position moves by a
-    step or two; after a copy it moves by the whole way since. A vessel that made `REST_SPEED` or less since the first
-    repeat was at rest, whatever the next step is. If a vessel is too fast for rounding to repeat a fix, each repeat is
-    a copy.
+    step or two; after a copy it moves by the whole displacement since. A vessel that moved at `REST_SPEED` or less
+    since the first repeat was at rest, whatever the next step is. If a vessel is too fast for rounding to repeat a fix,
+    each repeat is a copy.
 
-    digits: steps of the last digit north and east, m; 0 for positions that are not rounded.
+    digits: the last digit of north and of east, m; 0 for positions that are not rounded.
     """
     north, east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
     known = np.flatnonzero(np.isfinite(north) & np.isfinite(east))
@@ -42,9 +42,9 @@ def without_copies(
 
 
 def _under_way(north: Floats, east: Floats, digits: tuple[float, float]) -> Bools:
-    """(n − 1,) bool: steps between which a rounded fix cannot repeat itself, by the ways before and after.
+    """(n − 1,) bool: steps in which rounding cannot repeat a fix, by the displacements before and after.
 
-    In so many steps a way of so many digits and one more is more than a digit a step, however it is rounded.
+    A displacement of more than n + 1.5 digits in n steps is more than a digit per step, however it is rounded.
     """
     found = np.zeros(len(north) - 1, bool)
     for column, digit in zip((north, east), digits, strict=True):
@@ -59,15 +59,15 @@ def _under_way(north: Floats, east: Floats, digits: tuple[float, float]) -> Bool
 
 
 _STEPS_BESIDE = 2, 3, 4
-"""Steps beside a repeat over which a vessel has to be under way. Chosen: in longer ones it may stop and go."""
+"""Numbers of steps before and after a repeat over which a vessel has to move; in more it may stop and go."""
 REST, REST_SPEED = 10.0, 0.3
-"""s and m/s: a vessel is at rest that, so long before and so long after, is no farther off than this speed carries it.
-Chosen: the speed is `course.STEERAGEWAY`."""
+"""s and m/s: a vessel is at rest if 10 s before and 10 s after it is no farther away than this speed carries it. The
+speed is `course.STEERAGEWAY`."""
 HELD = 1.0
-"""s for which a fix may be a copy of the one before as long as no other follows: loggers stutter for less, and a boat
-that is longer at one place has stopped. Chosen."""
+"""s for which the repeats at the end of a record count as copies: loggers repeat for less, and a boat that stays longer
+at one place has stopped."""
 TURNED = 1e-4
-"""Part of a step along a meridian or a parallel that is no step along the other. As meridians converge, a fix that goes
-north alone goes a little east. Chosen: so do 0.7 km at 60° of latitude."""
+"""Ratio of a step along one axis to that along the other below which it is 0. As meridians converge, a step due north
+goes a little east in the plane: by this ratio after 0.7 km at 60° of latitude."""
 FEW_STEPS = 2.5
-"""Steps of the resolution that a vessel which hardly moves goes at once: one or two, and rounding."""
+"""Largest step of a vessel that hardly moves, in units of the resolution: one or two, and rounding."""

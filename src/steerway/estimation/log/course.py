@@ -1,6 +1,7 @@
-"""SOG, COG and course rate of a record or a stream, by the structures that an inference found.
+"""SOG, COG and course rate of a record or a stream, by weighted structures.
 
-Every structure runs as a bank of modes. The estimate is their weighted mean; its variance holds their differences.
+Every structure runs as a bank of modes. The estimate is the structures' weighted mean; its variance includes their
+differences.
 """
 
 import math
@@ -20,19 +21,19 @@ from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
 
 STEERAGEWAY = 0.3
-"""m/s; a course is stated from here on at the latest where its σ allows it, as by the profiles: what a receiver at rest
-reports as motion is its own slow error."""
+"""m/s, the speed above which every receiver's course is stated if its σ is small. Below, the slow error of a receiver
+at rest looks like motion."""
 _PER_NOISE, _WHILE = 3.0, 10.0
-"""1/s and s: a course is stated from this many times the receiver's noise a second on, and the noise is that of a fix
-and what its slow error changes by meanwhile. Chosen: noise of a tenth of a metre, the least of low-cost receivers, has
-the limit of the profiles. At a berth, positions of six digits and 0.03 m/s by the receiver have a course in 0.7 % of
-the rows with 0.3 m/s and in 67 % with no limit."""
+"""1/s and s: a receiver with little noise states a course above 3/s times its noise, which is that of a fix and the
+change of its slow error within 10 s. Noise of 0.1 m, the least of low-cost receivers, has the limit of the profiles. At
+a berth, positions of six digits with 0.03 m/s by the receiver have a course in 0.7 % of the rows with a limit of 0.3
+m/s, and in 67 % with none."""
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 
 
 class Weighed(Protocol):
-    """A model and how much it counts."""
+    """A model and its weight: a `Structure` or a `WeighedModel`."""
 
     @property
     def weight(self) -> float: ...
@@ -42,21 +43,21 @@ class Weighed(Protocol):
 
 
 def run_model(record: Rows, model: Model, bank: Bank, asked: Asked) -> None:
-    """A model's filter over a record: the paper's Table 1 where that is all of it."""
+    """Run a model's filter over a record: the five-state filter alone where the model needs no more."""
     (five_state.run if five_state.is_plain(model, record.aids) else run_record)(record, model, bank, asked)
 
 
 def least_course_speed(structures: Sequence[Weighed], steerageway: float = STEERAGEWAY) -> float:
-    """m/s below which weighed structures state no course: of the profile, or less of a receiver of little noise."""
+    """m/s below which weighted structures state no course: `steerageway`, or less for a receiver with little noise."""
     total = sum(each.weight for each in structures)
     variance = sum(each.weight * _noise_variance(each.model) for each in structures) / total
     return min(steerageway, _PER_NOISE * math.sqrt(variance))
 
 
 def _noise_variance(model: Model) -> float:
-    """m² by which the error of a fix changes within seconds, with that of the last digit.
+    """Variance (m²) of the change of a fix's error within seconds, rounding included.
 
-    Counted too is the way within a second of an acceleration that persists: a vessel at rest moves to and fro by it.
+    The displacement in 1 s by an acceleration that persists counts too: a vessel at rest moves to and fro by it.
     """
     receiver = model.receiver[0]
     rounding = (receiver["quantum_north"] ** 2 + receiver["quantum_east"] ** 2) / 24.0
@@ -68,7 +69,7 @@ def _noise_variance(model: Model) -> float:
 
 
 def smoothed_rows(record: Rows, model: Model, kept: Kept, apart: Floats) -> Floats:
-    """`fuse` (n, FUSED) of every row by all that a record says, of which a model's filter kept this.
+    """Smoothed `fuse` (n, FUSED) of every row, from what the model's filter kept of the record.
 
     apart: (n,) s, see `fixes_apart`.
     """
@@ -80,14 +81,14 @@ def smoothed_rows(record: Rows, model: Model, kept: Kept, apart: Floats) -> Floa
 
 @kernel
 def add_unresolved(processes: np.ndarray, apart: Floats, outs: Floats) -> None:
-    """Add to the variances of a structure's `fuse` (n, FUSED) the motion that is faster than fixes `apart` (n,) s."""
+    """Add the variance of motion that fixes at intervals of `apart` (n,) s do not resolve to `fuse` (n, FUSED)."""
     for k in range(len(outs)):
         add_unresolved_speed(processes, apart[k], outs[k])
         add_unresolved_rate(processes, apart[k], outs[k])
 
 
 def fixes_apart(time: Floats, north: Floats) -> Floats:
-    """(n,) s between the fixes about every row, of a fix the shorter interval; 0 where there are no two."""
+    """(n,) s between the fixes around every row, for a fix the shorter interval; 0 with fewer than two fixes."""
     fixed = time[np.isfinite(north)]
     if len(fixed) < 2:
         return np.zeros(len(time))
@@ -97,7 +98,7 @@ def fixes_apart(time: Floats, north: Floats) -> Floats:
 
 
 def averaged(outs: Sequence[Floats], weights: Sequence[float], steerageway: float = STEERAGEWAY) -> Floats:
-    """Mean over structures of `fuse` (n, FUSED), and the spread within and between them, as (n, 9)."""
+    """(n, 9) estimate: mean of the structures' `fuse` (n, FUSED), with the spread within and between structures."""
     estimate = np.empty((len(outs[0]), POSITION_STD + 1))
     _average_rows(np.stack([out[:, :FUSED] for out in outs], axis=1), np.asarray(weights, float), steerageway, estimate)
     return estimate
@@ -112,7 +113,7 @@ def _average_rows(outs: Floats, weights: Floats, steerageway: float, estimate: F
 
 @called_kernel
 def average(outs: Floats, weights: Floats, steerageway: float, estimate: Floats) -> None:
-    """Mean of structures (s, FUSED) of these weights, and the spread within and between them, into `estimate` (9,)."""
+    """Weighted mean of structures (s, FUSED), and the spread within and between them, into `estimate` (9,)."""
     likeliest = 0
     for s in range(1, len(outs)):
         if weights[s] > weights[likeliest]:

@@ -1,4 +1,4 @@
-"""The last digit of a log's positions, as far as it matters beside the noise."""
+"""The last digit of a log's positions, where it matters beside the noise."""
 
 import math
 
@@ -10,24 +10,24 @@ from steerway.core.statistics import last_digit
 from steerway.estimation.log.record import white_std
 
 _FINE, _COARSE = 0.02, 20.0
-"""m: a finer last digit is taken for none, unless all fixes are at one place, and a coarser one (of 0.01 minutes it is
-18.5 m) for chance. Chosen: with cells of 1 cm some logs of good receivers are estimated better, and one worse."""
+"""m: a finer last digit counts as none, unless all fixes are at one place, and a coarser one as chance (0.01 minutes
+are 18.5 m). With cells of 1 cm some logs of good receivers are estimated better, and one worse."""
 _APART = 10.0
-"""s between fixes of a run of equal ones that are kept. Chosen by generated records of 5 Hz: with 3, courses of 4
-decimals are held by 93 % of their intervals, with 10 by 95; with none a boat moored in one cell goes about in it."""
+"""s between the fixes that are kept of a run of equal ones. In generated records of 5 Hz with 4 decimals, intervals of
+95 % cover 93 % of the courses with 3 s and 95 % with 10. With none, a boat moored in one cell moves about in it."""
 _FEW, _SAMPLE = 10, 2000
-"""Fixes from which on their digits are known, and fixes that are looked at. Chosen."""
+"""Least number of fixes that show their last digit, and most that are examined."""
 _HIDDEN = 0.1
-"""Deviation of a rounding error (q/√12), in the white noise of fixes, below which it is left out. Chosen: it adds half
-a per cent to the noise."""
+"""Ratio of the rounding error's σ (q/√12) to the white noise of fixes below which rounding is left out: it adds half a
+per cent to the noise."""
 
 
 def ends_of_repeats(time: Floats, north: Floats, east: Floats) -> Floats:
-    """North (n,) of rounded fixes of which a run of equal ones keeps the first, the last and some between; NaN else.
+    """North (n,) of rounded fixes; in a run of equal fixes all but the first, the last and some between are NaN.
 
-    A cell is entered at the first and left after the last; fixes close by say nothing else where noise is small beside
-    the digit. A filter that takes them narrows a normal distribution by the same cell again and again, and two filters
-    from either end narrow it twice.
+    The first fix of a run shows when the vessel entered the cell, the last when it left. If noise is small beside the
+    digit, the others add nothing; a filter that takes them would narrow its distribution by the same cell again and
+    again, and two filters from either end would do so twice.
     """
     fixed = np.flatnonzero(np.isfinite(north))
     same = (np.diff(north[fixed]) == 0.0) & (np.diff(east[fixed]) == 0.0)
@@ -41,7 +41,7 @@ def ends_of_repeats(time: Floats, north: Floats, east: Floats) -> Floats:
 
 
 def quantum_of(time: Floats, latitude: Floats, longitude: Floats) -> tuple[float, float]:
-    """Last digit (m) north and east in which fixes (n,) rad are written; 0 where it is too fine to matter."""
+    """Last digit (m, north and east) with which fixes (n,), rad, are written; 0 if it is too fine to matter."""
     if len(time) < _FEW:
         return 0.0, 0.0
     some = slice(None, None, max(1, len(time) // _SAMPLE))

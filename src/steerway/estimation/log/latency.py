@@ -1,9 +1,8 @@
 """Latency: records stamped on reception, and receivers whose own SOG and COG are late.
 
-Differences of the positions before and after a fix are no later than the positions. Compared with them, a receiver's
-own SOG and COG show the delay of their filtering. The delay of the positions could only be found by an
-instrument on the same clock that is not late itself: no compass or gyro in the logs here is one, so that this delay is
-an input.
+A velocity from the positions before and after a fix is no later than the positions. Compared with it, a receiver's own
+SOG and COG show the delay of their filtering. The delay of the positions themselves is an input: only an instrument on
+the same clock that is not late itself could show it, and no compass or gyro in the logs here is one.
 """
 
 import math
@@ -19,21 +18,22 @@ from steerway.core.records import INSTRUMENT_COLUMNS, OK, Fixes, Motion
 from steerway.estimation.log.compare import LEAST_SPEED, LONGEST_LAG, compare
 
 _LONGEST_SAMPLE = 20_000
-"""Rows compared, an hour and more at 5 Hz: the lag of one receiver does not change."""
+"""Most rows that are compared, an hour and more at 5 Hz; the lag of one receiver does not change."""
 _FEWEST = 100
-"""Rows, of which the RMS is known to 1/√(2 · 100), 7 %."""
+"""Least number of rows: their RMS is known to 1/√(2 · 100), 7 %."""
 _SHARP = 0.9
-"""Largest ratio of the RMS difference with the lag removed to that without, for the lag to be determined; and to the
-standard deviation of SOG. Chosen: more than the 7 % that chance makes of the fewest rows."""
+"""A lag is determined if removing it multiplies the RMS difference by less than this; for SOG the result must also be
+less than this part of the SOG's standard deviation. By chance, an RMS of the fewest rows is off by 7 %."""
 _SPANS = 1.0, 2.0, 4.0, 8.0
-"""s before and after a fix: noise asks for long ones, turns for short; used is the one that agrees best in COG."""
+"""s before and after a fix for a velocity. Noise favours long spans, turns short ones; the best match in COG is
+used."""
 _POINTS = 10
-"""To either side through which a line is laid: with fewer its noise depends on whether they are at fixes or between."""
+"""Points of a line on either side of a fix; with fewer, its noise depends on whether they are at fixes or between."""
 
 
 @dataclass(frozen=True)
 class Lateness:
-    """How late a receiver's own SOG and COG are against its positions, s; NaN where a log does not determine it."""
+    """Delay (s) of a receiver's own SOG and COG relative to its positions; NaN if the log does not determine it."""
 
     sog: float = math.nan
     cog: float = math.nan
@@ -45,8 +45,8 @@ UNKNOWN_LATENESS = Lateness()
 def on_time(fixes: Fixes, latency: float) -> Fixes:
     """The record with position, SOG and COG moved back by `latency` (s) to the time they are valid for.
 
-    For records stamped on arrival. Other instruments (heading, speed through water, yaw rate) keep their time, in rows
-    of their own where they shared one. Raises InputError for a negative latency.
+    For records stamped on arrival. Other instruments (heading, speed through water, yaw rate) keep their time; those
+    that share a row with a fix get rows of their own. Raises InputError for a negative latency.
     """
     if not_negative("latency", latency) == 0.0:
         return fixes
@@ -60,7 +60,7 @@ def on_time(fixes: Fixes, latency: float) -> Fixes:
 
 
 def lateness(fixes: Fixes) -> Lateness:
-    """How late the receiver of one vessel is with its SOG and COG, by the part of the record with most motion."""
+    """Delay of SOG and COG of one vessel's receiver, from the part of the record with most motion."""
     if fixes.mmsi is not None or not np.isfinite(fixes.sog).any():
         return UNKNOWN_LATENESS
     part = _busiest(fixes)
@@ -82,7 +82,7 @@ def _determined(lag: float, aligned: float, otherwise: float) -> float:
 def differenced(fixes: Fixes, span: float) -> Motion:
     """Motion at every fix by a straight line through the positions up to `span` s before and after it.
 
-    span: at least the usual interval between fixes is used. Without standard deviations and course rate.
+    A span below the usual interval between fixes is raised to it. Standard deviations and course rate are NaN.
     """
     fixes = fixes.rows(fixes.has_position)
     time, unknown = fixes.time, np.full(len(fixes), np.nan)
@@ -113,7 +113,7 @@ def differenced(fixes: Fixes, span: float) -> Motion:
 
 
 def _busiest(fixes: Fixes) -> Fixes:
-    """The record, or the part of the longest sample with most motion."""
+    """The `_LONGEST_SAMPLE` rows with most motion, or all rows of a shorter record."""
     if len(fixes) <= _LONGEST_SAMPLE:
         return fixes
     sailed = np.r_[0, np.cumsum(fixes.sog > LEAST_SPEED)]

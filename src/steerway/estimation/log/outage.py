@@ -1,8 +1,8 @@
-"""Rows after an outage: receivers slide in, and positions alone do not tell the slide from a motion.
+"""Rows after an outage: receivers slide to the true place, and positions alone do not tell a slide from motion.
 
-Behind a loss of reception receivers may be off by tens of metres and come back to the true place within a quarter of a
-minute. The positions then have a speed that the vessel has not. Until they rest, the velocity before the outage stays
-possible: the difference from it is added to the variances.
+After a loss of reception receivers may be off by tens of metres and return to the true place within a quarter of a
+minute. The positions then move although the vessel does not. Until the slide is over, the velocity before the outage
+remains possible: the difference from it is added to the variances.
 """
 
 import math
@@ -17,18 +17,18 @@ from steerway.estimation.filter.fuse import COURSE_STD
 from steerway.estimation.log.course import COG, COG_STD, RATE, RATE_STD, SOG, SOG_STD
 
 SHORTEST = 10.0
-"""s without a fix behind which a receiver may slide in. Chosen: after a shorter loss it need not search anew."""
+"""Shortest time (s) without a fix after which a receiver may slide; after less it need not search again."""
 _INTERVALS = 5.0
-"""Usual intervals that an outage is at least. Chosen: fewer are missing fixes."""
+"""Shortest outage in usual intervals; shorter gaps are missing fixes."""
 SLIDES = 20.0 - 1e-3
-"""s for which a receiver slides, less what clocks err by. Chosen: a recorded slide takes ten, and the estimate follows
-it some seconds late."""
+"""s after an outage in which a receiver may slide, less the error of clocks. A recorded slide took 10 s, and the
+estimate follows some seconds late."""
 _SHARE = 0.3
-"""Share of the square of the difference that is added. Chosen: with 0.26 a 95 % interval just reaches the velocity
-before."""
+"""Share of the squared difference that is added to the variance. With 0.26 a 95 % interval just reaches the velocity
+before the outage."""
 _FASTER, _BY = 2.0, 1.0
-"""A speed of more than so many times that before, and m/s more, is taken for a slide's; else a vessel that has turned
-meanwhile would have no course. Chosen."""
+"""A speed above twice that before the outage plus 1 m/s counts as a slide. At lower speeds a changed course is the
+vessel's: it may have turned meanwhile."""
 
 
 @lean_kernel
@@ -39,16 +39,16 @@ def is_outage(interval: float, usual: float) -> bool:
 
 @lean_kernel
 def is_faster(sog: float, sog_before: float) -> bool:
-    """Whether a speed after an outage is rather a slide's than the vessel's, by that before the outage (m/s)."""
+    """Whether a SOG after an outage is more likely a slide than motion, from the SOG before (m/s)."""
     return sog > _FASTER * sog_before + _BY
 
 
 @lean_kernel
 def doubt(estimate: Floats, sog_before: float, cog_before: float, slides: bool) -> None:
-    """Add to the deviations of an estimate (9,) after an outage what the velocity before it means.
+    """Widen the standard deviations of an estimate (9,) after an outage by its difference from the velocity before.
 
-    slides: whether a slide is suspected; without it a change of course is the vessel's. A course that is not known any
-    more is not stated.
+    slides: whether a slide is suspected; if not, the course keeps its σ. Course and course rate become NaN if the
+    σ of the course is too large.
     """
     estimate[SOG_STD] = math.sqrt(estimate[SOG_STD] ** 2 + _SHARE * (estimate[SOG] - sog_before) ** 2)
     if slides and math.isfinite(cog_before):
@@ -59,7 +59,7 @@ def doubt(estimate: Floats, sog_before: float, cog_before: float, slides: bool) 
 
 
 def outages(time: Floats) -> list[int]:
-    """Index of the last fix before every outage, of fixes at these times (n,)."""
+    """Indices of the last fix before every outage, for fixes at these times (n,)."""
     intervals = np.diff(time)
     is_short = (intervals > 0.0) & (intervals < SHORTEST)
     latest = np.maximum.accumulate(np.where(is_short, np.arange(len(intervals)), -1))
@@ -68,7 +68,7 @@ def outages(time: Floats) -> list[int]:
 
 
 def doubt_slides(time: Floats, fixed: Bools, causal: Floats, estimate: Floats) -> None:
-    """`doubt` of the rows of a record (n, 9) after its outages, by the causal estimate (n, 9) at the fix before each.
+    """Apply `doubt` to the estimates (n, 9) of rows after outages, with the causal estimate (n, 9) before each outage.
 
     fixed: (n,) bool, rows with a fix.
     """

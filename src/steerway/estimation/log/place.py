@@ -1,4 +1,4 @@
-"""Mean and covariance of the place, of all modes and structures together."""
+"""Mean and covariance of the position over all modes and structures."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ MOMENTS = 5
 
 @called_kernel
 def place_moments(bank: Bank, out: Floats) -> None:
-    """MOMENTS of the place, of all modes together, into `out`."""
+    """MOMENTS of the position over all modes, into `out`."""
     x, p, probability = bank.x, bank.p, bank.probability
     for i in range(MOMENTS):
         out[i] = 0.0
@@ -27,7 +27,7 @@ def place_moments(bank: Bank, out: Floats) -> None:
 
 
 def mixed(moments: Floats, weights: Floats) -> Floats:
-    """(…, MOMENTS) of the mixture of structures (s, …, MOMENTS) of these weights."""
+    """(…, MOMENTS) of the mixture of structures (s, …, MOMENTS) with these weights (s,)."""
     mean = np.tensordot(weights, moments, 1)
     apart = moments[..., :2] - mean[..., :2]
     mean[..., 2] += np.tensordot(weights, apart[..., 0] ** 2, 1)
@@ -37,7 +37,7 @@ def mixed(moments: Floats, weights: Floats) -> Floats:
 
 
 def rotated(moments: Floats, azimuth: float | Floats) -> tuple[Floats, Floats, Floats]:
-    """Variance of true north, covariance and variance of east (…,) of MOMENTS in a plane of this azimuth."""
+    """Variance of true north, covariance and variance of true east (…,) from MOMENTS in a plane of this azimuth."""
     c, s = np.cos(azimuth), np.sin(azimuth)
     nn, ne, ee = moments[..., 2], moments[..., 3], moments[..., 4]
     return (

@@ -1,4 +1,4 @@
-"""A record in a plane: the way from fix to fix laid out flat, and back.
+"""A record in a plane: displacements from fix to fix laid out flat, and the way back to latitude and longitude.
 
 The directions of the plane are carried along the track without a turn (parallel transport), as those of a
 wander-azimuth frame are (P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd
@@ -17,7 +17,7 @@ from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
 
 
 class Plane(NamedTuple):
-    """Places of fixes (n,): rad, then m in the plane, and the direction of its first axis there (rad east of north)."""
+    """Positions of fixes (n,): rad, then m in the plane, and azimuth of its first axis there (rad east of north)."""
 
     latitude: Floats
     longitude: Floats
@@ -61,7 +61,7 @@ def steps_between(latitude: Floats, longitude: Floats) -> tuple[Floats, Floats, 
 
 
 def laid_out(latitude: Floats, longitude: Floats) -> Plane:
-    """The plane of a track of fixes (n,), rad, from its first fix, where its axes point north and east."""
+    """The plane of a track of fixes (n,), rad. Its origin is the first fix, where its axes point north and east."""
     north, east, convergence = steps_between(latitude, longitude)
     azimuth = np.concatenate([[0.0], np.cumsum(convergence)])
     c, s = np.cos(azimuth[:-1]), np.sin(azimuth[:-1])
@@ -72,7 +72,7 @@ def laid_out(latitude: Floats, longitude: Floats) -> Plane:
 
 @kernel
 def placed(plane: Plane, rows: Ints, first: Floats, second: Floats) -> tuple[Floats, Floats]:
-    """Latitude and longitude (rad) of points of the plane, each (k,) near the fix of its number in `rows`."""
+    """Latitude and longitude (rad) of points of the plane (k,), each near the fix with its index in `rows` (k,)."""
     n = len(rows)
     latitude, longitude = np.empty(n), np.empty(n)
     for k in range(n):
@@ -89,7 +89,7 @@ def placed(plane: Plane, rows: Ints, first: Floats, second: Floats) -> tuple[Flo
 
 @lean_kernel
 def place_near(latitude: float, longitude: float, azimuth: float, ahead: float, aside: float) -> tuple[float, float]:
-    """Latitude and longitude (rad) of a point so far (m) from a place along the axes of the plane there."""
+    """Latitude and longitude (rad) of the point `ahead` and `aside` (m) of a place along the plane's axes there."""
     north = math.cos(azimuth) * ahead - math.sin(azimuth) * aside
     east = math.sin(azimuth) * ahead + math.cos(azimuth) * aside
     c, s, a, b = math.cos(latitude), math.sin(latitude), math.cos(longitude), math.sin(longitude)
@@ -108,7 +108,7 @@ def place_near(latitude: float, longitude: float, azimuth: float, ahead: float, 
 
 @lean_kernel
 def _place(latitude: float, longitude: float) -> tuple[float, float, float]:
-    """Place on the axes of the Earth, m."""
+    """Earth-centred coordinates (m) of a place on the ellipsoid."""
     c, s = math.cos(latitude), math.sin(latitude)
     curvature = SEMI_MAJOR_AXIS / math.sqrt(1.0 - ECCENTRICITY_SQUARED * s * s)
     return (
@@ -120,6 +120,6 @@ def _place(latitude: float, longitude: float) -> tuple[float, float, float]:
 
 @lean_kernel
 def _in_tangent_plane(latitude: float, longitude: float, x: float, y: float, z: float) -> tuple[float, float]:
-    """Parts north and east of a vector on the axes of the Earth."""
+    """North and east components of a vector in Earth-centred coordinates."""
     c, s, a, b = math.cos(latitude), math.sin(latitude), math.cos(longitude), math.sin(longitude)
     return c * z - s * (a * x + b * y), a * y - b * x

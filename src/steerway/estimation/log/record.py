@@ -1,4 +1,4 @@
-"""What a record is before it is fitted: copies of fixes, the white part of their noise, rows to fit to."""
+"""Preparation of a record for a fit: extrapolated fixes, a second receiver, white noise, and the rows to fit to."""
 
 import math
 from typing import NamedTuple
@@ -12,25 +12,25 @@ from steerway.estimation.log.copies import REST, REST_SPEED
 
 
 def usual_interval(time: Floats) -> float:
-    """Median (s) of the intervals between fixes of different times; 0 where all are of one."""
+    """Median (s) of the intervals between fixes at different times; 0 if all have one time."""
     intervals = np.diff(time)
     intervals = intervals[intervals > 0.0]
     return float(np.median(intervals)) if len(intervals) else 0.0
 
 
 PERIODS, FEWEST_PERIODS = range(4, 11), 20
-"""Periods (fixes) of a receiver's measurements that are looked for, and how many of them have to show it. Chosen: of
-shorter periods all fixes are measured or beside one that is."""
+"""Periods (fixes) between a receiver's measurements that are tried, and least number of periods in a record. With
+shorter periods every fix is a measurement or next to one."""
 CORRECTED = 5.0
-"""How many times as far a corrected fix departs from its neighbours as the others do. Chosen: in recorded logs it is 14
-and 18 of a receiver that extrapolates, 1.0 to 3.0 of 28 others."""
+"""Least ratio of the deviation of measured fixes from even progress to that of extrapolated ones. In recorded logs it
+is 14 and 18 for receivers that extrapolate, 1.0 to 3.0 for 28 others."""
 
 
 def extrapolated(time: Floats, north: Floats, east: Floats) -> Bools:
-    """(n,) bool: fixes that a receiver extrapolated between its measurements: every fourth to tenth fix is one.
+    """(n,) bool: fixes that the receiver extrapolated; only every fourth to tenth fix is then a measurement.
 
-    Such fixes say nothing of the motion that the ones before did not say, and each measurement corrects them at once.
-    A receiver that does so departs from even progress always in the same phase of a period.
+    Extrapolated fixes carry no information beyond the fixes before them, and each measurement corrects them in one
+    jump. Progress is therefore uneven at a fixed phase of the period.
     """
     usual = usual_interval(time)
     if usual <= 0.0:
@@ -56,20 +56,20 @@ def extrapolated(time: Floats, north: Floats, east: Floats) -> Bools:
 
 
 class Measurements(NamedTuple):
-    """When a receiver measures that extrapolates the fixes between: every `period` seconds, last at `last`."""
+    """Times of measurement of a receiver that extrapolates the fixes between: every `period` s, the last at `last`."""
 
     period: float
     last: float
     apart: float  # s between fixes
 
     def include(self, time: float) -> bool:
-        """Whether a fix of this time (s) is measured."""
+        """Whether a fix at this time (s) is a measurement."""
         since = time - self.last
         return abs(since - round(since / self.period) * self.period) < 0.5 * self.apart
 
 
 def measurements(time: Floats, guessed: Bools) -> Measurements | None:
-    """When a receiver of which these fixes are extrapolated ones (n, bool) measures; None where none is."""
+    """The times of measurement of a receiver whose fixes `guessed` (n, bool) are extrapolated; None if none is."""
     if not guessed.any():
         return None
     measured = time[~guessed]
@@ -79,8 +79,8 @@ def measurements(time: Floats, guessed: Bools) -> Measurements | None:
 def white_std(time: Floats, north: Floats, east: Floats) -> float:
     """Standard deviation (m) of the white part of a fix, by third differences of equally spaced fixes.
 
-    A median, which turns and outliers do not move, of lengths, which no axes change. The third difference of white
-    noise has a variance of 20; the median of a chi-square of two degrees of freedom is 2 ln 2.
+    The median of their lengths does not depend on turns, outliers or axes. The third difference of white noise has 20
+    times its variance; the median of a chi-square with two degrees of freedom is 2 ln 2.
     """
     steps, usual = np.diff(time), usual_interval(time)
     even = np.abs(steps - usual) < 0.1 * usual
@@ -92,22 +92,22 @@ def white_std(time: Floats, north: Floats, east: Floats) -> float:
 
 
 _ANTENNAS, _SURE, _CHORD = 0.2, 6.0, 10
-"""m between two antennas and standard errors from which on they are told apart; intervals either way over which the
-course is taken for it. Chosen: antennas nearer than that, taken for one, move SOG by less than 0.02 m/s in a turn of
-10 °/s. Of one receiver the offset is up to 2.5 standard errors in scenes, 0.7 in 14 recorded logs, and 29 but 7 mm in a
-table that holds every fix for a row; of two that are 1.1 m apart it is 60."""
+"""Least offset (m, and in standard errors) that shows two antennas; intervals either way over which the course is
+taken. Antennas nearer than 0.2 m, treated as one, change SOG by less than 0.02 m/s in a turn of 10 °/s. The offset of a
+single receiver is up to 2.5 standard errors in scenes and 0.7 in 14 recorded logs; in a table that repeats every fix it
+is 29, but 7 mm. For two receivers 1.1 m apart it is 60."""
 _OF_MEDIAN = 2.0
-"""Standard error of the median of n departures from the line between two neighbours, with alternating sign, in their
-deviation over √n: √(π/2) of a median, √(8/3) as they share much of white noise with the next ones."""
+"""Standard error of the median of n departures, times √n over their σ: √(π/2) for a median, times √(8/3) because
+successive departures, with alternating sign, share white noise."""
 
 
 def of_other_receiver(time: Floats, north: Floats, east: Floats, digit: float = 0.0) -> Bools:
-    """(n,) bool: of two receivers whose fixes alternate in a record, those of the noisier one, beside one of the other.
+    """(n,) bool: if fixes of two receivers alternate, those of the noisier receiver that are next to one of the other.
 
-    The place between two antennas is that of neither: taken for it, a boat has another speed and course in turns, by
-    the course rate times its offset. What fixes depart by from the line between their neighbours is the offset of one
-    antenna from the other, forward and to starboard (real and imaginary), with alternating sign. A boat that makes half
-    a last digit (`digit`, m) from fix to fix departs by up to that.
+    The midpoint of two antennas follows a different path in turns: its speed and course differ by the course rate times
+    its offset. Departures of fixes from the line between their neighbours are the offset of one antenna from the other,
+    forward and to starboard (real and imaginary part), with alternating sign. Rounding alone makes departures of up to
+    the last digit (`digit`, m).
     """
     none, usual = np.zeros(len(time), bool), usual_interval(time)
     if usual <= 0.0:
@@ -135,21 +135,19 @@ def of_other_receiver(time: Floats, north: Floats, east: Floats, digit: float = 
 
 
 LONG, _LONG_FOR = 60.0, 5.0
-"""s and usual intervals; behind a longer gap a fit begins anew: one fix after it tells nothing of any one
-number. Chosen."""
+"""A fit restarts after a gap longer than both, s and usual intervals: one fix after it determines no number."""
 _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
-"""Pieces of a long record, bursts and the share of rows that are in them, rows between changes of phase.
-Chosen."""
+"""Number of pieces of a long record, number of bursts, share of the rows in bursts, rows between changes of phase."""
 
 
 _HELD = 0.5
-"""Ratio of the noise at rest to that under way below which a receiver holds or low-passes the positions of a vessel at
-rest: such fixes tell nothing of those under way. In recorded logs it is 0 to 0.45 of receivers that do, 0.6 to 1.2 of
-others."""
+"""Ratio of the noise at rest to that under way below which the receiver holds or low-pass filters positions at rest.
+Such fixes show nothing of the noise under way. In recorded logs the ratio is 0 to 0.45 for such receivers, 0.6 to 1.2
+for others."""
 
 
 def telling(record: Rows) -> Ints:
-    """Rows with fixes that a fit looks at: not those of a receiver that holds positions at rest."""
+    """Indices of the rows with fixes to fit to: without those at rest if the receiver holds positions there."""
     fixed = np.flatnonzero(np.isfinite(record.north))
     time, north, east = record.time[fixed], record.north[fixed], record.east[fixed]
     n = len(fixed)
@@ -165,16 +163,17 @@ def telling(record: Rows) -> Ints:
 
 
 _ENOUGH = 100
-"""Rows from which their noise is known within a tenth: of white noise 100 fixes give it to 11 %, 50 to 16 % and 200 to
-7 % (1σ of `white_std` in 400 records)."""
+"""Least number of rows for an estimate of their noise: 1σ of `white_std` is 11 % with 100 fixes, 16 % with 50 and 7 %
+with 200 (400 records of white noise)."""
 
 
 def excerpt(record: Rows, most: int, apart: float) -> Rows:
-    """At most about so many rows: means of fixes, fixes up to `apart` seconds apart or pieces of the record, bursts.
+    """About `most` rows: means of fixes, or fixes thinned to `apart` s or pieces of the record; and bursts of all
+    fixes.
 
-    Means (where there are no aids) and thinned fixes determine motion as well as all do where its time constants are
-    longer, farther apart where a receiver's random walk hides it; bursts of all determine the rest. The phase of the
-    thinned ones changes now and then, lest they be those of one of two receivers.
+    Means (of records without aids) and thinned fixes determine motion with longer time constants as well as all fixes
+    do. If a receiver's random walk hides motion, fixes are thinned more. Bursts determine the rest. The phase of
+    thinning changes now and then, so that not only one of two receivers is used.
     """
     fixed = telling(record)
     n = len(fixed)
@@ -219,19 +218,19 @@ def excerpt(record: Rows, most: int, apart: float) -> Rows:
 
 
 _WHITE = 1.5
-"""Ratio of variances either way up to which means are as noisy as those of white noise. Chosen: the means of eight
-pairs have one of 1 to 1.2 in the scenes with white noise, of 1.7 and more where receivers filter."""
+"""Largest ratio, either way, of the variance of means to that of means of white noise. In scenes the means of eight
+pairs have a ratio of 1 to 1.2 with white noise, and of 1.7 and more where receivers filter."""
 _STRAIGHT = 13.28
-"""99 % quantile of a chi-square of four degrees of freedom: four means in a line."""
+"""99 % quantile of a chi-square with four degrees of freedom: above it, four means do not lie in a line."""
 _MEDIAN, _MEDIAN_OF_TWO = 3.357, 2.0 * math.log(2.0)
-"""… and its median, and that of two degrees of freedom."""
+"""Medians of a chi-square with four and with two degrees of freedom."""
 
 
 def grouped(time: Floats, north: Floats, east: Floats, most: int) -> Ints:
-    """First fixes of groups of 1, 2, 4 … fixes, of which the means tell what all tell.
+    """Index of the first fix of every group of 1, 2, 4 … fixes that its mean can represent.
 
-    Halves of a group of twice the length are joined where its four quarters lie in a line, evenly spaced, but for white
-    noise; and as long as they do so all over the record. Stops at `most` groups.
+    If four successive groups lie evenly on a line, within white noise, the first two and the last two are joined. This
+    ends at `most` groups, or when the groups of the whole record scatter more or less than white noise.
     """
     n, length = len(time), 1
     begin = np.arange(n)
@@ -254,9 +253,9 @@ def grouped(time: Floats, north: Floats, east: Floats, most: int) -> Ints:
 
 
 def departures(time: Floats, north: Floats, east: Floats, first: Ints, interval: float) -> tuple[Ints, Floats, Floats]:
-    """The rows of `first` from which on four places are evenly spaced, and second and third differences squared.
+    """The rows of `first` that begin four evenly spaced positions, and their squared second and third differences.
 
-    Both differences (m²) are scaled to mean what white noise has as its variance, of north and east together.
+    Both (m², north and east added) are scaled so that white noise has its own variance as expectation.
     """
     even = [np.abs(time[first + i + 1] - time[first + i] - interval) < 0.1 * interval for i in range(3)]
     first = first[np.all(even, axis=0)]
@@ -269,18 +268,18 @@ def departures(time: Floats, north: Floats, east: Floats, first: Ints, interval:
 
 
 _WALKS = math.sqrt(5.0 / 3.0), math.sqrt(25.0 / 3.0)
-"""Bounds of the ratio of second to third differences of a random walk. The ratio is 5/3 for a random walk, 1 for white
-noise, 5 for a random walk of the speed; the bounds are geometric means."""
+"""Bounds of the ratio of second to third differences that shows a random walk. The ratio is 5/3 for a random walk, 1
+for white noise, 5 for a random walk of the speed; the bounds are the geometric means between them."""
 _OFF = 0.02
-"""Largest share of groups of four fixes that are not in a line; a random walk makes 0.01. Chosen: scenes and recorded
-logs without a random walk have 0.05 or more."""
+"""Largest share of groups of four fixes that do not lie in a line: 0.01 for a random walk, 0.05 and more in scenes and
+recorded logs without one."""
 
 
 def walking(time: Floats, north: Floats, east: Floats) -> float:
-    """Interval (s) up to which a receiver's random walk hides how the vessel's way departs from a line; 0 of others.
+    """Interval (s) up to which a receiver's random walk hides departures of the track from a line; 0 without one.
 
-    Fixes of white noise tell more the more they are; those of a random walk tell of slow motion no more than some do,
-    and one every few seconds tells of a receiver's slow error what a short piece of all does not.
+    With white noise, more fixes determine more. With a random walk, fixes every few seconds determine slow motion as
+    well as all fixes do, and over a longer piece they determine the receiver's slow error too.
     """
     usual = usual_interval(time)
     stride = 1
@@ -300,7 +299,7 @@ def walking(time: Floats, north: Floats, east: Floats) -> float:
 
 
 def means(record: Rows, first: Ints, last: Ints, restarts: Ints) -> Rows:
-    """Means of the fixes from `first` to before `last`, of which those with aids are single."""
+    """Means of the groups of fixes from `first` to before `last`; aids are those of each group's first row."""
     lengths = last - first
 
     def mean(each: Floats) -> Floats:
@@ -315,7 +314,7 @@ def means(record: Rows, first: Ints, last: Ints, restarts: Ints) -> Rows:
 
 
 def rows_of(record: Rows, rows: Ints, restarts: Ints) -> Rows:
-    """Rows of a record, with restarts of its own and where a gap is long."""
+    """The record of these rows; it restarts at `restarts` and after long gaps."""
     time = record.time[rows]
     excess = record.excess[rows] if len(record.excess) else record.excess
     aids = record.aids[rows] if len(record.aids) else record.aids
@@ -324,7 +323,7 @@ def rows_of(record: Rows, rows: Ints, restarts: Ints) -> Rows:
 
 
 def gaps_in(time: Floats) -> Ints:
-    """Rows behind a long gap."""
+    """Indices of the rows after a long gap."""
     return np.flatnonzero(np.diff(time) > max(LONG, _LONG_FOR * usual_interval(time))) + 1
 
 
@@ -332,5 +331,5 @@ def predictions(record: Rows) -> Ints:
     """Number of predictions from each row to the next, (n - 1,)."""
     intervals = np.diff(record.time)
     intervals[record.restarts - 1] = 0.0
-    different, places = np.unique(intervals, return_inverse=True)  # few, of a receiver
+    different, places = np.unique(intervals, return_inverse=True)  # a receiver has few different ones
     return np.array([steps_in(interval) for interval in different], np.int64)[places]

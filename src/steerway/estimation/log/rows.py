@@ -1,4 +1,4 @@
-"""Rows of a record before a filter sees them: which are measurements, which repeat others, and when output is due."""
+"""Rows of a record before they are filtered: measurements, duplicates, and the times of output."""
 
 import math
 
@@ -14,13 +14,13 @@ from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 
 
 def expect_rate(rate: float | None) -> None:
-    """Raises InputError for an output rate that is neither None nor possible."""
+    """Raises InputError unless the output rate (Hz) is None or from 1e-6 to 1000."""
     if rate is not None and not 1e-6 <= rate <= 1000.0:
         raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 1000")
 
 
 def measured_rows(fixes: Fixes, aid: tuple[str, ...]) -> Fixes:
-    """Rows that hold a measurement for this filter, in order."""
+    """The rows with a position or one of these aids, in order of time."""
     measured = fixes.has_position
     for name in aid:
         measured |= np.isfinite(getattr(fixes, name))
@@ -28,9 +28,9 @@ def measured_rows(fixes: Fixes, aid: tuple[str, ...]) -> Fixes:
 
 
 def without_duplicates(fixes: Fixes, aid: tuple[str, ...]) -> tuple[Floats, Floats, Floats]:
-    """Latitude, longitude and aids of every row, NaN where the row before, of the same time and vessel, is equal.
+    """Latitude, longitude and aids of every row; NaN if the row before has the same time, vessel and value.
 
-    A value reported twice for one time is one measurement; two values, or two times, are two.
+    A value that is reported twice for one time is one measurement; two values, or two times, are two.
     """
     latitude, longitude, aids = fixes.latitude, fixes.longitude, _aiding_table(fixes, aid)
     again = 1 + np.flatnonzero(fixes.time[1:] == fixes.time[:-1])
@@ -46,13 +46,13 @@ def without_duplicates(fixes: Fixes, aid: tuple[str, ...]) -> tuple[Floats, Floa
 
 
 def repeat_status(status: NDArray[np.uint8], repeats: Bools) -> None:
-    """A duplicate has the status of the row before."""
+    """Give every duplicate the status of the row before, in place."""
     for k in np.flatnonzero(repeats):
         status[k] = status[k - 1]
 
 
 def distinct_rows(fixes: Fixes, aid: tuple[str, ...]) -> Fixes:
-    """The rows that hold something beside what the row before, of the same time and vessel, holds."""
+    """The rows that are no duplicates: those with a value that the row before, of the same time and vessel, lacks."""
     latitude, _, aids = without_duplicates(fixes, aid)
     new = np.isfinite(latitude)
     if aid:
@@ -68,7 +68,7 @@ def _aiding_table(fixes: Fixes, aid: tuple[str, ...]) -> Floats:
 
 
 def variance_scales(fixes: Fixes) -> Floats:
-    """(n,) of every row (see `update.reported_accuracy`), each vessel by itself; empty without reported accuracy."""
+    """(n,) `accuracy.variance_scale` of every row, per vessel; empty if no accuracy is reported."""
     if not np.isfinite(fixes.position_std).any():
         return np.empty(0)
     tracks = (each for _, each in fixes.tracks())
@@ -77,7 +77,7 @@ def variance_scales(fixes: Fixes) -> Floats:
 
 
 def schedule(fixes: Fixes, rate: float | None) -> tuple[Floats, Ints, Bools]:
-    """Times to visit, the row of `fixes` each comes from (−1: none), and which of them go out."""
+    """Times (n,) that a filter visits, the row of `fixes` at each (−1 for none), and which of them are output."""
     time = fixes.time
     origin = np.arange(len(time))
     wanted = fixes.has_position
@@ -97,7 +97,7 @@ def schedule(fixes: Fixes, rate: float | None) -> tuple[Floats, Ints, Bools]:
 
 
 def merged(time: Floats, origin: Ints, wanted: Bools, added: Floats, added_wanted: bool) -> tuple[Floats, Ints, Bools]:
-    """Rows and added times (with no row of their own) in one order; at equal times rows first."""
+    """Rows and added times, which have no row (−1), in order of time; at equal times rows come first."""
     time = np.concatenate([time, added])
     order = np.argsort(time, kind="stable")
     origin = np.concatenate([origin, np.full(len(added), -1)])
@@ -106,7 +106,7 @@ def merged(time: Floats, origin: Ints, wanted: Bools, added: Floats, added_wante
 
 
 def joined(tracks: list[Motion]) -> Motion:
-    """The motions of several vessels in one."""
+    """The motions of several vessels as one table."""
     if len(tracks) == 1:
         return tracks[0]
     columns = {name: np.concatenate([t.columns()[name] for t in tracks]) for name in tracks[0].columns()}

@@ -1,4 +1,4 @@
-"""Fixes of one vessel in, Motion out, by the structures that the record is evidence for."""
+"""Estimate Motion from Fixes, by a profile or by the structures that are inferred from the record."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -52,18 +52,17 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.estimation.vessel.structures import parameters_of
 
 UNKNOWN_SPEED = 3.0
-"""m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen
-(`bank.START_SPEED_STD`). Chosen."""
+"""m/s, σ of the speed below which it is stated after a start: about a third of the prior's, `bank.START_SPEED_STD`."""
 _BLOCK, _OVERLAP = 20_000, 2_000
-"""Predictions filtered or smoothed at a time, which bounds the memory, and those behind them from which the smoother
-begins: minutes, in which every motion is forgotten."""
+"""Predictions in a block, which bounds the memory, and predictions after it from which the smoother starts: minutes,
+long enough to forget every motion."""
 _FLAT = 50e3
-"""m from its fix within which an estimate is placed by it."""
+"""Largest distance (m) of an estimate from the fix by which it is placed."""
 _NONE = np.empty(0)
 
 
 def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
-    """The structures that a vessel's record is evidence for; of fixes at one time the plain structure as expected.
+    """The structures inferred from a vessel's record; for fixes at one time the plain structure with prior medians.
 
     Raises InputError for an unknown aid.
     """
@@ -85,9 +84,9 @@ def motion_of(
     rate: float | None = None,
     smooth: bool = False,
 ) -> Motion:
-    """The motion by a profile of either kind, of every vessel: a row a fix, or `rate` rows a second (Hz).
+    """The motion of every vessel by a profile of either kind: a row per fix, or `rate` rows a second.
 
-    Raises InputError for an impossible rate or an unknown aid.
+    Raises InputError for a rate outside 1e-6 to 1000 Hz and for an unknown aid.
     """
     expect_rate(rate)
     expect_aids(aid)
@@ -99,7 +98,7 @@ def motion_of(
 def motion_of_track(
     track: "Track", structures: Sequence[Weighed], smooth: bool = False, steerageway: float = STEERAGEWAY
 ) -> Motion:
-    """The motion of one vessel that weighed structures mean."""
+    """The motion of one vessel by weighted structures."""
     fixes = track.fixes
     wanted, record = track.wanted, track.record
     least = least_course_speed(structures, steerageway)
@@ -139,15 +138,16 @@ def motion_of_track(
 
 
 class Track:
-    """A vessel's rows as a `record` in a plane, and the way back; `wanted` says which rows go out, `time` when.
+    """A vessel's rows as a `record` in a plane, and the way back to latitude and longitude.
 
-    extrapolated, of_other_receiver: how many fixes the receiver extrapolated, and are left out as another one's, see
-        `record`.
-    recognises: whether copies of fixes, extrapolated ones, those of another receiver and irregular stamps are looked
-        for in the whole record; otherwise every fix is taken as it is, as in a stream.
-    slow: (n,) 1σ of the slow error of the receiver at every row, m, see `core.slow_error`.
-    repeats: rows that have the status of the row before, of which they are duplicates.
-    regular: whether the times of the fixes are regular ones in place of their stamps, see `stamps.regular_times`.
+    time, wanted: (n,) time of every row (Unix s), and whether it is output.
+    extrapolated, of_other_receiver: numbers of fixes left out as extrapolated and as those of another receiver (see
+        `log.record`).
+    recognises: whether the whole record is searched for copies of fixes, extrapolated ones, those of another receiver
+        and irregular stamps; otherwise every fix is used as it is, as in a stream.
+    slow: (n,) 1σ (m) of the receiver's slow error at every row, see `core.slow_error`.
+    repeats: (n,) bool, rows that duplicate the row before and have its status.
+    regular: whether regular times replace the stamps of the fixes, see `stamps.regular_times`.
     """
 
     def __init__(self, fixes: Fixes, aid: tuple[str, ...], rate: float | None = None, recognises: bool = True) -> None:
@@ -190,9 +190,9 @@ class Track:
             self.time = stamps
 
     def pass_over_far_fixes(self, estimate: Floats) -> None:
-        """Place rows of an estimate (n, 9) by the fix before or after if their own is an outlier on another sea.
+        """Place rows of an estimate (n, 9) by the fix before or after if their own fix is an outlier far away.
 
-        The way from a fix to the estimate is taken as flat: over 50 km that costs 3 m, over an ocean a degree.
+        The Earth is flat between a fix and the estimate: over 50 km this errs by 3 m, over an ocean by a degree.
         """
         plane = self._plane
         if len(plane.first):
@@ -207,13 +207,13 @@ class Track:
         return self._plane.azimuth[self._fix] if len(self._plane.azimuth) else np.zeros(len(self.time))
 
     def places(self, estimate: Floats) -> tuple[Floats, Floats]:
-        """Latitude and longitude (n,) of an estimate (n, 9) in the plane, NaN where there is none."""
+        """Latitude and longitude (n,), rad, of an estimate (n, 9) in the plane; NaN in a record without fixes."""
         if not len(self._plane.first):
             return np.full(len(estimate), np.nan), np.full(len(estimate), np.nan)
         return placed(self._plane, self._fix, estimate[:, 0], estimate[:, 1])
 
     def place_of(self, row: int, first: float, second: float) -> tuple[float, float, float]:
-        """Latitude, longitude of a point of the plane near this row, and the direction of its first axis there."""
+        """Latitude and longitude (rad) of a point of the plane near this row, and the first axis's azimuth there."""
         fix = self._fix[row]
         latitude, longitude = placed(self._plane, np.array([fix]), np.array([first]), np.array([second]))
         return latitude[0], longitude[0], self._plane.azimuth[fix]
@@ -226,7 +226,7 @@ def _plane_of(latitude: Floats, longitude: Floats) -> Plane:
 
 
 def _new(time: Floats, latitude: Floats, longitude: Floats, fixed: Bools, quantum: tuple[float, float]) -> Bools:
-    """(n,) bool: fixes that are no copies. A vessel whose fixes are all at one place is at rest there."""
+    """(n,) bool: fixes that are not copies. If all fixes are at one place, none is a copy: the vessel is at rest."""
     new = fixed.copy()
     if fixed.sum() > 1:
         north, east, _ = steps_between(latitude[fixed], longitude[fixed])
@@ -238,7 +238,7 @@ def _new(time: Floats, latitude: Floats, longitude: Floats, fixed: Bools, quantu
 
 
 def _starting(estimate: Floats, record: Rows) -> Bools:
-    """(n,) bool: rows from a start, or the first fix behind a long gap, on until the speed is known."""
+    """(n,) bool: rows after a start or a long gap until the speed is known."""
     known = estimate[:, SOG_STD] < UNKNOWN_SPEED
     starting = np.zeros(len(known), bool)
     fixes = np.flatnonzero(np.isfinite(record.north))
@@ -258,16 +258,16 @@ def part_of(record: Rows, begin: int, end: int) -> Rows:
 
 
 class Estimated(NamedTuple):
-    """What structures say of the rows of a record."""
+    """Estimates (columns of `log.course`) of the rows of a record by weighted structures."""
 
-    causal: Floats  # (n, 9), by the rows before each
-    smoothed: Floats  # (n, 9), by all; the causal one where no other is asked for
+    causal: Floats  # (n, 9), from the rows up to each
+    smoothed: Floats  # (n, 9), from all rows; the causal one without `smooth`
     nis: Floats  # (n,)
     wrong: Floats  # (n,) probability of an outlier
 
 
 def estimated(record: Rows, structures: Sequence[Weighed], least_speed: float, smooth: bool = False) -> Estimated:
-    """The estimates of every row. The filters run over the record once, but for the rows ahead of a block."""
+    """The estimates of every row. The filters run over the record once, except for the rows ahead of a block."""
     if smooth and any(record.quantum):
         thinned = record._replace(north=ends_of_repeats(record.time, record.north, record.east))
         return _in_blocks(record, structures, least_speed)._replace(
@@ -277,7 +277,7 @@ def estimated(record: Rows, structures: Sequence[Weighed], least_speed: float, s
 
 
 def _in_blocks(record: Rows, structures: Sequence[Weighed], least_speed: float, smooth: bool = False) -> Estimated:
-    """`estimated` in blocks, for which those before it go on, of a record in which all fixes are taken."""
+    """`estimated` block by block: each filter continues from its state at the end of the block before."""
     n = len(record.time)
     causal, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
     smoothed = np.empty((n, 9)) if smooth else causal
@@ -307,7 +307,7 @@ def _in_blocks(record: Rows, structures: Sequence[Weighed], least_speed: float, 
 
 
 def _going_on(record: Rows, begin: int, end: int) -> Rows:
-    """The rows from `begin` to before `end`, and the time of the row before, from which a filter goes on."""
+    """The rows from `begin` to before `end`, after a row without measurements from which a filter continues."""
     part = part_of(record, max(begin - 1, 0), end)
     if begin:
         part.north[0] = np.nan
@@ -316,9 +316,9 @@ def _going_on(record: Rows, begin: int, end: int) -> Rows:
 
 
 def _filtered(part: Rows, model: Model, memory: Floats, end: int, keep: bool) -> tuple[Floats, Kept]:
-    """`fuse` with NIS and the probability of an outlier of the rows before `end`, and what is kept of all rows.
+    """`fuse`, NIS and outlier probability of the rows before `end`, and what is kept of all rows if `keep`.
 
-    memory: of the filter's bank, which goes on from here to `end`; the rows from there on are run for what is kept.
+    memory: the filter's bank, advanced to `end`. The rows after it are filtered only for what is kept.
     """
     shape, n = (len(model.modes), model.states), len(part.time)
     out, kept = np.empty((end, FUSED + 2)), room_to_keep(n if keep else 0, model)

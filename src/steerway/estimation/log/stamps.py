@@ -1,32 +1,31 @@
-"""When fixes were measured, of which the time stamps are rounded or those of receipt."""
+"""Times of measurement of fixes whose time stamps are rounded or are those of reception."""
 
 import numpy as np
 
 from steerway.core.arrays import Floats
 
 _GAP = 2.5
-"""Usual steps of the stamps above which fixes are missing. Chosen: a late or rounded stamp is off by one step."""
+"""A step longer than this many usual ones is a gap; a late or rounded stamp is off by one step."""
 _WINDOW = 150
-"""Fixes on either side of one whose stamps give its time: in 301 fixes errors of a whole interval, evenly distributed,
-leave 0.02 of it, and 0.02 % of the interval itself (a line by least squares)."""
+"""Fixes on either side whose stamps determine the time of a fix, by a least-squares line. With 301 stamps, errors
+spread evenly over an interval leave 0.02 of it in the time, and 0.02 % in the interval itself."""
 _IRREGULAR, _FEWEST = 0.3, 40
-"""Part of an interval by which a stamp's step departs from it to be irregular, and such steps that are needed. Chosen:
-clocks of receivers err by less than a hundredth."""
+"""Least departure of a stamp's step from the interval, as a part of it, that counts as irregular; and least number of
+such steps. Clocks of receivers err by less than a hundredth."""
 _WITHIN = 0.9
-"""Share of stamps that are off a regular time by less than their usual step. Chosen: a receiver that measures
-regularly is seldom later."""
+"""Least share of the stamps within a usual step of their regular times: few fixes are received later than that."""
 _AROUND = 3
-"""Fixes on either side of a step over which the velocity is taken. Chosen: a turn is slower."""
+"""Fixes on either side of a step over which the velocity is averaged; turns are slower."""
 _CLOSER = 0.5
-"""Ratio of what the regular times leave of the steps' lengths to what the stamps leave, below which they hold. In
-recorded logs it is 0.2 and 0.3 of regular fixes, 1.6 to 19 of 14 others with irregular stamps."""
+"""Regular times are used if their residual of the steps' lengths is less than this part of that of the stamps. The
+ratio is 0.2 and 0.3 in recorded logs of regular fixes, 1.6 to 19 in 14 others with irregular stamps."""
 
 
 def regular_times(time: Floats, north: Floats, east: Floats) -> Floats | None:
-    """(n,) s at which fixes were measured, where their stamps step irregularly and the vessel does not; else None.
+    """(n,) regular times (s) of fixes whose stamps are irregular although the vessel moves evenly; None for others.
 
-    A receiver measures at a regular interval; a logger stamps what it receives, late or to the second. Where a stamp's
-    step is irregular, the displacement in it shows which of the two it is.
+    Receivers measure at a regular interval, but loggers may stamp on reception or to the second. Where the step of the
+    stamps is irregular, the displacement shows whether the time between the measurements was.
 
     Args:
         time: (n,) s, ascends. north, east: (n,) m.
@@ -48,7 +47,7 @@ def regular_times(time: Floats, north: Floats, east: Floats) -> Floats | None:
 
 
 def _regular(time: Floats) -> tuple[Floats, Floats, float]:
-    """(n,) s by lines through the stamps around; (n − 1,) its steps, NaN over gaps; the usual step of the stamps."""
+    """(n,) times (s) by lines through nearby stamps; (n − 1,) their steps, NaN in gaps; usual step of the stamps."""
     n, step = len(time), np.diff(time)
     if not (step > 0.0).any():
         return time, np.zeros_like(step), 0.0

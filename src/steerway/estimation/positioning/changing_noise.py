@@ -1,5 +1,5 @@
-"""Noise that changes: that of process and fixes by the estimated velocity, P2 (19)–(20) and its text, and that of fixes
-from innovations, by variational Bayes.
+"""Noise that changes: of process and fixes with the estimated velocity, P2 (19)–(20) and its text, and of fixes from
+their innovations, by variational Bayes.
 
 S. Särkkä and A. Nummenmaa (2009), Recursive noise adaptive Kalman filtering by variational Bayesian approximations,
 IEEE Transactions on Automatic Control 54(3), algorithm 1: the variance of each direction is inverse-gamma; between
@@ -19,8 +19,8 @@ from steerway.core.kalman import Fix, correct, innovation
 from steerway.estimation.positioning.vessel_filter import waves_in
 
 _ITERATIONS = 5
-"""Iterations of the fixed point in Särkkä and Nummenmaa's algorithm. Chosen: with a fix at four
-deviations the variance is within 0.2 % of the fixed point, with one at 1.5 within 10⁻⁶."""
+"""Iterations of the fixed point in Särkkä and Nummenmaa's algorithm. For a fix at 4σ the variance is then within 0.2 %
+of the fixed point, for a fix at 1.5σ within 10⁻⁶."""
 
 
 @kernel
@@ -73,7 +73,7 @@ class SpeedDependentFixNoise:
         positive("fix_noise.doubling", self.doubling)
 
     def start(self, variances: tuple[float, float]) -> None:
-        """Nothing: the noise at rest is a parameter."""
+        """Do nothing: the noise at rest is a parameter."""
 
     def expected(self, x: Floats) -> tuple[float, float]:
         if len(x) < 5:
@@ -87,7 +87,7 @@ class SpeedDependentFixNoise:
 
 @kernel
 def learn(x: Floats, p: Floats, north: float, east: float, shape: Floats, scale: Floats, fading: float) -> None:
-    """The two inverse-gamma densities (shape (2,), scale (2,)) after a fix, in place; x and P stay as they are."""
+    """Update the two inverse-gamma densities (shape (2,), scale (2,)) by a fix, in place; x and P do not change."""
     n, fix = len(x), Fix(north, east, 0.0, 0.0)
     x_after, p_after, work = np.empty(n), np.empty((n, n)), np.empty((2, n))
     for i in range(2):
@@ -135,6 +135,6 @@ class VariationalNoise:
 
     def _variances(self) -> tuple[float, float]:
         if not len(self._scale):
-            raise InputError("the variances are not known, expected start() before")
+            raise InputError("the variances are not known, expected a call of start() before")
         north, east = (self._scale / self._shape).tolist()
         return north, east

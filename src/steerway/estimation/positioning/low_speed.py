@@ -23,7 +23,7 @@ BODY, WITH_FORCE, WITH_WAVES = 6, 9, 13
 """Numbers of states."""
 
 DAMPING, FORCE_DECAY, WAVE_STIFFNESS, WAVE_DRAG = 9, 18, 19, 20
-"""Places in the model after M⁻¹, row by row: D, row by row, 1/T_b, ω₀² and 2λω₀."""
+"""Indices in the model vector. M⁻¹ comes first, row by row; then D, row by row, 1/T_b, ω₀² and 2λω₀."""
 
 
 def pack(
@@ -97,9 +97,9 @@ def jacobian(x: Floats, model: Floats, out: Floats) -> None:
 
 @kernel
 def advance_mean(x: Floats, force: Floats, model: Floats, dt: float, middle: Floats) -> None:
-    """x ← x after dt by Runge and Kutta's fourth-order method; `middle` receives a state halfway. No angle is wrapped.
+    """x ← x after dt by Runge and Kutta's fourth-order method; `middle` receives that at dt/2. No angle is wrapped.
 
-    The mean goes by f itself; the printed x ← A x + B u (26) with a continuous A is not a step in time.
+    The mean follows f itself; the printed x ← A x + B u (26) with a continuous A is not a step in time.
     """
     n = len(x)
     k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)

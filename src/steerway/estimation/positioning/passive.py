@@ -1,4 +1,4 @@
-"""The passive nonlinear observer with wave filter and force bias: the rival of P2, which does not print it.
+"""The passive nonlinear observer with wave filter and force bias, with which P2 compares its filter.
 
 T. I. Fossen and J. P. Strand (1999), Passive nonlinear observer design for ships using Lyapunov methods, Automatica
 35(1), with the wave filter's gains as in Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.
@@ -7,9 +7,9 @@ T. I. Fossen and J. P. Strand (1999), Passive nonlinear observer design for ship
     ξ̇ = ŵ + K11 ỹ,  ŵ̇ = K12 ỹ − ω₀² ξ − 2λω₀ ŵ,  η̂̇ = R(ψ_y) ν̂ + ω_c ỹ,  b̂̇ = K3 ỹ − b̂/T_b,
     M ν̂̇ = Rᵀ(ψ_y) (K4 ỹ + b̂) + τ − D ν̂,  ỹ = y − η̂ − ŵ,  K11 = −2(1 − λ) ω_c/ω₀,  K12 = 2ω₀ (1 − λ).
 
-It is designed for continuous measurements. With fixes a second apart three interpretations differ: "held" keeps the
-last measurement and compares it with the estimate as that moves on (with a measurement each step it is the continuous
-observer); "held innovation" keeps the innovation; "impulsive" applies at the fix the whole correction of the interval.
+It is designed for continuous measurements. Fixes a second apart can be used in three ways: "held" keeps the last
+measurement and compares it with the estimate of every step (with a measurement each step it is the continuous
+observer); "held innovation" keeps the innovation; "impulsive" applies the whole correction of the interval at the fix.
 """
 
 import math
@@ -72,9 +72,9 @@ class ObserverGains:
         )
 
     def out_of_order(self) -> str:
-        """The violation of 1/T_b ≪ K3/K4 < ω₀ < ω_c, which makes the observer passive; empty where there is none.
+        """What violates 1/T_b ≪ K3/K4 < ω₀ < ω_c, which makes the observer passive; empty if nothing does.
 
-        ≪ is taken for a fifth or less.
+        ≪ means a fifth or less.
         """
         for axis, cutoff, force, velocity in zip(
             ("north", "east", "yaw"), self.cutoff, self.force, self.velocity, strict=True
@@ -98,7 +98,7 @@ class ObserverGains:
 
 
 DEMO_GAINS = ObserverGains((1.04,) * 3, (0.1, 0.1, 0.01), (0.1, 0.1, 0.01), 100.0, 0.8, 0.1)
-"""Those of the public simulator of CyberShip II; they break the ordering, K3/K4 = 1 > ω₀."""
+"""Gains of the public simulator of CyberShip II; they violate the order: K3/K4 = 1 > ω₀."""
 
 
 class Seen(NamedTuple):
@@ -106,7 +106,7 @@ class Seen(NamedTuple):
 
     measured: Floats  # (3,) position and heading
     error: Floats  # (3,) innovation that corrects
-    is_held: bool  # whether it is that of the measurement against the state of now
+    is_held: bool  # whether `error` is computed again from the measurement and the present state
 
 
 @kernel
@@ -168,17 +168,17 @@ def strike(x: Floats, error: Floats, heading: float, gains: Floats, model: Float
 
 
 class PassiveObserver:
-    """The observer as an `Observer` (see `vessel_filter`).
+    """The observer of this module, with the interface `Observer` (see `vessel_filter`).
 
     Args:
         inertia, damping: (3, 3) M and D of the vessel.
-        gains: see `ObserverGains`; a warning says where they break the ordering that makes the observer passive.
+        gains: see `ObserverGains`; a warning names a violation of the order that makes the observer passive.
         correction: "held", "held innovation" or "impulsive", see the module.
         fix_interval, heading_interval: s from fix to fix and from compass reading to reading; None for no compass.
-        check: whether to refuse gains that diverge; without it they run.
+        check: whether to refuse gains with which the observer diverges.
 
-    Raises InputError for another correction, for intervals that are not positive, and when the observer would diverge
-    with these gains and intervals, before it runs.
+    Raises InputError for another correction, for intervals that are not positive, and if the observer would diverge
+    with these gains and intervals.
     """
 
     def __init__(
@@ -204,7 +204,7 @@ class PassiveObserver:
         if disorder:
             warnings.warn(f"observer gains are out of order, {disorder}", UserWarning, stacklevel=2)
         self.spectral_radius = self._growth()
-        """By how much errors grow from fix to fix, heading north: below 1 the observer is stable."""
+        """Factor by which errors grow from fix to fix, heading north: below 1 the observer is stable."""
         if check and self.spectral_radius >= 1.0:
             raise InputError(
                 f"observer.gains diverge with {correction} corrections every {fix_interval:g} s: "
@@ -244,7 +244,7 @@ class PassiveObserver:
         self._take(slice(2, 3), self._heading_interval or self._fix_interval)
 
     def _take(self, axes: slice, interval: float) -> None:
-        """Correct by what has just been measured of these axes, now or until it is measured again."""
+        """Correct by the new measurement of these axes, at once or until the next measurement."""
         error = np.zeros(3)
         error[axes] = (self._measured - self.state[PLACE : PLACE + 3] - self.state[WAVE : WAVE + 3])[axes]
         error[2] = wrap(error[2])

@@ -34,7 +34,7 @@ from steerway.estimation.positioning.low_speed import (
 )
 
 PATIENCE = 5
-"""So many fixes rejected in a row, and the position is taken anew."""
+"""Number of fixes rejected in a row after which the position is reset to the fix."""
 
 
 class VesselMotion(NamedTuple):
@@ -54,7 +54,7 @@ class Observer(Protocol):
         """Begin at rest at a place."""
 
     def predict(self, force: Floats, dt: float) -> None:
-        """dt s on, under the actuators' force (surge N, sway N, yaw N·m)."""
+        """Predict by dt s under the actuators' force (surge N, sway N, yaw N·m)."""
 
     def update(self, north: float, east: float) -> float:
         """Take a fix (m). Returns its NIS, NaN where there is none."""
@@ -149,7 +149,7 @@ def waves_in(x: Floats) -> int:
 
 @kernel
 def innovation_of(x: Floats, p: Floats, fix: Fix) -> tuple[float, float, float]:
-    """Innovation (north, east) and NIS of a fix that is not taken."""
+    """Innovation (north, east) and NIS of a fix, without a correction."""
     seen = innovation(x, p, fix, waves_in(x))
     return seen.north, seen.east, normalised_square(seen)
 
@@ -167,14 +167,14 @@ def take_fix(x: Floats, p: Floats, work: Floats, fix: Fix, gate: float) -> tuple
 
 @kernel
 def take_heading(x: Floats, p: Floats, work: Floats, heading: float, variance: float) -> None:
-    """Correct by a compass reading, unless the gate refuses it; P2 (13) has none."""
+    """Correct by a compass reading unless the gate refuses it; the paper measures no heading, P2 (13)."""
     correct_scalar(x, p, work, HEADING, 0, 0.0, wrap(heading - x[HEADING]), variance)
     x[HEADING] = wrap(x[HEADING])
 
 
 @kernel
 def retake(x: Floats, p: Floats, fix: Fix) -> None:
-    """After unbroken rejections take the position anew and keep the motion."""
+    """Reset the position to a fix after unbroken rejections, and keep the motion."""
     wave = waves_in(x)
     x[0] = fix.north - x[wave] if wave else fix.north
     x[1] = fix.east - x[wave + 1] if wave else fix.east
@@ -182,7 +182,7 @@ def retake(x: Floats, p: Floats, fix: Fix) -> None:
 
 
 class VesselFilter:
-    """The filter as an `Observer`.
+    """The Kalman filter of this module, with the interface `Observer`.
 
     Args:
         inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² and their like per second.
@@ -250,7 +250,7 @@ class VesselFilter:
         return nis
 
     def _noise_of(self, fix_noise: FixNoise, north: float, east: float) -> tuple[float, float]:
-        """An outlier changes the noise no more than a fix at the gate; several in a row change it."""
+        """Variances learned from a fix. An outlier counts as a fix at the gate, so that one alone changes little."""
         x, p = self.state, self.covariance_upper
         nu_n, nu_e, nis = innovation_of(x, p, Fix(north, east, *fix_noise.expected(x)))
         share = 1.0 - math.sqrt(self._gate / nis) if nis > self._gate else 0.0

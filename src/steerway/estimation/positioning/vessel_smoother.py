@@ -1,16 +1,16 @@
 """Fixed-interval smoothing of a record of fixes and forces by a `VesselFilter`.
 
-Rauch, Tung and Striebel, AIAA Journal 3(8), 1965. As in `smoothing`, the backward pass predicts each row again.
+Rauch, Tung and Striebel, AIAA Journal 3(8), 1965. The backward pass predicts each row again.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Bools, Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
 from steerway.core.linear_algebra import fill_lower
@@ -22,11 +22,11 @@ from steerway.estimation.positioning.vessel_filter import VesselFilter
 class VesselRecord(NamedTuple):
     """States (rows, n) and covariances (rows, n, n), filtered and smoothed, and the NIS of every fix (rows,)."""
 
-    filtered: np.ndarray
-    filtered_covariance: np.ndarray
-    smoothed: np.ndarray
-    smoothed_covariance: np.ndarray
-    nis: np.ndarray
+    filtered: Floats
+    filtered_covariance: Floats
+    smoothed: Floats
+    smoothed_covariance: Floats
+    nis: Floats
 
 
 def smooth(
@@ -62,13 +62,7 @@ def smooth(
 
 @kernel
 def _backward(
-    states: Floats,
-    covariances: Floats,
-    forces: Floats,
-    densities: Floats,
-    anew: NDArray[np.bool_],
-    model: Floats,
-    dt: float,
+    states: Floats, covariances: Floats, forces: Floats, densities: Floats, anew: Bools, model: Floats, dt: float
 ) -> None:
     rows, n = states.shape
     work, square, vectors = np.empty((3, n, n)), np.empty((3, n, n)), np.empty((6, n))

@@ -9,11 +9,5 @@ if TYPE_CHECKING:
     from steerway.estimation.speed.fusion import FaultEvent, SurgeFusion
     from steerway.estimation.speed.surge import SurgeFilter, SurgeTuning
 
-__all__ = [
-    "FaultEvent",
-    "FaultVote",
-    "SurgeFilter",
-    "SurgeFusion",
-    "SurgeTuning",
-]
+__all__ = ["FaultEvent", "FaultVote", "SurgeFilter", "SurgeFusion", "SurgeTuning"]
 __getattr__, __dir__ = on_demand(__name__)

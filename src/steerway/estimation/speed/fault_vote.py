@@ -1,44 +1,43 @@
-"""Fault isolation: two instruments measure one quantity, others its changes only; which of the two is faulty?
+"""Fault isolation between two instruments that measure one quantity, by others that measure only its changes.
 
-A conflict is a mean difference, over a short or a long window, that their noise does not explain. The faulty one is the
-one whose offset to the others has changed, by the likelihood of the offsets' changes: over a short lag those to a speed
-integrated from an accelerometer, over a long one those to a third instrument. The third is a model's speed that may be
-wrong, most so while the speed changes: its drift is what both offsets have lately had in common, and a share of what
-the speed has changed by.
+A conflict is a mean difference of the two, over a short or a long window, that their noise does not explain. The faulty
+instrument is the one whose offset to the others has changed, by the likelihood of the changes. Over a short lag the
+offset is that to a speed integrated from an accelerometer, over a long lag that to a third instrument. The third is a
+model's speed that may be wrong, most while the speed changes. The 1σ of its drift is the change that both offsets have
+lately shared, or a part of the change of speed if that is larger.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Floats, Ints
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 
 CONFLICT = 5.2
-"""Standard deviations of a mean difference that call for a vote: one false call in some 10⁶ readings. The normal
-distribution holds 2·10⁻⁷ beyond in both tails; two windows are judged."""
+"""Least mean difference, in its σ, for a vote: about one false vote in 10⁶ readings. The normal distribution has 2·10⁻⁷
+beyond it in both tails; two windows are judged."""
 SHORT, LONG = 2.0, 5.0
-"""s over which differences are averaged: the short one for steps, the long one for drifts. Chosen, as the numbers
-below; `steerway study adaptive-speed` judges them."""
+"""s over which differences are averaged: a short window for steps, a long one for drifts. `steerway study
+adaptive-speed` judges these and the numbers below."""
 LAG = 10.0
 """s between the two windows whose offsets a vote compares."""
 THIRD_DRIFT = 0.01
 """Least 1σ of the third instrument's own drift over LAG, in the instruments' unit (m/s)."""
 MODEL_SHARE = 0.1
-"""1σ of the third's drift over LAG as a part of what the speed has changed by."""
+"""1σ of the third instrument's drift over LAG, as a part of the change of speed."""
 REMEMBERED = 15.0
-"""s in which a larger drift of the third is forgotten to 1/e."""
+"""Time constant (s) with which a larger drift of the third instrument is forgotten."""
 SHORT_LAG, INERTIAL_DRIFT = 3.0, 0.012
 """s between the two windows of the integrated acceleration, and 1σ of its own drift over them (m/s)."""
 SUDDEN = 0.7
-"""Part of a difference that has to be newer than SHORT_LAG for the accelerometer to be used."""
+"""Least part of a difference that is newer than SHORT_LAG, for the accelerometer to be used."""
 SURE = 6.0
-"""Standard deviations by which it has to be: a noisy mean beside a slow ramp is not taken for a step."""
+"""Least size of this part in its σ: a noisy mean beside a slow ramp does not count as a step."""
 CLEAR = 3.0
-"""Logarithm of the likelihood ratio of the two for a decision: odds of 20 to 1."""
+"""Least log likelihood ratio of the two for a decision: odds of 20 to 1."""
 _ROWS = 1024
 """Readings kept of each instrument: enough for LAG and LONG at 68 Hz."""
 
@@ -51,7 +50,7 @@ class _Record(NamedTuple):
 
     time: float  # now
     rows: Floats  # (2, _ROWS, 5): time, reading − estimate, − third, − inertial (NaN: none); reading
-    last: NDArray[np.int64]  # (2,) the latest row of each
+    last: Ints  # (2,) the latest row of each
     stds: tuple[float, float]
 
 
@@ -73,16 +72,16 @@ class FaultVote:
     def take(
         self, which: int, time: float, reading: float, estimate: float, third: float, inertial: float = math.nan
     ) -> None:
-        """A reading of instrument `which` (0 or 1), the estimate of it, the third instrument's reading and the speed
-        integrated from an accelerometer, whose constant is of no account (NaN: none)."""
+        """Take a reading of instrument `which` (0 or 1), with its estimate, the third instrument's reading and the
+        speed integrated from an accelerometer, up to a constant (NaN: none)."""
         if which not in (0, 1):
             raise InputError(f"fault_vote.which is {which}, expected 0 or 1")
         self._last[which] = (self._last[which] + 1) % _ROWS
         self._kept[which, self._last[which]] = (time, reading - estimate, reading - third, reading - inertial, reading)
 
     def judge(self, time: float, explained: float = 0.0) -> tuple[float, float]:
-        """Decide anew. Returns, where an instrument has just been excluded, the other one's mean difference from the
-        estimate and the window (s); else NaN. `explained`: 1σ of what the instruments may differ by besides noise.
+        """Vote again. If an instrument has just been excluded, returns the mean difference of the other one from the
+        estimate (0 within its noise) and the window (s); else NaN. `explained`: 1σ of differences beside noise.
         """
         before = NONE if self.excluded is None else self.excluded
         elapsed = 0.0 if math.isnan(self._judged) else time - self._judged
@@ -113,7 +112,7 @@ def _mean(record: _Record, which: int, window: float, ago: float, column: int) -
 
 @kernel
 def _difference(record: _Record, window: float, explained: float) -> tuple[float, float]:
-    """(mean difference, the part that noise explains) over a window; a window not full explains everything."""
+    """(mean difference, largest one that noise explains) over a window; the latter is ∞ until the window is full."""
     first, n = _mean(record, 0, window, 0.0, _OFFSET)
     second, m = _mean(record, 1, window, 0.0, _OFFSET)
     before = min(_mean(record, 0, 0.2 * window, window, _OFFSET)[1], _mean(record, 1, 0.2 * window, window, _OFFSET)[1])
@@ -126,7 +125,7 @@ def _difference(record: _Record, window: float, explained: float) -> tuple[float
 def _judge(
     record: _Record, excluded: int, since: float, explained: float, drift: float
 ) -> tuple[int, bool, float, float]:
-    """(excluded or NONE, whether an unsettled conflict stands, misled, window)."""
+    """(excluded or NONE, whether a conflict is unsettled, mean difference and window as of `FaultVote.judge`)."""
     if excluded != NONE:
         # Readmitted only when the long mean, made of readings since, is well within what noise explains.
         difference, most = _difference(record, LONG, explained)
@@ -157,14 +156,14 @@ def _change(record: _Record, which: int, window: float, lag: float, column: int)
 
 @kernel
 def _common(record: _Record) -> float:
-    """What the offsets of both to the third have changed by, the lesser of the two; 0 where it is not known."""
+    """The smaller change of the two offsets to the third instrument; 0 if it is unknown."""
     common = min(abs(_change(record, 0, SHORT, LAG, _THIRD)[0]), abs(_change(record, 1, SHORT, LAG, _THIRD)[0]))
     return common if math.isfinite(common) else 0.0
 
 
 @kernel
 def _likelihood(record: _Record, window: float, lag: float, column: int, drift: float) -> float:
-    """Logarithm of the likelihood that 0 is faulty and 1 is not over that of the opposite; 0 where nothing is known."""
+    """Log likelihood ratio of a fault of instrument 0 to a fault of instrument 1; 0 if it is unknown."""
     first, n = _change(record, 0, window, lag, column)
     second, m = _change(record, 1, window, lag, column)
     if not (math.isfinite(first) and math.isfinite(second)):
@@ -175,7 +174,7 @@ def _likelihood(record: _Record, window: float, lag: float, column: int, drift: 
 
 @kernel
 def _wrong(record: _Record, window: float, drift: float) -> int:
-    """The instrument whose offsets to the others have clearly changed more, NONE where that is not clear."""
+    """The instrument whose offsets to the others have clearly changed more; NONE if neither has."""
     faster, _ = _change(record, 0, window, LAG, _READING)
     other, _ = _change(record, 1, window, LAG, _READING)
     drift = max(drift, MODEL_SHARE * min(abs(faster), abs(other)), THIRD_DRIFT)

@@ -1,9 +1,9 @@
 """One speed from GPS, Doppler log and accelerometer, with fault detection.
 
-A reading outside its gate is skipped. Lasting contradictions are resolved so: GPS and log by `FaultVote`, with speed
-from shaft speed as third instrument and the integrated acceleration beside it; the accelerometer is faulty when the
-best of the others has been refused for `UNBROKEN_REJECTION` while those two agree; the current has changed when only
-speeds through the water are refused.
+A reading outside its gate is skipped. Lasting contradictions have three causes. `FaultVote` decides between GPS and
+log, with the speed from shaft speed as third instrument and the integrated acceleration. The accelerometer is faulty if
+the better of GPS and log has been rejected for `UNBROKEN_REJECTION` while the two agree. The current has changed if
+only speeds through the water are rejected.
 """
 
 import math
@@ -37,13 +37,13 @@ class SurgeFusion:
         self.reset()
 
     def reset(self) -> None:
-        """Start anew."""
+        """Start again from nothing."""
         self.filter.reset()
         self.events: list[FaultEvent] = []
         self.nis = (math.nan,) * 4
         self._vote = FaultVote((self.filter.tuning.sog_std, self.filter.tuning.bottom_std))
         self._time = 0.0
-        self._refused = [math.nan] * 4  # since when
+        self._refused = [math.nan] * 4  # time (s) of the first of unbroken rejections
         self._measured_at = [-math.inf] * 4
         self._inertial = 0.0
 
@@ -60,12 +60,12 @@ class SurgeFusion:
         """Speed over ground along the hull (m/s) after dt s of `acceleration` (m/s²) and the measurements at their end.
 
         `sog` of the receiver, `bottom_speed` or `water_speed` of the log, `propeller_speed` computed from shaft speed
-        by an identified model, all m/s along the hull, NaN for none. `reference`: as `propeller_speed`, of a rough
-        model, for the vote alone.
+        by an identified model, all m/s along the hull, NaN for none. `reference`: as `propeller_speed`, by a rough
+        model; it is used in the vote alone.
         """
         self._time += dt
         self.filter.predict(acceleration, dt)
-        # After a pause of the accelerometer its integral begins anew, far from where it was: no change is known.
+        # After a pause of the accelerometer its integral restarts at 0, far from its value before.
         before = 0.0 if math.isnan(self._inertial) else self._inertial
         self._inertial = before + dt * (acceleration - self.filter.acceleration_error)
         measured = [sog, bottom_speed, water_speed, propeller_speed]
@@ -115,7 +115,7 @@ class SurgeFusion:
             measured[self._vote.excluded] = math.nan
 
     def _watch(self) -> None:
-        """Count refusals; after `UNBROKEN_REJECTION` of them reset the accelerometer's errors, or the current."""
+        """Time rejections; after `UNBROKEN_REJECTION` s of them reset the accelerometer's errors, or the current."""
         for which, nis in enumerate(self.nis):
             if math.isnan(nis):
                 continue

@@ -33,11 +33,11 @@ _STATE = STATES
 class SurgeTuning:
     """1σ of everything, in m/s and m/s²; times in s.
 
-    Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` in the
-    run over `bias_time` (a random walk that begins as such a process does), `leak_std` of gravity over `leak_time`;
-    `unmeasured` the density in m/s²/√Hz of accelerations while there is none. `current_std` at the start,
+    Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` of
+    a Gauss–Markov bias over `bias_time` (a random walk with its growth at first), `leak_std` of gravity over
+    `leak_time`; `unmeasured` the density in m/s²/√Hz of accelerations while there is none. `current_std` at the start,
     `current_walk` m/s/√s after; `scale_std` of the log's scale error and `scale_walk` 1/√s after, 0 for a log without
-    one. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. As given: P3 Table III's
+    one. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. Defaults: P3 Table III's
     instruments, with the scale error that data sheets of Doppler logs state.
     """
 
@@ -63,7 +63,7 @@ class SurgeTuning:
             check(f"surge.{each.name}", getattr(self, each.name))
 
     def packed(self) -> Floats:
-        """What the kernels read."""
+        """The numbers as the kernels read them."""
         aids = (self.sog_std, self.bottom_std, self.water_std, self.propeller_std)
         return np.array(
             [
@@ -91,7 +91,7 @@ class SurgeFilter:
         self.reset()
 
     def reset(self) -> None:
-        """Start anew."""
+        """Start again from nothing."""
         t = self.tuning
         self._filter_state = np.zeros((STATES + 3, STATES))  # covariance (upper triangle), state, two rows of workspace
         variances = (DIFFUSE_SPEED_STD**2, t.bias_std**2, t.leak_std**2, t.current_std**2, t.scale_std**2)
@@ -108,7 +108,7 @@ class SurgeFilter:
         water_speed: float = math.nan,
         propeller_speed: float = math.nan,
     ) -> tuple[float, float, float, float]:
-        """Take measured speeds of now (m/s, along the hull, NaN for none). Returns their NIS: above 10.8 refused."""
+        """Take measured speeds of now (m/s, along the hull, NaN for none). Returns their NIS: above 10.8 rejected."""
         return _aid(self._filter_state, sog, bottom_speed, water_speed, propeller_speed, self._model)
 
     def open(self, state: int, variance: float) -> None:
@@ -162,7 +162,7 @@ class SurgeFilter:
 
 @kernel
 def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats) -> None:
-    """x ← F x + [a dt 0 0 0], P ← F P Fᵀ + Q, in place and exact, so that the rate changes nothing."""
+    """x ← F x + [a dt 0 0 0], P ← F P Fᵀ + Q, in place and exact: the rate of calls does not matter."""
     p, x = filter_state[:STATES], filter_state[_STATE]
     leak_left, leak_area, _ = decaying(model[3], dt)
     noise, bias_noise, leak_variance = model[0], model[2], model[4]

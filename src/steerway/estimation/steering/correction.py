@@ -46,7 +46,7 @@ GOOD, MANOEUVRED, REFUSED = range(3)
 
 
 @lean_kernel
-def _correct_scalar(x, p, h, residual, variance, gain):
+def _correct_scalar(x: Floats, p: Floats, h: Floats, residual: float, variance: float, gain: Floats) -> None:
     """Kalman's correction by one number z = h x + noise, in place; gain (21,) is scratch."""
     spread = variance
     for i in range(STATES):
@@ -65,7 +65,7 @@ def _correct_scalar(x, p, h, residual, variance, gain):
 
 
 @lean_kernel
-def _pair_nll(a, b, s_aa, s_ab, s_bb):
+def _pair_nll(a: float, b: float, s_aa: float, s_ab: float, s_bb: float) -> tuple[float, float]:
     """(NIS, −log density) of a residual (a, b)."""
     determinant = max(s_aa * s_bb - s_ab * s_ab, 1e-300)
     nis = (a * a * s_bb - 2.0 * a * b * s_ab + b * b * s_aa) / determinant
@@ -73,7 +73,7 @@ def _pair_nll(a, b, s_aa, s_ab, s_bb):
 
 
 @lean_kernel
-def _pair_covariance(p, hn, he, variance):
+def _pair_covariance(p: Floats, hn: Floats, he: Floats, variance: float) -> tuple[float, float, float]:
     """Covariance (north, both, east) of two numbers with the rows hn and he (21,) of their Jacobian, and noise."""
     s_nn, s_ne, s_ee = variance, 0.0, variance
     for i in range(STATES):
@@ -87,14 +87,14 @@ def _pair_covariance(p, hn, he, variance):
 
 
 @lean_kernel
-def _seen_pair(p, hn, he, a, b, variance):
+def _seen_pair(p: Floats, hn: Floats, he: Floats, a: float, b: float, variance: float) -> tuple[float, float]:
     """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (21,) of their Jacobian."""
     s_nn, s_ne, s_ee = _pair_covariance(p, hn, he, variance)
     return _pair_nll(a, b, s_nn, s_ne, s_ee)
 
 
 @lean_kernel
-def _position_rows(x, pivot, hn, he):
+def _position_rows(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
     """Position north and east that a receiver gives, m, with the rows of their Jacobian."""
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
     hn[NORTH] = hn[ERROR_N] = he[EAST] = he[ERROR_E] = 1.0
@@ -103,7 +103,7 @@ def _position_rows(x, pivot, hn, he):
 
 
 @lean_kernel
-def _velocity_rows(x, pivot, hn, he):
+def _velocity_rows(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
     """Velocity north and east over ground of where the receiver is, m/s; hn and he (21,) become the rows of their
     Jacobian.
     """
@@ -130,7 +130,7 @@ def velocity_of(x: Floats, p: Floats, pivot: float) -> tuple[float, float, float
 
 
 @lean_kernel
-def _log_sum(values, weights):
+def _log_sum(values: Floats, weights: Floats) -> float:
     """log Σ exp(weights − values)."""
     top = -1e300
     for m in range(len(values)):

@@ -9,27 +9,23 @@ from collections import deque
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
-from steerway.estimation.steering.correction import (
-    GOOD,
-    REFUSED,
-    fold,
-    take_number,
-    take_position,
-    take_velocity,
-)
+from steerway.estimation.steering.correction import GOOD, REFUSED, fold, take_number, take_position, take_velocity
 from steerway.estimation.steering.mixture import Mixture, estimate_of, over_ground
-from steerway.estimation.steering.motion import (
-    HEADING,
-    WATER_SPEED,
-    YAW_RATE,
-    moved_by_orders,
-)
+from steerway.estimation.steering.motion import HEADING, WATER_SPEED, YAW_RATE, moved_by_orders
 from steerway.estimation.steering.prediction import predict_bank
 from steerway.estimation.steering.receiver import ReceiverNoise
 from steerway.estimation.steering.response import Response
-from steerway.estimation.steering.start import any_heading, departing, drifting, hypotheses, straight_line
+from steerway.estimation.steering.start import (
+    any_heading,
+    departing,
+    drifting,
+    forget_speed_gain,
+    hypotheses,
+    straight_line,
+)
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
 """s and fixes of the first straight line, and s at most. Chosen: in longer a boat turns."""
@@ -58,6 +54,8 @@ _GATHERED = 1.4
 _UNSTEADY, _SETTLING = 0.25, 5.0
 """1σ of the speed beside its response, as a share, of a vehicle whose own speed loop begins, and s for which it does.
 Chosen: the loop of a motorboat by ArduPilot's Rover begins without thrust, and loses a third of its speed."""
+_DRIVEN_NOISE = 0.12
+"""1σ of the speed beside the one that the throttle makes, as a share of the usual speed. Chosen."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
 """σ of a measured yaw rate (rad/s), and the error of its time (s). Chosen: half of the interval at which
 vehicles send it.
@@ -94,6 +92,8 @@ class SteeringFilter:
         self._parameters = response.packed
         unsteady = max(response.speed_noise, _UNSTEADY if response.over_ground else 0.0)
         self._at_first = response._replace(speed_noise=unsteady).packed
+        self._driven = response._replace(speed_noise=_DRIVEN_NOISE, over_ground=False).packed
+        self._is_by_throttle = False  # the speed of the last order is the one that the throttle makes
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
         self._misfit = 2.0  # NIS in the mean of the last fixes
@@ -114,12 +114,18 @@ class SteeringFilter:
         """Whether the motion is known."""
         return len(self._mixture.states) > 0
 
-    def order(self, time: float, yaw_rate: float, speed: float) -> None:
+    def order(self, time: float, yaw_rate: float, speed: float, driven: float = math.nan) -> None:
         """What is ordered from now on: yaw rate (rad/s) as the boat settles at, speed through the water (m/s).
 
-        NaN where someone else steers, or the speed is not controlled.
+        NaN where someone else steers, or the speed is not controlled. driven: the speed through the water that the
+        throttle makes, m/s, NaN where that is not known. It counts while someone else steers, and at first afterwards.
         """
         _, rate, before = last = self._orders[-1]
+        at_first = math.isnan(rate) or time - self._taken < _SETTLING
+        is_driven = math.isfinite(driven) and (math.isnan(yaw_rate) or at_first)
+        if self._is_by_throttle and not is_driven and self.started:
+            forget_speed_gain(self._mixture.states, self._mixture.covariances, self.response)
+        self._is_by_throttle, speed = is_driven, driven if is_driven else speed
         if _same(rate, yaw_rate) and _same(before, speed):
             return
         if math.isnan(rate) and math.isfinite(yaw_rate):
@@ -133,7 +139,7 @@ class SteeringFilter:
         self._drift_or_depart(time)
 
     @property
-    def _oldest(self):
+    def _oldest(self) -> float:
         """Orders before this time have no further effect."""
         return self._time - 1.0 if self.started else math.inf
 
@@ -153,10 +159,7 @@ class SteeringFilter:
             self._begin(time, START_TIME)
             return GOOD
         interval = max(time - self._time, 0.0)
-        parameters = self._at_first if time - self._taken < _SETTLING else self._parameters
-        predict_bank(
-            self._mixture.states, self._mixture.covariances, self._table, parameters, self.slow_std**2, self._time, time
-        )
+        predict_bank(*self._mixture[:2], self._table, self._parameters_at(time), self.slow_std**2, self._time, time)
         self._time = time
         self._drift_or_depart(time)
         kind, nis = take_position(
@@ -192,7 +195,13 @@ class SteeringFilter:
         self._deviations = None
         return kind
 
-    def _read(self, number, std, what):
+    def _parameters_at(self, time: float) -> Response:
+        """The response until a time after the last fix."""
+        if self._is_by_throttle:
+            return self._driven
+        return self._at_first if time - self._taken < _SETTLING else self._parameters
+
+    def _read(self, number: float, std: float, what: int) -> None:
         """Use a reading of compass or gyro, NaN for none; its variance is learned where it is larger than said."""
         if not math.isfinite(number):
             return
@@ -200,7 +209,7 @@ class SteeringFilter:
         nis = take_number(*self._mixture, number, math.sqrt(larger) * std, what)
         self._larger[what] += _LEARNED * (min(larger * nis, _WORST) - self._larger[what])
 
-    def _way(self, time):
+    def _way(self, time: float) -> float:
         """1σ of the speed through the water (m/s) that is left of the usual one where the motor is known to idle; inf
         where it is not, and before the boat is at rest.
         """
@@ -209,11 +218,11 @@ class SteeringFilter:
         left = math.exp(min((self.idle_since - time) / self.response.speed_time, 0.0))
         return left * self.response.speed if left < _REST else math.inf
 
-    def _is_driven(self, time):
+    def _is_driven(self, time: float) -> bool:
         """Whether the boat has gathered way by its motor."""
         return time - self.driven_since > _GATHERED * self.response.speed_time
 
-    def _drift_or_depart(self, time):
+    def _drift_or_depart(self, time: float) -> None:
         """In a drift there is no speed through the water but what is left; at first that tells hypotheses apart."""
         way, drifted = self._way(time), self._drifts
         self._drifts = self.started and math.isfinite(way)
@@ -224,7 +233,7 @@ class SteeringFilter:
                 take_number(*self._mixture, 0.0, way, WATER_SPEED)
             drifting(self._mixture.states, self._mixture.covariances, way)
 
-    def _forget_heading(self):
+    def _forget_heading(self) -> None:
         """Without an order and at rest in the water nothing tells the heading.
 
         The current does not change: a boat whose velocity over ground does is under way, and the hypotheses begin anew.
@@ -257,16 +266,16 @@ class SteeringFilter:
             self._deviations = self._mixture.heading_std(), self._mixture.current_std()
         return estimate_of(x, p, *self._deviations, age, pivot)
 
-    def _moved(self, best, time):
+    def _moved(self, best: int, time: float) -> Floats:
         """The state at a time, from the state asked for last where that was earlier."""
         before, x = self._ahead
         if not before <= time:
             before, x = self._time, self._mixture.states[best]
-        x = moved_by_orders(x, self._table, self._parameters, before, time)
+        x = moved_by_orders(x, self._table, self._driven if self._is_by_throttle else self._parameters, before, time)
         self._ahead = time, x
         return x
 
-    def _remember(self, time, north, east):
+    def _remember(self, time: float, north: float, east: float) -> None:
         self._noise.add(time, north, east)
         if self.learn:
             self._learn()
@@ -274,7 +283,7 @@ class SteeringFilter:
         while time - self._recent[0][0] > LONGEST_START and len(self._recent) > START_FIXES:
             self._recent.popleft()
 
-    def _begin(self, time, least):
+    def _begin(self, time: float, least: float) -> None:
         """Hypotheses by a straight line through the last fixes; none before they span `least` s.
 
         Anew where fixes do not fit for long: the position has jumped, or all hypotheses have gone astray.
@@ -285,7 +294,8 @@ class SteeringFilter:
             lasted = time - fixes[since, 0]
             if lasted < least:
                 continue
-            line = straight_line(*fixes[since:].T, self.position_std)
+            moments, north, east = fixes[since:].T
+            line = straight_line(moments, north, east, self.position_std)
             if line[3] < _START_STD * self.response.speed:
                 break
         if line is None or (
@@ -300,7 +310,7 @@ class SteeringFilter:
         self._ahead = (math.nan, self._ahead[1])
         self._deviations = None
 
-    def _learn(self):
+    def _learn(self) -> None:
         """The receiver's noise is what its fixes show."""
         if not math.isnan(self._noise.white):
             self.position_std = min(_MOST_STD, max(self._least_std, self._noise.white))
@@ -308,5 +318,5 @@ class SteeringFilter:
             self.slow_std = min(_MOST_STD, max(_LEAST_STD, self._noise.slow))
 
 
-def _same(one, other):
+def _same(one: float, other: float) -> bool:
     return one == other or (math.isnan(one) and math.isnan(other))

@@ -74,12 +74,12 @@ class Mixture(NamedTuple):
         return math.sqrt(0.5 * (nn + ee) + math.hypot(0.5 * (nn - ee), ne))
 
 
-def _alike(one, other, near):
+def _alike(one: Floats, other: Floats, near: float) -> bool:
     current = math.hypot(one[CURRENT_N] - other[CURRENT_N], one[CURRENT_E] - other[CURRENT_E])
     return current < near and abs(wrap(one[HEADING] - other[HEADING])) < 0.05
 
 
-def over_ground(x):
+def over_ground(x: Floats) -> tuple[float, float]:
     """Velocity over ground, north and east."""
     c, s, u = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED]
     return float(x[CURRENT_N] + u * c), float(x[CURRENT_E] + u * s)

@@ -70,7 +70,9 @@ def yaw_bias(x: Floats) -> float:
 
 
 @lean_kernel
-def responding(x, order, response, dt):
+def responding(
+    x: Floats, order: float, response: Response, dt: float
+) -> tuple[float, float, float, float, float, float, float]:
     """What becomes in dt of a unit of the rate, as (rate, angle), and of a unit of order; the order with all that adds
     to it; and what a unit of the relative time constant changes, as (rate, angle).
     """
@@ -123,13 +125,13 @@ def move(x: Floats, order: float, speed: float, response: Response, dt: float) -
 
 
 @lean_kernel
-def along(x):
+def along(x: Floats) -> float:
     """The current along the bow."""
     return x[CURRENT_N] * math.cos(x[HEADING]) + x[CURRENT_E] * math.sin(x[HEADING])
 
 
 @lean_kernel
-def fastest_of(x, response):
+def fastest_of(x: Floats, response: Response) -> float:
     """The speed through the water that an order over ground leads to at the most: the declared top speed, or the
     boat's where that is higher; a vehicle with a speed loop of its own may have power to spare.
     """

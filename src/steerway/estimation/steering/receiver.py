@@ -6,6 +6,7 @@ it of the fixes around a smooth path of `_PATH` s.
 
 import math
 from collections import deque
+from collections.abc import Collection
 
 import numpy as np
 
@@ -33,7 +34,7 @@ it is 0.23 with fixes at 1 Hz, 0.17 at 10 Hz (trace of residual projection times
 class ReceiverNoise:
     """`add` fixes; `white` and `slow` are 1σ of one axis, m, NaN before there are enough."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.white = self.slow = math.nan
         self._fixes: deque[tuple[float, float, float]] = deque()
         self._squares: deque[float] = deque(maxlen=_KEPT)
@@ -54,7 +55,7 @@ class ReceiverNoise:
             self._next_path = time + _EVERY
             self._path()
 
-    def _third_difference(self):
+    def _third_difference(self) -> None:
         (t0, n0, e0), (t1, n1, e1), (t2, n2, e2), (t3, n3, e3) = (self._fixes[k] for k in (-4, -3, -2, -1))
         steps = t1 - t0, t2 - t1, t3 - t2
         if max(steps) > (1.0 + _REGULAR) * min(steps):
@@ -63,7 +64,7 @@ class ReceiverNoise:
         if len(self._squares) >= _LEAST:
             self.white = math.sqrt(_median(self._squares) / _SPREAD)
 
-    def _path(self):
+    def _path(self) -> None:
         time, *axes = np.array(self._fixes).T
         design = np.vander((time - time[-1]) / _PATH, 3)
         left = 0.0
@@ -76,5 +77,5 @@ class ReceiverNoise:
             self.slow = math.sqrt(max(beyond, 0.0) / _LEFT)
 
 
-def _median(values):
+def _median(values: Collection[float]) -> float:
     return sorted(values)[len(values) // 2]

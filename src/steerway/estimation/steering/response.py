@@ -48,4 +48,4 @@ class Response(NamedTuple):
     @property
     def packed(self) -> "Response":
         """As kernels take it: all numbers are floats."""
-        return Response(*map(float, self))
+        return Response._make(map(float, self))

@@ -39,6 +39,9 @@ has half of the distance between two directions for its 1σ."""
 _MOVING, _SLOW = 4.0, 0.15
 """Standard deviations, and share of the usual speed, from which on a velocity may be one through the water.
 Chosen: the deviations are as of `course.steerageway.COURSE_GAINED`."""
+_CHANGES = 0.15
+"""1σ of how far the velocity at the end of the first straight line is another than in its middle, in shares of the
+usual speed, of a vehicle with a speed loop of its own. Chosen: one that gathers way changes it by 0.1 in a second."""
 _REST_STD, _CURRENT_STD = 0.05, 0.1
 """1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
 speed. Chosen: where 0, 0.1 or 0.2 m/s of a drift of 1 m/s was wind, a boat of 2 m/s finds the current to 0.12, 0.12 and
@@ -84,6 +87,7 @@ def hypotheses(
     """
     directions = [math.tau * k / _DIRECTIONS for k in range(_DIRECTIONS)]
     moving = math.hypot(*velocity) > max(_MOVING * velocity_std, _SLOW * response.speed)
+    velocity_std = math.hypot(velocity_std, _CHANGES * response.speed * response.over_ground)
     # At rest in the water: the current is what is seen.
     rests = _STANDS if is_driven else _DRIFTS if moving else 0.0
     found = [((velocity[0], velocity[1]), 0.0, a, rests) for a in directions]
@@ -127,6 +131,15 @@ def departing(covariances: Floats, response: Response) -> None:
     covariances[:, WATER_SPEED, WATER_SPEED] += (_REST_STD * response.speed) ** 2
 
 
+def forget_speed_gain(states: Floats, covariances: Floats, response: Response) -> None:
+    """States (m, 21) and covariances (m, 21, 21), in place: the gain of the speed is as at the start, since that of a
+    throttle is not that of an ordered speed.
+    """
+    states[:, SPEED_GAIN] = 1.0
+    covariances[:, SPEED_GAIN] = covariances[..., SPEED_GAIN] = 0.0
+    covariances[:, SPEED_GAIN, SPEED_GAIN] = response.speed_gain_std**2
+
+
 def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf) -> tuple[Floats, Floats, Floats]:
     """(states, covariances, log weights) as of `hypotheses`, for a state (21,) and covariance (20, 21) at rest.
 
@@ -155,12 +168,12 @@ def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf)
     return states, np.tile(covariance, (_DIRECTIONS, 1, 1)), np.full(_DIRECTIONS, -math.log(_DIRECTIONS))
 
 
-def _at_rest(response, way):
+def _at_rest(response: Response, way: float) -> tuple[float, float]:
     """1σ of the current beside the velocity over ground, and of the speed through the water, m/s."""
     return (0.0, way) if math.isfinite(way) else (_CURRENT_STD * response.speed, _REST_STD * response.speed)
 
 
-def _spread(x, p, place_std, velocity_std, response, way):
+def _spread(x: Floats, p: Floats, place_std: float, velocity_std: float, response: Response, way: float) -> None:
     """Current and motion through the water are uncertain, less so their sum."""
     speed, c, s = x[WATER_SPEED], math.cos(x[HEADING]), math.sin(x[HEADING])
     for k in (NORTH, EAST):

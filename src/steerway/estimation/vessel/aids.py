@@ -1,8 +1,8 @@
 """Aids: scalar measurements beside positions, each declared once in `TABLE`.
 
-An aid measures a state of the filter plus, where the profile gives it a standard deviation, one slowly varying
-companion state (first-order Gauss–Markov): heading = χ − crab angle, speed through water = U − the water's own speed
-along the course, yaw rate = ω_χ + the bias of the gyro.
+An aid measures a state of the filter, plus a slowly varying companion state (first-order Gauss–Markov) if the profile
+gives a standard deviation for it: heading = χ − crab angle, speed through water = U − the current along the course,
+yaw rate = ω_χ + the bias of the gyro.
 """
 
 import math
@@ -21,18 +21,18 @@ _DEG = math.pi / 180.0
 class Aid(NamedTuple):
     """Declaration of an aid.
 
-    `priors` of its numbers, where they are inferred from a log: the noise first, then standard deviation and time
-    constant of the companion. Each has a median, which is a profile's default, and a deviation of the logarithm (0.7: a
-    factor of 2; 1.2: one of 3.3). Chosen for instruments as they are sold.
+    priors: of the numbers that are inferred from a log: the noise, then standard deviation and time constant of the
+    companion. Each is a median, which is also a profile's default, and the σ of the logarithm (0.7: a factor of 2; 1.2:
+    one of 3.3). They are chosen for instruments on the market.
     """
 
-    name: str  # of the column in a record and of the argument
-    state: int  # that it measures
-    noise: str  # key of a profile: standard deviation; of `across_course`, of a velocity across the course (m/s)
-    words: str  # for what is inferred of it: in degrees where it has the sign of degrees
+    name: str  # column of `Fixes`
+    state: int  # of the filter, that the aid measures
+    noise: str  # profile key of its 1σ; with `across_course` that of a velocity across the course (m/s)
+    words: str  # description with inferred numbers, which are shown in degrees if it contains °
     priors: dict[str, tuple[float, float]]
-    companion: tuple[str, str] | None = None  # keys of a profile: standard deviation and time constant
-    sign: float = 0.0  # of the companion
+    companion: tuple[str, str] | None = None  # profile keys of its 1σ and time constant
+    sign: float = 0.0  # of the companion in the measurement
     is_angle: bool = False
     across_course: bool = False
 
@@ -89,21 +89,20 @@ _USUAL = {name: median for aid in TABLE for name, (median, _) in aid.priors.item
 
 
 class AidNoise(BaseModel):
-    """What a profile says of the aids; defaults are the medians of the priors."""
+    """Noise of the aids in a profile; defaults are the medians of the priors."""
 
-    # Receivers that filter less than 0.05 m/s are late, so that a fit does not go below it.
-    sog_std: float = positive_number(_USUAL["sog_std"], unit="m/s", what="1σ of the receiver's SOG", most=20.0)
+    sog_std: float = positive_number(_USUAL["sog_std"], unit="m/s", what="error of the receiver's SOG", most=20.0)
     velocity_std: float = positive_number(
         _USUAL["velocity_std"],
         unit="m/s",
-        what="1σ of the receiver's velocity across the course; divided by SOG, it is that of COG",
+        what="error of the receiver's velocity across the course, which determines the error of its COG",
         most=20.0,
     )
     heading_std: float = positive_number(_USUAL["heading_std"], unit="rad", what="1σ of the compass", most=0.5)
     crab_std: float = positive_number(
         _USUAL["crab_std"], or_zero=True, unit="rad", what="1σ of crab angle plus compass bias", most=math.pi / 2.0
     )
-    crab_time: float = positive_number(_USUAL["crab_time"], unit="s", what="correlation time of crab_std")
+    crab_time: float = positive_number(_USUAL["crab_time"], unit="s", what="correlation time of the crab angle")
     water_speed_std: float = positive_number(
         _USUAL["water_speed_std"], unit="m/s", what="1σ of the speed log", most=20.0
     )
@@ -114,8 +113,8 @@ class AidNoise(BaseModel):
         what="1σ of current along the course plus bias of the speed log",
         most=20.0,
     )
-    stream_time: float = positive_number(_USUAL["stream_time"], unit="s", what="correlation time of stream_std")
-    yaw_rate_std: float = positive_number(_USUAL["yaw_rate_std"], unit="rad/s", what="1σ of the gyro", most=1.0)
+    stream_time: float = positive_number(_USUAL["stream_time"], unit="s", what="correlation time of the current")
+    yaw_rate_std: float = positive_number(_USUAL["yaw_rate_std"], unit="rad/s", what="noise of the gyro", most=1.0)
     gyro_bias_std: float = positive_number(
         _USUAL["gyro_bias_std"], or_zero=True, unit="rad/s", what="1σ of the gyro's bias", most=0.5
     )
@@ -132,7 +131,7 @@ IS_ANGLE = np.array([aid.is_angle for aid in TABLE])
 
 
 def expect_aids(names: tuple[str, ...]) -> None:
-    """Raises InputError for a name that is none of `AIDS`."""
+    """Raises InputError for a name that is not in `AIDS`."""
     unknown = [name for name in names if name not in AIDS]
     if unknown:
         raise InputError(f"aid {unknown[0]!r} is unknown, expected some of {', '.join(AIDS)}")

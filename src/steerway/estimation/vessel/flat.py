@@ -1,7 +1,7 @@
-"""A profile of single numbers as the model of one structure.
+"""The model of a `Profile`, which has one structure.
 
-Its vessel has one mode, in which speed and course rate are driven by white noise, or with `turn_time` three: a course
-long held, one just taken up, and a turn. Acceleration that persists and yaw in waves are shaping filters.
+Its vessel has one mode, in which white noise drives speed and course rate. With `turn_time` it has more: a course held
+for long, a course just taken up, and a turn. Persistent acceleration and yaw in waves are shaping filters.
 """
 
 import math
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from steerway.estimation.vessel.profile import Profile
 
 FOLLOWED_AFTER = 2.0
-"""s for which fixes elsewhere that agree are refused. Chosen: a jump of a second is no step of the receiver."""
+"""s for which fixes that agree on another place are rejected: a jump of one second is not a step of the receiver."""
 _LARGEST_START_RATE = math.radians(20.0)
-"""rad/s of course rate at the start: a small craft in a hard turn; a stationary value may be infinite. Chosen."""
+"""Largest 1σ (rad/s) of the course rate at the start: a small craft in a hard turn."""
 _AGES, _AGES_SMOOTHED = (0.8,), (0.8, 0.3, 0.1)
-"""Mean times, in mean turns, for which a course counts as of each age before it is long held, the youngest last. The
-filter of a course just taken up is uncertain of it; as one mode with that of a course long held it would keep widening
-that. Chosen: about one turn, in which what is left of it dies away. A smoother knows the course from both sides, so
-that more is lost in a mean of ages: with one age as here its courses held are off by 14 % more (2.5 m) and 4 % (0.5 m);
-with ages of turns as well nothing is better. `steerway study estimator-limits` judges them."""
+"""Mean durations, in mean turns, of the modes of a course just taken up, the youngest last. A course just taken up is
+uncertain; in one mode with a course held for long it would keep widening that. The duration is about one turn, in which
+the rest of the turn dies away. A smoother sees a course from both sides, so that one mode for all ages loses more:
+held courses then err by 14 % more at 2.5 m of noise, and by 4 % more at 0.5 m. Ages of turns improve nothing.
+Judged by `steerway study estimator-limits`."""
 _LEAST_SHARE_SMOOTHED = 0.3
-"""In place of `bank.LEAST_SHARE`. Chosen with the ages: with 0.001 courses held are off by 20 % more (2.5 m)
-and 10 % (0.5 m)."""
+"""Replaces `bank.LEAST_SHARE` in a smoother. With 0.001, held courses err by 20 % more at 2.5 m of noise, and by 10 %
+more at 0.5 m."""
 
 
 class WeighedModel(NamedTuple):
-    """A model and how much it counts."""
+    """A model and its weight."""
 
     weight: float
     model: Model
@@ -48,7 +48,7 @@ def model_of_profile(profile: "Profile", aid: tuple[str, ...] = (), smoothed: bo
 
 
 def _modes(profile: "Profile", smoothed: bool) -> tuple[np.ndarray, Floats]:
-    """MODE of the only mode, or of a course long held, of younger ones and of a turn; and the rates of change."""
+    """(m,) MODE of one mode, or of a held course, younger courses and a turn; (m, m) rates of change between them."""
     if profile.turning is None:
         return _mode(profile, 1.0), np.zeros((1, 1))
     ages = _AGES_SMOOTHED if smoothed else _AGES
@@ -67,7 +67,7 @@ def _modes(profile: "Profile", smoothed: bool) -> tuple[np.ndarray, Floats]:
 
 
 def _mode(profile: "Profile", start: float) -> np.ndarray:
-    """(1,) MODE of a profile of one mode."""
+    """(1,) MODE of a profile of one mode; start: the probability of the mode at the start."""
     mode, noise, decay = np.zeros(1, MODE), profile.course_rate_noise, profile.course_rate_decay
     if profile.yawing_period > 0.0:
         noise, decay = _under_waves(profile)
@@ -80,12 +80,12 @@ def _mode(profile: "Profile", start: float) -> np.ndarray:
 
 
 def start_rate_std(noise: float, decay: float) -> float:
-    """Standard deviation of the course rate at the start, rad/s: the stationary one, within limits."""
+    """Standard deviation (rad/s) of the course rate at the start: the stationary one, at most 20 °/s."""
     return min(math.sqrt(0.5 * noise / decay), _LARGEST_START_RATE) if decay > 0.0 else _LARGEST_START_RATE
 
 
 def _under_waves(profile: "Profile") -> tuple[float, float]:
-    """Noise and decay of the rate of the mean course, of a vessel that waves make yaw; see `_yaw`."""
+    """Noise and decay of the mean course's rate, for a vessel that yaws in waves; see `_yaw`."""
     decay, follows = profile.course_rate_decay, 1.0 / profile.yawing_time
     stiffness = (2.0 * math.pi / profile.yawing_period) ** 2
     share = follows * (decay + follows) / (stiffness + decay * follows)
@@ -93,7 +93,7 @@ def _under_waves(profile: "Profile") -> tuple[float, float]:
 
 
 def _motion(profile: "Profile") -> list[Shaping]:
-    """What drives the motion beside the noise of the modes."""
+    """Shaping filters that drive the motion beside the noise of the modes."""
     found = []
     if profile.acceleration_std > 0.0:
         variance = profile.acceleration_std**2
@@ -120,13 +120,13 @@ def _yaw(profile: "Profile") -> Shaping:
 
 
 def _errors(profile: "Profile") -> list[Shaping]:
-    """Slow errors of the receiver."""
+    """Shaping filters of the receiver's slow errors."""
     slow = (profile.error_std, profile.error_time), (profile.drift_std, profile.drift_time)
     return [Shaping(ON_FIX, 1.0 / time, 0.0, std**2) for std, time in slow if std > 0.0]
 
 
 def _companions(profile: "Profile", aid: tuple[str, ...]) -> list[Shaping]:
-    """Slow errors of the aids in use."""
+    """Shaping filters of the companions of the aids in use."""
     found = []
     for each in TABLE:
         if each.companion and each.name in aid:
@@ -137,7 +137,7 @@ def _companions(profile: "Profile", aid: tuple[str, ...]) -> list[Shaping]:
 
 
 def _receiver(profile: "Profile") -> np.ndarray:
-    """(1,) RECEIVER: no poor fixes, and no steps."""
+    """(1,) RECEIVER, without poor fixes and steps."""
     receiver = np.zeros(1, RECEIVER)
     receiver["fix_variance"], receiver["time_variance"] = profile.position_std**2, profile.time_std**2
     receiver["outlier_rate"], receiver["poor_noise"] = profile.outlier_rate, 1.0

@@ -25,19 +25,19 @@ REMOVED = {
     "quick_error": ("quick_std", "quick_time"),
     "slips": ("slip_std",),
 }
-"""Parts of earlier versions, and their numbers: a file that names them is read without them."""
+"""Parts of earlier versions, and their numbers. They are left out when a file that names them is read."""
 WIDEST_INTERVAL = 10.0
-"""Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
+"""Ratio of the ends of a 95 % interval above which a number is not determined, not even its order of magnitude."""
 _NOISES = tuple(0.025 * 2.0 ** (0.5 * k) for k in range(17))
-"""m, white noise of receivers, from real-time kinematics to a receiver under trees, all alike probable. Chosen: √2
-apart. With a factor of two an Otter's SOG errs by up to 1.7 times as much, because a noise that is taken for 0.8 of
-what it is looks like emergencies; with a factor of four by 2.4 times as much."""
+"""White noise (m) of the prior's receivers, equally probable: from RTK to a receiver under trees, in factors of √2.
+With factors of two an Otter's SOG errs up to 1.7 times as much, because a noise set to 0.8 of its value makes fixes
+look like emergencies. With factors of four it errs 2.4 times as much."""
 _SUM = 1e-6
-"""Largest error of the sum of weights written by hand: six digits."""
+"""Largest error of the sum of weights, which may be written by hand with six digits."""
 
 
 class WeighedStructure(BaseModel):
-    """One structure: its parts, weight, numbers by name, and 95 % intervals of those that a log was fitted to."""
+    """One structure: weight, parts, numbers by name, and 95 % intervals of numbers that were fitted to a log."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -74,13 +74,13 @@ class WeighedStructure(BaseModel):
         return self
 
     def is_determined(self, name: str) -> bool:
-        """Whether the log that it was tuned on determines this number; True of one without an interval."""
+        """Whether the log of the tuning determines this number; True for a number without an interval."""
         low, high = self.intervals.get(name, (1.0, 1.0))
         return high <= WIDEST_INTERVAL * low
 
 
 class InferredProfile(ProfileFile):
-    """What was inferred of a vessel and its receiver: structures, each a bank of modes, and how much each counts."""
+    """The structures inferred for a vessel and its receiver, each a bank of modes, with their weights."""
 
     name: str = "inferred"
     steerageway: float = positive_number(STEERAGEWAY)
@@ -88,7 +88,7 @@ class InferredProfile(ProfileFile):
     structures: tuple[WeighedStructure, ...] = Field(min_length=1)
 
     recognises: ClassVar[bool] = True
-    """Whether copies of fixes, extrapolated ones and those of another receiver are looked for in a record."""
+    """Whether a record is searched for copies of fixes, extrapolated ones and those of another receiver."""
 
     @model_validator(mode="after")
     def _shared_out(self) -> Self:
@@ -99,16 +99,16 @@ class InferredProfile(ProfileFile):
 
     @classmethod
     def of(cls, structures: Iterable[Structure], name: str = "inferred") -> Self:
-        """The profile of weighed structures (see `fit.selection`)."""
+        """The profile of weighted structures (see `fit.selection`)."""
         return cls(name=name, structures=tuple(WeighedStructure(**each._asdict()) for each in structures))
 
     @property
     def weighed(self) -> tuple[Structure, ...]:
-        """The structures as the estimators take them."""
+        """The structures as the estimators use them."""
         return tuple(Structure(each.weight, each.parts, each.values, each.quantum) for each in self.structures)
 
     def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[Structure, ...]:
-        """What filters and smoothers work with: structures, each with its weight and its model."""
+        """The structures that filters and smoothers run, each with its weight and its model."""
         return self.weighed
 
     @property
@@ -134,9 +134,9 @@ class InferredProfile(ProfileFile):
 
 @cache
 def prior_profile(aid: tuple[str, ...] = ()) -> InferredProfile:
-    """Vessels and receivers of every declared kind, all alike probable: what is known before the first fix.
+    """The prior before the first fix: vessels and receivers of every declared kind, equally probable.
 
-    aid: measurements beside positions that the structures have a part for, with the noise that is expected of them.
+    aid: measurements beside positions; the structures get a part for each, with prior medians.
     """
     parts = (*PLAIN, *aid)
     names, medians, _ = parameters_of(parts)
@@ -153,12 +153,12 @@ def load_profile(path: str | Path) -> Profile | InferredProfile:
 
 
 def parse_profile(text: str, place: str) -> Profile | InferredProfile:
-    """The profile in a TOML text, of either kind; `place` names it in errors. Raises InputError, for REMOVED too."""
+    """The profile in a TOML text, of either kind; `place` names it in errors. Raises InputError, also for REMOVED."""
     return _of_either_kind(parse_toml(text, place), place)
 
 
 def _of_this_version(table: dict[str, Any], place: str) -> dict[str, Any]:
-    """A profile's table without REMOVED parts, which are named in the log."""
+    """A profile's table without REMOVED parts; a warning names them."""
     structures = _list(table.get("structures"))
     tables = [each for each in structures if isinstance(each, dict)]
     removed = [part for part in REMOVED if any(part in _list(each.get("parts")) for each in tables)]
@@ -186,7 +186,7 @@ def _of_either_kind(table: dict[str, Any], place: str) -> Profile | InferredProf
 
 
 def profile_of(given: Profile | InferredProfile | str | Path | None) -> Profile | InferredProfile:
-    """A profile as it is, of a built-in name or in a .toml file; the prior for None.
+    """The profile given as such, by a built-in name or by a .toml file; the prior for None.
 
     Raises InputError for an unknown name.
     """

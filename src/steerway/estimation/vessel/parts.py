@@ -1,9 +1,9 @@
-"""The declared parts: what a vessel and its receiver may be made of, an entry of `PARTS` each.
+"""The declared parts of structures: what a vessel or its receiver may do. Each is an entry of `PARTS`.
 
-A part has the weak priors of its numbers, the shaping filters by which it enters the model, values from which the
-search for them begins, and words. Numbers are fitted as logarithms, with normal priors. One deviation of 1 is a factor
-of 2.7 either way: about what vessels of one kind differ by; 1.5 and more span dinghies and ships. Chosen for craft from
-2 m to ships and receivers as they are sold. Judged by `steerway study unseen-logs`.
+A part has weak priors for its numbers, the shaping filters that add it to the model, starting values of the search, and
+a description. Numbers are fitted as logarithms, with normal priors. A σ of 1 is a factor of 2.7 either way, about the
+range within one kind of vessel; 1.5 and more span dinghies and ships. The priors are chosen for craft from 2 m to ships
+and for receivers on the market, and judged by `steerway study unseen-logs`.
 """
 
 import math
@@ -18,40 +18,42 @@ Parts = tuple[str, ...]
 Values = dict[str, float]
 """Numbers of a structure by their names; SI."""
 Stage = dict[str, tuple[float, ...]]
-"""Values of some numbers to be tried, all with all."""
+"""Values to try for some numbers, in all combinations."""
 
 _DEG = math.pi / 180.0
 LONGEST_ROLL = 4.0
-"""s; what takes longer of craft under 15 m is their way through waves: one more oscillation athwart, with the period of
-the waves, would be taken for the antenna's. And a yaw that takes less, beside an antenna that rolls, for a course."""
+"""Longest period (s) of an antenna's roll. Slower oscillations of craft under 15 m are motion in waves, which would be
+fitted as roll. Beside an antenna that rolls, wave-induced yaw is slower than this: yaw at the period of the roll was
+fitted as course."""
 _SHORTEST_WAVE = 2.0
-"""s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro."""
+"""Shortest period (s) of waves in a fit: shorter ones are less than 6 m long (g T²/2π) and move no vessel to and
+fro."""
 _WAVE = 3.0
-"""s: a line across of a shorter period is looked for in the antenna first, and yaw begins from longer ones, or where
-there is none from unknown ones. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of log
-evidence below it. Surge begins from all that waves and strokes of oars may have."""
+"""Shortest period (s) of a line across the track from which the fit of yaw starts; without one it starts from
+`UNKNOWN_PERIODS`. Faster lines are tried as roll of the antenna. With all lines, a roll of 2.5 s is fitted as yaw, with
+1,100 less of log evidence. Surge starts from all lines above `_SHORTEST_WAVE`, strokes of oars included."""
 _SHORTEST_STAY = 2.5
-"""Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
-changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
+"""Least mean time between steps of a receiver's error, in shortest periods that fixes resolve: five intervals. Steps
+that are more frequent are noise. In recorded logs with steps it is 9 to 100 intervals."""
 _SEEN = 0.3
-"""Last digits of a written fix that a step has at least: a smaller one hardly shows. Chosen: with any, the
-smoothed SOG of a boat in a record ten digits long is off by a sixth, with a σ far below; with 0.1 that of boats that
-drift by twice as much as without steps."""
+"""Least step of a receiver's error, in last digits of a written fix; a smaller step hardly shows. With no limit,
+smoothed SOG in a record ten digits long errs by a sixth, with a σ far below. With 0.1, SOG of drifting boats errs twice
+as much as without steps."""
 UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
-"""s, where a record does not tell them: about a factor of 1.7 apart."""
+"""Periods (s) to try where a record shows none, about a factor of 1.7 apart."""
 
 
 class Prior(NamedTuple):
-    """Prior of a number: median, deviation of its logarithm, and between what it is sought."""
+    """Prior of a number: median, σ of its logarithm, and bounds of the search."""
 
     median: float
     deviation: float
     least: float = 0.0
     most: float = math.inf
     periods: float = 0.0
-    """Its least value in shortest periods that the fixes resolve."""
+    """Least value of the number, in shortest periods that the fixes resolve."""
     digits: float = 0.0
-    """Its least value in last digits of a written fix."""
+    """Least value of the number, in last digits of a written fix."""
 
 
 class Filter(NamedTuple):
@@ -64,10 +66,10 @@ class Filter(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """What a record tells before any fit."""
+    """Scales of a record before any fit."""
 
     noise: float
-    """m, of a fix by third differences."""
+    """White noise (m) of a fix, by third differences."""
     shortest: float
     """s, the shortest period that the fixes resolve."""
     along: tuple[float, ...]
@@ -75,42 +77,42 @@ class Scales(NamedTuple):
     """s, periods that stand out along and across the track, the strongest first."""
 
     def sizes(self, largest: float) -> tuple[float, ...]:
-        """Sizes of a receiver's error to be tried (m), from its noise to that of a receiver alone."""
+        """Sizes (m) to try for a receiver's slow error, from its white noise to `largest`."""
         return self.noise, math.sqrt(self.noise * largest), largest
 
     def rolls(self) -> tuple[float, ...]:
-        """Periods of an antenna that rolls to be tried (s)."""
+        """Periods (s) to try for an antenna's roll."""
         return tuple(period for period in self.across if period < LONGEST_ROLL) or (2.0, 3.0)
 
 
 class Part(NamedTuple):
-    """What may be in a structure."""
+    """A part that a structure may have."""
 
     priors: dict[str, Prior]
     words: str
     filters: tuple[Filter, ...] = ()
     begin: Callable[[Scales, Values], list[Stage]] | None = None
-    """Where to begin the search, by the scales of a record and the numbers without the part: values of each number, all
-    with all; stage by stage, each from the likeliest before. No stage where a record shows no sign of the part."""
+    """Values from which the search starts, by a record's scales and the numbers fitted without the part. Each stage
+    starts from the likeliest values of the stage before."""
     share: float = 0.5
-    """Share of records that have it, before they are seen."""
+    """Prior probability that a record has the part."""
     only_with: str = ""
-    """Part without which it is not tried."""
+    """Part without which this one is not tried."""
 
     def resolved(self, shortest: float) -> bool:
-        """Whether fixes that resolve periods from `shortest` (s) on resolve this part's, as long as those may be: two
-        prior deviations above their medians."""
+        """Whether fixes that resolve periods above `shortest` (s) resolve this part's, if these are as long as two
+        prior σ above their medians."""
         longest = {name: prior.median * math.exp(2.0 * prior.deviation) for name, prior in self.priors.items()}
         return all(prior.periods * shortest < longest[name] for name, prior in self.priors.items())
 
 
 def _half(values: Values, name: str, *others: float) -> tuple[float, ...]:
-    """A number as it is, half of it where the part takes over what it explained, and others."""
+    """Values to try for a number: as it is, half (a new part may explain the rest), and others."""
     return values[name], 0.5 * values[name], *others
 
 
 def _longer(periods: tuple[float, ...], least: float) -> tuple[float, ...]:
-    """Those of the periods that are longer than `least`, else those that are tried where a record shows none."""
+    """The periods longer than `least` (s); if there is none, the unknown periods longer than `_WAVE`."""
     unknown = tuple(period for period in UNKNOWN_PERIODS if period > _WAVE)
     return tuple(period for period in periods if period > least) or unknown
 
@@ -134,23 +136,23 @@ def _of_aid(aid: Aid) -> Part:
 PARTS = {
     "base": Part(
         {
-            "fix_std": Prior(0.3, 2.0),  # m, white part of a fix
+            "fix_std": Prior(0.3, 2.0),  # m, white noise of a fix
             "poor_rate": Prior(0.003, 1.5),  # share of fixes with much larger noise
-            "late_std": Prior(0.03, 1.2),  # s, of the moment of such a fix
-            "outlier_rate": Prior(0.001, 1.2),  # share of fixes that are off by any distance
-            "speed_walk": Prior(0.004, 1.5),  # m/s per √s, held speed
+            "late_std": Prior(0.03, 1.2),  # s, error of the time of such a fix
+            "outlier_rate": Prior(0.001, 1.2),  # share of fixes that err by any distance
+            "speed_walk": Prior(0.004, 1.5),  # m/s per √s, random walk of the held speed
             "yaw_size": Prior(6.0 * _DEG, 1.5),  # rad/s, change of course rate in a yaw manoeuvre
-            "yaw_time": Prior(2.0, 1.2),  # s, how long it lasts
-            "yaw_every": Prior(100.0, 2.0),  # s between them
-            "yaw_slip": Prior(0.02, 1.5),  # m/s per √s, held speed in a yaw manoeuvre
-            "turn_walk": Prior(0.3 * _DEG, 1.5),  # rad/s per √s, course rate in a steady turn
-            "turn_time": Prior(30.0, 2.0),  # s, how long a steady turn lasts
+            "yaw_time": Prior(2.0, 1.2),  # s, duration of such a manoeuvre
+            "yaw_every": Prior(100.0, 2.0),  # s between yaw manoeuvres
+            "yaw_slip": Prior(0.02, 1.5),  # m/s per √s, random walk of the held speed in a yaw manoeuvre
+            "turn_walk": Prior(0.3 * _DEG, 1.5),  # rad/s per √s, random walk of the course rate in a steady turn
+            "turn_time": Prior(30.0, 2.0),  # s, duration of a steady turn
             "rate_time": Prior(0.8, 1.0),  # s, in which the course rate dies away on a held course
             "surge_size": Prior(1.0, 1.5),  # m/s, change of speed in a speed manoeuvre
-            "surge_time": Prior(4.0, 1.2),  # s
-            "surge_every": Prior(200.0, 1.5),  # s
-            "emergency_every": Prior(1e4, 2.0),  # s
-            "drift_speed": Prior(0.2, 1.0),  # m/s, below which a vessel is pushed about in any direction
+            "surge_time": Prior(4.0, 1.2),  # s, duration of such a manoeuvre
+            "surge_every": Prior(200.0, 1.5),  # s between speed manoeuvres
+            "emergency_every": Prior(1e4, 2.0),  # s between emergencies
+            "drift_speed": Prior(0.2, 1.0),  # m/s, below which noise moves a vessel in any direction
         },
         "fixes with {fix_std:.2g} m of noise",
     ),
@@ -208,7 +210,7 @@ PARTS = {
         only_with="antenna",
     ),
     "clock": Part(
-        {"time_std": Prior(0.03, 1.2)},  # s, of the moment of a fix
+        {"time_std": Prior(0.03, 1.2)},  # s, error of the time of a fix
         "time of a fix within {time_std:.2g} s",
         begin=lambda scales, values: [{"fix_std": _half(values, "fix_std"), "time_std": (0.001, 0.01, 0.1)}],
     ),
@@ -224,7 +226,7 @@ PARTS = {
             }
         ],
     ),
-    "steps": Part(  # s and m, as of the study's developing half
+    "steps": Part(  # s and m; medians of the developing half of `unseen-logs`
         {"step_every": Prior(15.0, 1.0, periods=_SHORTEST_STAY), "step_std": Prior(0.15, 1.3, digits=_SEEN)},
         "steps of {step_std:.2g} m every {step_every:.2g} s",
         begin=lambda scales, values: [
@@ -237,18 +239,18 @@ PARTS = {
     ),
     "obstructions": Part(  # of the sky, by trees, bridges, quays: poor fixes in a row
         {
-            "obstructed_noise": Prior(10.0, 0.7),  # of a poor fix, in the usual one, above 1
-            "obstructed_time": Prior(20.0, 1.2),  # s
+            "obstructed_noise": Prior(10.0, 0.7),  # ratio of a poor fix's noise to the usual, minus 1
+            "obstructed_time": Prior(20.0, 1.2),  # s, duration of an obstruction
         },
         "noise larger by {obstructed_noise:.2g} times the usual for {obstructed_time:.2g} s at a time",
         begin=lambda scales, values: [
             {"poor_rate": (0.01,), "obstructed_noise": (5.0, 20.0), "obstructed_time": (20.0,)}
         ],
-        share=0.02,  # Chosen: few records are made under trees, which those say by hundreds of log evidence
+        share=0.02,  # few records are made under trees, and these gain hundreds of log evidence
     ),
     **{aid.name: _of_aid(aid) for aid in TABLE},
 }
-"""In the order in which they enter a structure, those that move the vessel first."""
+"""The parts in the order in which they enter a structure: parts that move the vessel come first."""
 PLAIN = "base", "wander"
 """Parts of every structure that is inferred."""
 OPTIONAL = tuple(name for name, part in PARTS.items() if part.begin)

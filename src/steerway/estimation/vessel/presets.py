@@ -1,9 +1,9 @@
-"""The numbers of the built-in profiles: each says for which vessel and which receiver."""
+"""Numbers of the built-in profiles, each with the vessel and the receiver that it is for."""
 
 PRESETS = (
     # Otter and Mariner: the process noise of S. Fossen and T. I. Fossen (Sensors 21, 2021, 7910, §6–7) as a
-    # spectral density, S = h Q_d, scaled to R in metres. Of the simulated Otter: the least error of SOG, COG and course
-    # rate of 18 sets on its mission in a current, seeds 11 and 12. The others are rounded fits to recorded logs.
+    # spectral density, S = h Q_d, scaled to R in metres. Simulated Otter: the set of 18 with the least error of SOG,
+    # COG and course rate on its mission in a current, seeds 11 and 12. The others are rounded fits to recorded logs.
     dict(
         name="otter",
         description="the paper's log of an Otter USV, 2 m, up to 2 m/s; not the simulated one",

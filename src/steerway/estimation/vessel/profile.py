@@ -14,9 +14,9 @@ from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
 from steerway.estimation.vessel.presets import PRESETS
 
 SHORTEST_PERIOD = 3.0
-"""s of wave-induced yaw: as long as the longest step. Chosen: a faster one is noise of the course."""
+"""Shortest period (s) of wave-induced yaw: the longest step of a prediction. Faster yaw is noise of the course."""
 _LEAST_DECAY = 1e-3
-"""1/s: below it a course rate lasts longer than any forecast, and the long run is never reached."""
+"""Least decay (1/s) of the course rate in the long run: with less, a course rate outlasts every forecast."""
 _OF_A_MODE = ("speed_noise", "course_rate_noise", "course_rate_decay")
 
 
@@ -30,9 +30,9 @@ class MotionNoise(BaseModel):
     course_rate_noise: float = positive_number(unit="rad²/s³", what="spectral density S_ω of course-rate noise")
     speed_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="speed decay α1", most=10.0)
     course_rate_decay: float = positive_number(0.1, or_zero=True, unit="1/s", what="course-rate decay α2")
-    # Acceleration along the course that persists; 0: none.
-    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="1σ of acceleration")
-    acceleration_time: float = positive_number(5.0, unit="s", what="time constant of acceleration_std")
+    # Persistent acceleration along the course; 0: none.
+    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="persistent acceleration")
+    acceleration_time: float = positive_number(5.0, unit="s", what="time constant of the acceleration")
     # Wave-induced yaw about a mean course; 0: none.
     yawing_period: float = positive_number(0.0, or_zero=True, unit="s", what="period of wave-induced yaw")
     yawing_time: float = positive_number(15.0, unit="s", what="time constant of the mean course")
@@ -47,18 +47,18 @@ class MotionNoise(BaseModel):
 class ReceiverErrors(BaseModel):
     """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors."""
 
-    position_std: float = positive_number(most=1e4, unit="m", what="1σ of the white noise of a fix")
-    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="1σ of a fix's time stamp", most=60.0)
-    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of a slow error")
-    error_time: float = positive_number(60.0, unit="s", what="correlation time of error_std")
-    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of a slower error")
-    drift_time: float = positive_number(600.0, unit="s", what="correlation time of drift_std")
+    position_std: float = positive_number(most=1e4, unit="m", what="white noise of a fix")
+    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="error of the time of a fix", most=60.0)
+    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="slow error of the receiver")
+    error_time: float = positive_number(60.0, unit="s", what="correlation time of the slow error")
+    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="slower error of the receiver")
+    drift_time: float = positive_number(600.0, unit="s", what="correlation time of the slower error")
     # By default the median of its prior for a log of unknown origin.
     outlier_rate: float = positive_number(1e-3, or_zero=True, most=0.5, unit="1", what="share of outliers among fixes")
 
 
 class ProfileFile(BaseModel):
-    """What profiles of either kind have in common: a name, and a TOML file."""
+    """Base of both kinds of profile: a name, and a TOML file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -67,7 +67,7 @@ class ProfileFile(BaseModel):
 
     @classmethod
     def made_of(cls, table: dict[str, Any], place: str) -> Self:
-        """The profile of a table; `place` names it in errors. Raises InputError naming the key that is wrong."""
+        """The profile in a table; `place` names it in errors. Raises InputError naming the key that is wrong."""
         try:
             return cls(**table)
         except ValidationError as error:
@@ -106,11 +106,11 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
         return self
 
     recognises: ClassVar[bool] = False
-    """Whether copies of fixes and the like are looked for in a record: with given numbers each fix counts as it is."""
+    """Whether a record is searched for copies of fixes and the like: with given numbers every fix counts as it is."""
 
     @classmethod
     def named(cls, name: str) -> "Profile":
-        """A built-in profile. Raises InputError with the names there are."""
+        """A built-in profile. Raises InputError, with the built-in names, for another one."""
         if name not in BUILT_IN:
             raise InputError(f"profile {name!r} is unknown, expected one of {', '.join(BUILT_IN)} or a .toml file")
         return BUILT_IN[name]
@@ -146,7 +146,7 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
 
     @property
     def on_average(self) -> Self:
-        """The profile of one mode whose speed and course disperse as far in the long run."""
+        """The profile of one mode with the same asymptotic diffusion of speed and course."""
         turning = self.turning
         if turning is None:
             return self
@@ -162,7 +162,7 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
         return turning.model_copy(update=update)
 
     def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[WeighedModel, ...]:
-        """What filters (or smoothers) work with: one structure, with the states that these aids need."""
+        """The model that filters (or smoothers) run, with the states that these aids need; its weight is 1."""
         return (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)
 
 

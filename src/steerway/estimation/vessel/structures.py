@@ -12,22 +12,23 @@ from steerway.estimation.vessel.aids import TABLE
 from steerway.estimation.vessel.parts import PARTS, Parts, Prior, Values
 
 CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
-"""Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
+"""Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; emergency, any motion the vessel is capable of."""
 MODES = 5
 START_PROBABILITY, START_RATE_STD = (0.55, 0.2, 0.15, 0.09, 0.01), 0.2
-"""Probabilities of the modes at the start, and 1σ of the turn rate, rad/s (two are 23 °/s). Chosen; a fit leaves out
-the first rows (`fit`)."""
+"""Probabilities of the modes at the start, and 1σ of the course rate, rad/s (two σ are 23 °/s). A fit leaves out the
+first rows (`fit.posterior`)."""
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
-"""m/s², rad/s² and s: a planing craft that stops, a small craft that spins. Chosen."""
+"""Size of accelerations in an emergency, m/s² (a planing craft that stops) and rad/s² (a small craft that spins), and
+its mean duration, s."""
 TURN_SHARE = 0.5
-"""Probability that a yaw manoeuvre ends in a steady turn rather than on a held course. Chosen: no preference."""
+"""Probability that a yaw manoeuvre ends in a steady turn rather than on a held course: no preference."""
 STRAIGHT = 2.0
-"""How many times as probable a held course is as any other mode after a steady turn and after an emergency. Chosen:
-with 1 ends of turns are noticed later in scenes with steady turns, with 4 a figure of eight is followed later."""
+"""Probability of a held course after a steady turn or an emergency, relative to that of each other mode. With 1, the
+end of a steady turn is noticed later in scenes; with 4, a figure of eight is followed later."""
 _POOR = 5.0
-"""Noise of a single poor fix, in the usual one, above 1. Chosen; how many fixes are poor is fitted."""
+"""Ratio of a single poor fix's noise to the usual, minus 1. The share of poor fixes is fitted."""
 _MOST_BAD = 0.3
-"""Largest share of outliers, and of poor fixes, that a filter works with. Chosen: at more they are the rule."""
+"""Largest share of outliers, and of poor fixes, in a model. With more they would be the rule."""
 
 
 def priors_of(parts: Parts) -> dict[str, Prior]:
@@ -36,7 +37,7 @@ def priors_of(parts: Parts) -> dict[str, Prior]:
 
 
 def parameters_of(parts: Parts) -> tuple[tuple[str, ...], Floats, Floats]:
-    """Names, prior medians (log) and deviations of a structure's numbers."""
+    """Names, logarithms of the prior medians, and prior σ of the logarithms, of a structure's numbers."""
     table = priors_of(parts)
     return (
         tuple(table),
@@ -46,7 +47,7 @@ def parameters_of(parts: Parts) -> tuple[tuple[str, ...], Floats, Floats]:
 
 
 def log_share(parts: Parts) -> float:
-    """Log of the share of vessels that have these parts, against those that have none."""
+    """Log prior odds that a vessel has these parts against none of them."""
     return sum(math.log(PARTS[part].share / (1.0 - PARTS[part].share)) for part in parts)
 
 
@@ -80,7 +81,7 @@ def _modes_of(v: Values) -> tuple[np.ndarray, Floats]:
 
 
 class Shaping(NamedTuple):
-    """A shaping filter with its numbers (see PROCESS), of a companion with the name of its aid."""
+    """A shaping filter with its numbers (see PROCESS); aid: whose companion it is."""
 
     acts_on: int
     decay: float
@@ -114,7 +115,7 @@ def assembled(
         process = np.array((each.decay, each.frequency, each.variance, each.acts_on, states), PROCESS)
         processes.append(process)
         companions[each.aid] = states
-        states += 2 if has_two_states(process) else 1
+        states += 2 if has_two_states(each.acts_on, each.frequency) else 1
         if each.acts_on in DRIVING:
             driving = states
     aids = np.array([(math.nan, 0)] * len(TABLE), AID)
@@ -158,8 +159,8 @@ SHIP = {
     "emergency_every": 2e4,
 }
 VESSELS: tuple[Values, ...] = (
-    # kinds of vessel to begin from; what is not named is as the prior has it. Chosen: starting points of fits, and the
-    # prior of a filter that learns: a usual vessel, a ship, a small craft that spins, one whose speed changes fast.
+    # Kinds of vessel in the prior of a filter that learns: a usual vessel, a ship, a small craft that spins, one whose
+    # speed changes fast. Numbers that are not named are at their prior medians.
     {},
     SHIP,
     {"yaw_size": 0.5, "yaw_time": 1.5, "rate_time": 0.4, "surge_size": 2.0, "turn_time": 6.0},

@@ -296,11 +296,11 @@ class TurnMonitor:
         self._response.restart()
         self._track.restart()
 
-    def order(self, yaw_rate: float, thrust: float, dt: float) -> None:
-        """See `TrackMonitor`."""
+    def order(self, yaw_rate: float, thrust: float, dt: float, throttle: float = math.nan) -> None:
+        """See `TrackMonitor`. throttle: share of full that the motors have, NaN where it is not reported."""
         self._response.order(yaw_rate, dt)
         self._track.order(yaw_rate, thrust, dt)
-        self.limit.order(yaw_rate, thrust, dt)
+        self.limit.order(yaw_rate, thrust, dt, throttle)
 
     def fix(self, row: InputRow, error: float) -> None:
         """A fix; error: as of `TrackMonitor`."""

@@ -103,8 +103,13 @@ _SHORT, _SHORT_FOR = 0.6, 0.5
 """Share of the expected yaw rate below which a turn falls short, and s for which it has to."""
 _DRIVEN = 0.4
 """Share of full thrust from which on a turn that falls short is remembered: a rudder turns less without thrust."""
+_ENDING = 0.9
+"""Share of the expected yaw rate below which an order ends the turn. Chosen: with 1 a limited order, which the expected
+rate approaches from above, would end it, and the limit would not grow again in a turn."""
 _REGAINED = 0.1
 """1/s at which the limit grows again while the boat turns as expected, as a share."""
+_AT_ONCE = 0.5
+"""The same of a limit that little thrust had lowered in this turn, up to the limit that is remembered. Chosen."""
 
 
 class TurnLimit:
@@ -115,7 +120,7 @@ class TurnLimit:
     def __init__(self, declared: float | None = None):
         self._declared = declared
         self._told = self._able = self._most = UNTOLD if declared is None else declared
-        self._expected = self._ordered = self._short = self._thrust = 0.0
+        self._expected = self._ordered = self._short = self._thrust = self._driven = 0.0
 
     @property
     def rate(self) -> float:
@@ -129,26 +134,32 @@ class TurnLimit:
         if self._declared is None and limit > 0.0:
             self._told = self._able = self._most = max(_LEAST, min(MOST, _SHARE * limit))
 
-    def order(self, yaw_rate: float, thrust: float, dt: float) -> None:
-        """The yaw rate (rad/s) and the share of full thrust ordered over the last dt s; NaN: none."""
+    def order(self, yaw_rate: float, thrust: float, dt: float, throttle: float = math.nan) -> None:
+        """The yaw rate (rad/s) and the share of full thrust ordered over the last dt s; NaN: none.
+
+        throttle: share of full that the vehicle's motors have, NaN where it reports none.
+        """
         share = -math.expm1(-dt / _RESPONSE)
         self._ordered = yaw_rate if math.isfinite(yaw_rate) else 0.0
         self._expected += share * (self._ordered - self._expected)
-        self._thrust += share * ((thrust if math.isfinite(thrust) else 0.0) - self._thrust)
+        thrust = thrust if math.isfinite(thrust) else 0.0
+        self._thrust += share * (thrust - self._thrust)
+        self._driven += share * (min(thrust, throttle) - self._driven)  # the thrust itself where throttle is NaN
 
     def turned(self, yaw_rate: float, dt: float) -> None:
         """A yaw rate was measured (rad/s; NaN: none), dt s after the one before."""
         expected, turned = abs(self._expected), yaw_rate * math.copysign(1.0, self._expected)
         if not math.isfinite(yaw_rate) or expected < max(0.5 * _LEAST, 0.4 * self.rate):
             self._short, self._most = 0.0, self._able
-        elif abs(self._ordered) < expected:  # the turn is ending
+        elif abs(self._ordered) < _ENDING * expected:  # the turn is ending
             self._short = 0.0
         elif turned < _SHORT * expected:
             self._short += min(dt, 0.5)
             if self._short >= _SHORT_FOR:
                 self._most = max(_LEAST, min(self._most, turned))
-                if self._thrust > _DRIVEN:
+                if self._driven > _DRIVEN:
                     self._able = self._most
         else:
             self._short = 0.0
             self._able = min(self._told, self._able * (1.0 + _REGAINED * min(dt, 0.5)))
+            self._most = min(self._able, self._most * (1.0 + _AT_ONCE * min(dt, 0.5)))

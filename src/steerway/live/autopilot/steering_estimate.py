@@ -19,6 +19,10 @@ _TOLD = 3.0
 _DRIVES = 0.1
 """Share of full throttle above which a boat makes way by it. Chosen."""
 
+_SPEED_POWER = 0.75
+"""Power of the throttle with which the speed grows. Chosen: 1 where the throttle is the propeller's speed, 0.5 where it
+is the thrust."""
+
 
 class SteeringEstimate:
     """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
@@ -38,7 +42,7 @@ class SteeringEstimate:
         self.heading = heading
         self._moment = self._fixed = math.nan
         self._idle_since = self._driven_since = math.inf  # when the motors began to idle, and to drive the boat
-        self._throttle_told = -math.inf
+        self._throttle, self._throttle_told = math.nan, -math.inf
         self.ordered = math.nan  # yaw rate
         self.is_broken = False  # the last fix left no number
         self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
@@ -54,9 +58,13 @@ class SteeringEstimate:
         if math.isfinite(row.throttle):
             self._idle_since = min(self._idle_since, row.time) if row.throttle == 0.0 else math.inf
             self._driven_since = min(self._driven_since, row.time) if row.throttle > _DRIVES else math.inf
-            self._throttle_told = row.time
+            self._throttle, self._throttle_told = row.throttle, row.time
         if self.heading is not None:
             self.heading.take(row)
+
+    def throttle(self, time: float) -> float:
+        """The share of full throttle that drives the motors at a time (s); NaN where no link reports it."""
+        return self._throttle if time - self._throttle_told < _TOLD else math.nan
 
     def fix(self, row: InputRow) -> bool | None:
         """Use a fix; whether it fits the steering filter's estimate, None before that has begun."""
@@ -66,7 +74,7 @@ class SteeringEstimate:
         self._stepped = None
         place = displacement(row.latitude, row.longitude, *self._origin)
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
-        is_told = row.time - self._throttle_told < _TOLD
+        is_told = math.isfinite(self.throttle(row.time))
         self.filter.idle_since = self._idle_since if is_told else math.inf
         self.filter.driven_since = self._driven_since if is_told else math.inf
         heading = row.heading if self.heading is None else self.heading.at(row.time)
@@ -103,10 +111,15 @@ class SteeringEstimate:
         relative = row.position_relative_std
         return Estimate(north, east, *motion, math.nan, math.nan, position_relative_std=relative)
 
+    def _driven(self) -> float:
+        """The speed through the water (m/s) that the throttle makes; NaN where that is not reported, and astern."""
+        throttle = self.throttle(self._moment)
+        return self._response.top_speed * throttle**_SPEED_POWER if throttle >= 0.0 else math.nan
+
     def order(self, yaw_rate: float, speed: float) -> None:
         """What is ordered from the last step on; NaN: someone else steers."""
         self.ordered = yaw_rate
         if math.isfinite(self._moment):
-            self.filter.order(self._moment, yaw_rate, speed)
+            self.filter.order(self._moment, yaw_rate, speed, self._driven())
             if self.heading is not None:
                 self.heading.order(yaw_rate, speed, self._moment)

@@ -186,7 +186,7 @@ class Supervisor:
         """The order of a tick, dt s after the one before."""
         self._trouble = self._watch.step(row, dt)
         if self._turns is not None:
-            self._turns.order(self.estimator.ordered, self._thrust, dt)
+            self._turns.order(self.estimator.ordered, self._thrust, dt, self.estimator.throttle(row.time))
             limit_turns(self.pilot, self._turns.limit.rate)
         # A boat that seems to stand still is not driven faster before it is known to.
         limit_thrust(self.pilot, max(self._thrust, 0.0) if self._receiver.doubt else 1.0)

@@ -101,6 +101,7 @@ class InnerLoops:
     """PI with feedforward on the yaw rate, PI on the speed.
 
     Both poles of the yaw-rate loop lie at 2/T of the boat's Nomoto model. Without a speed loop the thrust is 0.
+    `throttle` is the thrust as a share of full, 1 without a speed loop: that engine is not commanded.
     """
 
     def __init__(self, boat: Boat):
@@ -109,7 +110,7 @@ class InnerLoops:
         self._proportional = 3.0 / boat.nomoto_gain
         self._integral_gain = 4.0 / (boat.nomoto_gain * boat.nomoto_time)
         self._speed = None if boat.speed is None else SpeedPI(replace(boat.speed, bandwidth=1.0, acceleration=0.5))
-        self._integral = 0.0
+        self._integral = self.throttle = 0.0
 
     def step(self, yaw_rate: float, speed: float, motion: GroundMotion, dt: float) -> tuple[float, ...]:
         """Commands for a yaw rate (rad/s) and a speed over ground along the hull (m/s)."""
@@ -121,11 +122,12 @@ class InnerLoops:
             self._integral += self._integral_gain * error * dt
         if self._speed is not None:
             self._speed.limited_to(given_force)
+        self.throttle = 1.0 if self._speed is None else abs(given_force) / self._speed.gains.limit
         return tuple(command)
 
     def rest(self) -> tuple[float, ...]:
         """Commands that do nothing; the integrals are reset."""
-        self._integral = 0.0
+        self._integral = self.throttle = 0.0
         if self._speed is not None:
             self._speed.restart()
         return tuple(self._propulsion.step(0.0, 0.0)[:-2])

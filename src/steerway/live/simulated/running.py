@@ -181,7 +181,8 @@ class RunningBoat:
             self._send(seen)
         if self.rover is not None and self.link is not None:
             self.rover.heading = self.boat.heading
-            self.rover.throttle = self._throttle(self.rover)
+            is_driven = self.propellers is not None and self.propellers.obeyed  # past the vehicle
+            self.rover.throttle = 1.0 if is_driven else self._loops.throttle
             self.link.send(self.rover.due(self.boat.time, self.boat.motion, self.boat.position()))
 
     def _command(self, now: float) -> tuple[float, ...]:
@@ -197,12 +198,6 @@ class RunningBoat:
         if target is None:
             return self._loops.rest()
         return self._loops.step(target.yaw_rate, target.speed, self.boat.motion, self.boat.step_length)
-
-    def _throttle(self, rover: Rover) -> float:
-        """Share of full, as far as the speed needs it; full where propellers are commanded past the vehicle."""
-        if self.propellers is not None and self.propellers.obeyed:
-            return 1.0
-        return 0.0 if self._target is None else min(1.0, abs(self._target.speed) / rover.cruise)
 
     def _send(self, seen: ReceiverFix) -> None:
         when, place = self.unix + seen.epoch, (seen.latitude, seen.longitude)

@@ -1,9 +1,8 @@
 """Interval arithmetic with guaranteed outward rounding, on pairs (low, high) of floats.
 
 Every operation rounds to nearest and then widens by 2.3e-16 |x| + 1e-300: half a unit in the last place is at most
-1.11e-16 |x| (2⁻⁵³), the subtraction that widens errs by as much again, and 1e-300 covers what underflows. No
-rounding mode is switched, so nothing else in the process is touched. NaN and infinite bounds mean that nothing is
-known.
+1.11e-16 |x| (2⁻⁵³), the subtraction that widens errs by as much again, and 1e-300 covers what underflows. No rounding
+mode is switched, so nothing else in the process is touched. NaN and infinite bounds mean that nothing is known.
 
 The operations are those of Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), chapter 2.
 """
@@ -40,7 +39,7 @@ TINY = 1e-300
 
 @kernel
 def outward(low: float, high: float) -> Pair:
-    """An interval that holds whatever was rounded to these two."""
+    """An interval that contains all numbers between bounds that were rounded to these two."""
     return low - (GIVE * abs(low) + TINY), high + (GIVE * abs(high) + TINY)
 
 
@@ -72,7 +71,7 @@ def scale(factor: float, a: Pair) -> Pair:
 
 @kernel
 def square(a: Pair) -> Pair:
-    """Tighter than multiply(a, a) where a holds 0."""
+    """a²; tighter than multiply(a, a) if a contains 0."""
     w, x = a[0] * a[0], a[1] * a[1]
     low = 0.0 if a[0] <= 0.0 <= a[1] else min(w, x)
     low, high = outward(low, max(w, x))
@@ -81,7 +80,7 @@ def square(a: Pair) -> Pair:
 
 @kernel
 def reciprocal(a: Pair) -> Pair:
-    """1/a; everything where a holds 0."""
+    """1/a; (−∞, ∞) if a contains 0."""
     if a[0] <= 0.0 <= a[1]:
         return -math.inf, math.inf
     return outward(1.0 / a[1], 1.0 / a[0])
@@ -89,7 +88,7 @@ def reciprocal(a: Pair) -> Pair:
 
 @kernel
 def divide(a: Pair, b: Pair) -> Pair:
-    """a/b; everything where b holds 0."""
+    """a/b; (−∞, ∞) if b contains 0."""
     if b[0] <= 0.0 <= b[1]:
         return -math.inf, math.inf
     w, x, y, z = a[0] / b[0], a[0] / b[1], a[1] / b[0], a[1] / b[1]
@@ -98,14 +97,14 @@ def divide(a: Pair, b: Pair) -> Pair:
 
 @kernel
 def root(a: Pair) -> Pair:
-    """√a of the part of a that is not negative."""
+    """√a for the part of a that is not negative."""
     low, high = outward(math.sqrt(max(a[0], 0.0)), math.sqrt(max(a[1], 0.0)))
     return max(low, 0.0), high
 
 
 @kernel
 def intersect(a: Pair, b: Pair) -> Pair:
-    """What two enclosures of one number have in common. An empty one stays empty (low > high)."""
+    """The intersection of two enclosures of one number. An empty one stays empty (low > high)."""
     return max(a[0], b[0]), min(a[1], b[1])
 
 
@@ -129,7 +128,7 @@ def at(m: Floats, i: int, j: int) -> Pair:
 
 @kernel
 def put(m: Floats, i: int, j: int, a: Pair) -> None:
-    """Write entry of an interval matrix (n, m, 2)."""
+    """Write an entry of an interval matrix (n, m, 2)."""
     m[i, j, 0], m[i, j, 1] = a[0], a[1]
 
 
@@ -141,7 +140,7 @@ def entry(x: Floats, i: int) -> Pair:
 
 @kernel
 def put_entry(x: Floats, i: int, a: Pair) -> None:
-    """Write entry of an interval vector (n, 2)."""
+    """Write an entry of an interval vector (n, 2)."""
     x[i, 0], x[i, 1] = a[0], a[1]
 
 

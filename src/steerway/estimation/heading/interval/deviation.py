@@ -1,11 +1,11 @@
 """Bounds of the heading over all compasses whose deviation is within a limit, however it depends on the heading.
 
 The interval filter of P4 (11)–(15) with a box of deviations δ in ± D instead of coefficients, for a compass without
-memory that reads ψ + δ + υ. Its gain (13) and covariance (12), (15) do not depend on δ: they are numbers, and the
-bounds stay some 2 D apart, where those over coefficients diverge.
+memory that reads ψ + δ + υ. Its gain (13) and covariance (12), (15) do not depend on δ and are plain numbers. The
+bounds stay some 2 D apart, whereas bounds over coefficients diverge.
 
-Of the heading's two parts ψ = h1 + h2, P4 (2), intervals are kept of ψ and of q = h2 − ρ ψ, with ρ the regression of h2
-on ψ: a reading corrects h2 by ρ times as much as ψ, so that q stands and ψ contracts.
+The heading has two parts, ψ = h1 + h2, P4 (2). The filter keeps intervals of ψ and of q = h2 − ρ ψ, with ρ the
+regression of h2 on ψ. A reading corrects h2 by ρ times as much as ψ, so that q does not change and ψ contracts.
 """
 
 import math
@@ -43,11 +43,11 @@ class _Part(NamedTuple):
 
 
 class DeviationBounds:
-    """`low` and `high` (rad) hold what the Kalman filter of the heading estimates with any deviation in the box.
+    """Bounds `low` and `high` (rad) of the Kalman filter's heading over all deviations in the box.
 
-    yaw: the boat. deviation: D; reading_std: of one reading's noise; start_std: of the first heading, 0; rad.
-    vehicle_std: process noise of each of the boat's states, rad/√s. Readings count modulo a turn. Raises InputError for
-    numbers below 0, and a reading's of 0.
+    yaw: the boat. deviation: D; reading_std: 1σ of a reading's noise; start_std: 1σ of the first heading, 0; all rad.
+    vehicle_std: process noise of each of the boat's states, rad/√s. Readings are modulo a turn. Raises InputError for
+    numbers below 0, and for a reading_std of 0.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class DeviationBounds:
 
     @property
     def heading_std(self) -> float:
-        """1σ of the noise and of a deviation that is anywhere in the box, rad."""
+        """1σ (rad) of the heading, for the noise and a deviation anywhere in the box."""
         return math.sqrt(math.radians(math.sqrt(self._covariance[0, 0])) ** 2 + (self.high - self.low) ** 2 / 12.0)
 
     def step(
@@ -93,7 +93,7 @@ class DeviationBounds:
         return self.low, self.high
 
     def turned(self, std: float) -> None:
-        """The boat has turned by more or less than its model says, 1σ in rad."""
+        """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
         self._covariance[0, 0] += math.degrees(std) ** 2
 
     def yaw_rate(self, difference: float) -> float:
@@ -107,7 +107,7 @@ class DeviationBounds:
 
 @kernel
 def _advance(y: Floats, p: Floats, part: _Part, difference: float, readings: Floats) -> None:
-    """Readings, then the boat's step."""
+    """Take the readings, then a step of the boat."""
     motion, noise = part.motion, part.noise
     for k in range(readings.shape[1]):
         if readings[1, k] > 0.0:
@@ -116,7 +116,7 @@ def _advance(y: Floats, p: Floats, part: _Part, difference: float, readings: Flo
     pole, faster = point(motion[0]), subtract(point(motion[1]), point(motion[0]))
     shared = multiply(faster, rho)
     first, second = scale(difference, point(motion[2])), scale(difference, point(motion[3]))
-    # ψ = p1 ψ + (p2 − p1) h2 and h2 = p2 h2, with h2 = q + ρ ψ, each number once.
+    # ψ = p1 ψ + (p2 − p1) h2 and h2 = p2 h2, with h2 = q + ρ ψ, using each number once.
     by_psi, by_q = multiply(rho, subtract(faster, shared)), subtract(add(pole, faster), shared)
     pushed = add(first, second)
     put_entry(y, PSI, add(add(multiply(add(pole, shared), psi), multiply(faster, q)), pushed))
@@ -130,7 +130,7 @@ def _advance(y: Floats, p: Floats, part: _Part, difference: float, readings: Flo
 
 @kernel
 def _correct(y: Floats, p: Floats, reading: float, variance: float, deviation: float) -> None:
-    """P4 (13)–(15): ψ ← (1 − K) ψ + K (z − δ); q stands."""
+    """P4 (13)–(15): ψ ← (1 − K) ψ + K (z − δ); h2 − ρ ψ does not change."""
     rho = p[0, 1] / p[0, 0]
     psi = entry(y, PSI)
     put_entry(y, Q, add(entry(y, Q), multiply(subtract(point(y[RHO, 0]), point(rho)), psi)))

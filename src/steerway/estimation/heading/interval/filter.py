@@ -1,6 +1,6 @@
-"""IntervalFilter: bounds that hold the estimate of every Kalman filter whose compass lies in a box.
+"""IntervalFilter: bounds of the estimates of all Kalman filters whose compass lies in a box.
 
-They bound estimates, not the heading: the true heading lies where the filter with the true compass has a small error.
+They bound estimates, not the heading: the true heading is off by the error of the filter with the true compass.
 """
 
 import math
@@ -18,7 +18,7 @@ from steerway.estimation.heading.models import STATE_VARIANCE
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
 WIDEST = 1e6
-"""Degrees: bounds further apart count as diverged. Chosen: 2,800 turns, far beyond any that still say something."""
+"""Bounds that are farther apart (deg) have diverged: 2,800 turns."""
 
 
 def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Floats:
@@ -34,7 +34,7 @@ def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Float
 
 
 def sub_boxes(box: Floats, parts: int) -> Floats:
-    """(parts², 14, 2): the box cut along a1 and a2, which the bounds depend on most; together they are the box."""
+    """(parts², 14, 2) sub-boxes: the box cut along a1 and a2, on which the bounds depend most."""
     cuts = [np.linspace(box[i, 0], box[i, 1], parts + 1) for i in (AT.a1, AT.a2)]
     boxes = np.repeat(box[None], parts * parts, axis=0)
     for n in range(parts * parts):
@@ -49,7 +49,7 @@ class IntervalFilter:
     Args:
         box: (14, 2) from `box_of`.
         parts: cut a1 and a2 into so many parts each; the bounds are the hull over all sub-boxes.
-        vehicle_variance: of each vehicle state at first.
+        vehicle_variance: of each vehicle state at the start.
 
     `low`, `high` bound the heading at the end of the last step. After `diverged` they are NaN, never clipped. Raises
     InputError for parts below 1 and a box of another shape or whose vehicle is not exact.
@@ -71,7 +71,7 @@ class IntervalFilter:
 
     @property
     def width(self) -> float:
-        """rad; NaN once diverged."""
+        """Distance of the bounds, rad; NaN once diverged."""
         return self.high - self.low
 
     def step(
@@ -97,12 +97,12 @@ def _checked_box(box: ArrayLike) -> Floats:
         raise InputError(f"interval.box has shape {array.shape}, expected ({PARAMETERS}, 2) bounds, low and high")
     exact = array[AT.pole : AT.input + 2]
     if not (exact[:, 0] == exact[:, 1]).all():
-        raise InputError("interval.box bounds the vehicle's poles and inputs, expected exact ones as of box_of")
+        raise InputError("interval.box bounds the vehicle's poles and inputs, expected exact numbers as of box_of")
     return array
 
 
 def _stepped_box(box: Floats, step: float) -> Floats:
-    """`composite.stepped` of a box, whose vehicle is exact: the same numbers as those of the filters in it."""
+    """`composite.stepped` for a box, whose vehicle is exact: the same numbers as in the filters of the box."""
     return np.stack([stepped(box[:, 0], step), stepped(box[:, 1], step)], axis=1)
 
 
@@ -116,8 +116,8 @@ def start(covariances: Floats, boxes: Floats, frames: Floats, vehicle_variance: 
 def advance(
     states: Floats, covariances: Floats, boxes: Floats, frames: Floats, difference: float, readings: Floats
 ) -> tuple[float, float]:
-    """A step of every sub-box by a table of readings (2, ticks); (low, high) of the heading in degrees, NaN once one of
-    them has lost its bounds."""
+    """Step every sub-box by a table of readings (2, ticks). Returns (low, high) of the heading in degrees, NaN once a
+    sub-box has lost its bounds."""
     low, high = math.inf, -math.inf
     for n in range(len(boxes)):
         x, p, box = states[n], covariances[n], boxes[n]
@@ -133,7 +133,7 @@ def advance(
 
 @kernel
 def holds(x: Floats, p: Floats) -> bool:
-    """Whether every bound is a number: quotients by intervals that hold 0 are not."""
+    """Whether every bound is finite: quotients by intervals that contain 0 are not."""
     for i in range(4):
         if not sound((x[i, 0], x[i, 1])) or not sound((p[i, i, 0], p[i, i, 1])):
             return False

@@ -1,8 +1,8 @@
-"""The interval Kalman filter, sharpened: sums arranged so that a number occurs once where that is possible, several
-arrangements intersected where it is not (P4 §3.2), in coordinates in which a reading contracts the bounds.
+"""The sharpened interval Kalman filter, P4 §3.2. A number occurs once in a sum; if it cannot, the results of several
+arrangements are intersected. The coordinates are such that a reading contracts the bounds.
 
-The compass follows the heading, and a filter corrects the heading by the compass. Intervals hold no correlation of the
-two: the correction counts as one more uncertainty, and the bounds grow. So the states here are
+The compass follows the heading, and a filter corrects the heading by the compass. Intervals carry no correlation of the
+two. In plain coordinates the correction is therefore one more uncertainty, and the bounds grow. The states here are
     y = [h1, h2, e1, e2],  h = o v (so that ψ = h1 + h2),  c = γ ψ + R e
 with plain numbers γ and R: the corrected compass's response to a constant ψ, and the eigenvectors of its own dynamics,
 in the middle of the box. It is an exact change of variables, after which the correction of ψ contracts and e1, e2 are
@@ -44,13 +44,12 @@ H1, H2, FIRST, SECOND = range(4)
 GAMMA_1, GAMMA_2, SLOW, FAST = range(4)
 """Coordinates: c1 = γ1 ψ + r e1 + q e2 and c2 = γ2 ψ + e1 + e2, with r and q at SLOW and FAST."""
 SETTLING = 400
-"""Ticks after which the compass's own covariance stands still: with the TCM2's numbers it changes by 1·10⁻⁸ of itself
-from tick 300 to tick 400 (`coordinates` with this number changed)."""
+"""Ticks after which the compass's covariance is steady: the TCM2's changes by a part in 10⁸ from tick 300 to 400."""
 
 
 @kernel
 def coordinates(box: Floats) -> Floats:
-    """(4,) coordinates for a box, from its middle's Kalman filter. Any numbers are sound; these keep bounds close."""
+    """(4,) coordinates for a box, by the Kalman filter of its middle. Any give valid bounds; these keep them close."""
     a1, a2, shift, b, k = box[AT.a1].mean(), box[AT.a2].mean(), box[AT.shift].mean(), box[AT.b].mean(), box[AT.k].mean()
     noise, extra = box[AT.compass_noise].mean(), box[AT.reading_noise].mean() / k**2
     p_11, p_12, p_22 = noise, 0.0, noise
@@ -92,7 +91,7 @@ def start(p: Floats, box: Floats, frame: Floats, vehicle_variance: float, compas
 
 @kernel
 def add_vehicle_noise(p: Floats, box: Floats, frame: Floats, variance: Pair) -> None:
-    """What a variance of v1 and v2 adds in these coordinates."""
+    """Add a variance of v1 and v2 in these coordinates."""
     for i in (H1, H2):
         own = multiply(variance, square(entry(box, AT.output + i)))
         put(p, i, i, add(at(p, i, i), own))
@@ -101,7 +100,7 @@ def add_vehicle_noise(p: Floats, box: Floats, frame: Floats, variance: Pair) -> 
 
 @kernel
 def add_turn(p: Floats, i: int, turned: Pair, frame: Floats) -> None:
-    """cov(h_i, ψ) grew by so much while c stood still: cov(h_i, d) falls by γ times that."""
+    """Reduce cov(h_i, d) by γ times the growth `turned` of cov(h_i, ψ), while c does not change."""
     slow, fast = to_eigen(scale(frame[GAMMA_1], turned), scale(frame[GAMMA_2], turned), frame)
     put_both(p, i, FIRST, subtract(at(p, i, FIRST), slow))
     put_both(p, i, SECOND, subtract(at(p, i, SECOND), fast))
@@ -121,7 +120,7 @@ def three(a: Pair, x: Pair, b: Pair, y: Pair, c: Pair, z: Pair) -> Pair:
 
 @kernel
 def within(covariance: Pair, p: Floats, i: int, j: int) -> Pair:
-    """A covariance of two states whose variances are known: |P_ij| ≤ √(P_ii P_jj)."""
+    """A covariance within the limits that the variances of its states set: |P_ij| ≤ √(P_ii P_jj)."""
     most = root(multiply((0.0, max(p[i, i, 1], 0.0)), (0.0, max(p[j, j, 1], 0.0))))[1]
     return intersect(covariance, (-most, most))
 
@@ -155,7 +154,7 @@ def with_second(p: Floats, i: int, frame: Floats) -> Pair:
 def tick(y: Floats, p: Floats, box: Floats, frame: Floats, reading_deg: float, number: float) -> None:
     """One tick, with the mean of `number` readings, 0 for none.
 
-    Prediction and correction are one, so that a number that both of them use is taken once.
+    Prediction and correction are one step, so that a number in both of them is used once.
 
     With c1⁻ = b ψ + a1 c1 + a2 c2, α = cov(·, c1⁻), D = var(c1⁻) + R/k² and, for d = R e, shares σ = cov(d, c1⁻)/D:
         h ← h + α/D (z/k − c1⁻)
@@ -186,14 +185,14 @@ def tick(y: Floats, p: Floats, box: Floats, frame: Floats, reading_deg: float, n
 
 @kernel
 def mean_noise(box: Floats, number: float) -> Pair:
-    """Variance of the mean of so many readings."""
+    """Variance of the mean of `number` readings."""
     noise = entry(box, AT.reading_noise)
     return noise if number == 1.0 else divide(noise, point(number))
 
 
 @kernel
 def moves_of(first: Pair, second: Pair, by_slow: Pair, by_fast: Pair, g: Pair, shift: Pair, frame: Floats) -> Moves:
-    """(slow, fast) parts of e after a tick that e1, e2, ψ and z/k each give a unit of; `first` is 1 − σ1, `second` σ2
+    """(slow, fast) parts of e after a tick for a unit of e1, of e2, of ψ and of z/k; `first` is 1 − σ1 and `second` σ2
     of `tick`."""
     return (
         to_eigen(multiply(first, by_slow), subtract(scale(frame[SLOW], shift), multiply(second, by_slow)), frame),
@@ -209,7 +208,7 @@ def moves_of(first: Pair, second: Pair, by_slow: Pair, by_fast: Pair, g: Pair, s
 
 @kernel
 def follow(y: Floats, p: Floats, by_slow: Pair, by_fast: Pair, g: Pair, shift: Pair, frame: Floats) -> None:
-    """A tick without a reading: h stands, e and its covariance with h go by the model; var(c) is predicted already."""
+    """A tick without a reading: h is held, e and its covariance with h follow the model; var(c) is predicted before."""
     moves = moves_of(point(1.0), point(0.0), by_slow, by_fast, g, shift, frame)
     slow, fast, psi = entry(y, FIRST), entry(y, SECOND), heading(y)
     for i in (0, 1):
@@ -268,7 +267,7 @@ def correct_state(
 
 @kernel
 def pulled(x: Pair, gain: Pair, factor: Pair, rest: Pair) -> Pair:
-    """x + gain (rest − factor x), x taken once or as it stands."""
+    """x + gain (rest − factor x): the intersection with x used once and with x used twice."""
     once = add(multiply(subtract(point(1.0), multiply(factor, gain)), x), multiply(gain, rest))
     return intersect(once, add(x, multiply(gain, subtract(rest, multiply(factor, x)))))
 

@@ -19,18 +19,18 @@ from steerway.core.errors import InputError
 from steerway.estimation.heading.model_bank import ModelBank, corners
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
-"""Time constants of the means, s. Chosen; the networks shipped are trained on them."""
+"""Time constants of the means, s; the networks shipped are trained on them."""
 WEIGHTS = {"weight": "weight.npz", "innovations": "weight_innovations.npz", "correction": "correction.npz"}
 """Networks shipped: of the weight; of the weight from innovations alone; of a correction of the nominal heading."""
 
 
 def weighted(low: float, high: float, weight: float) -> float:
-    """P4 (19)."""
+    """The heading at `weight` (0 to 1) between two bounds, P4 (19)."""
     return low + weight * (high - low)
 
 
 def ideal_weight(low: float, high: float, ideal: float) -> float:
-    """P4 (20): the weight that gives the ideal estimate back, whatever the bounds; NaN where they coincide."""
+    """The weight at which `weighted` returns the ideal estimate, P4 (20); NaN if the bounds coincide."""
     return (ideal - low) / (high - low) if high > low else math.nan
 
 
@@ -42,7 +42,7 @@ class Features:
         self._sums = np.zeros(2)
 
     def step(self, innovation_deg: float, heading_deg: float, dt: float = 1.0) -> Floats:
-        """The features after dt s more; an unknown (NaN) innovation or heading leaves its own as they are."""
+        """The features after dt s more; an unknown (NaN) innovation or heading leaves its own unchanged."""
         now = np.array([innovation_deg, heading_deg])
         known, left = np.isfinite(now), np.exp(-dt / SPANS)
         self._means[known] = (left * self._means + (1.0 - left) * now[:, None])[known]
