@@ -13,8 +13,8 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.gaps import LONGEST_GAP
-from steerway.estimation.filter.model import FUSED, Bank, Model, empty_bank, room_to_keep
-from steerway.estimation.filter.row import Asked, Rows, run_record
+from steerway.estimation.filter.model import Bank, Model, empty_bank
+from steerway.estimation.filter.row import Rows, outputs, run_record
 from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.fit.selection import Structure, infer
 from steerway.estimation.log.digits import quantum_of
@@ -166,7 +166,7 @@ class LearningFilter(FiveStateFilter):
 
 def _run(record: Rows, model: Model, bank: Bank) -> None:
     """Filter a record with one model; its bank continues from its state, or starts."""
-    run_record(record, model, bank, Asked(np.empty((0, FUSED + 2)), np.empty(0), room_to_keep(0, model), 0))
+    run_record(record, model, bank, outputs(model))
 
 
 def _row(

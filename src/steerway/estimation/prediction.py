@@ -125,8 +125,8 @@ def hindcast(
         spacing: least time between two of the rows, s.
         profile, aid: as for `predict`; for None, the profile that `estimate` uses for the whole record.
 
-    Returns the rows (n,), and predictions (n × horizons,): all horizons of the first row, then those of the next.
-    Raises InputError as `estimate` does.
+    Returns the rows (n,), and predictions: all horizons of the first row, then those of the next. Raises InputError as
+    `estimate` does.
     """
     aid = _aids_of(track, aid)
     profile = choose_profile(track, profile, aid)

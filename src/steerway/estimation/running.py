@@ -41,8 +41,7 @@ from steerway.estimation.vessel.flat import WeighedModel
 
 FADE = 10.0
 """s in which the estimate blends from one set of structures to the next: a few fixes of a usual receiver."""
-_LEAST_SPEED = 1e-6
-"""m/s: least divisor for a speed. At rest the course is undefined."""
+_LEAST_SPEED = 1e-6  # m/s: least divisor for a speed
 LEAST_LOG_WEIGHT = -40.0
 """Least log weight of a structure whose weight is learned, so that none is ever excluded: a structure that is lost may
 predict fixes well later. e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
@@ -67,10 +66,9 @@ class Running:
     """A `Set` and the state of its filters.
 
     Attributes:
-        state: everything in one array: a header (see `stream_row`), then the weights and the banks.
+        state: one array of a header (see `stream_row`), the weights and the banks.
         set, weights, banks: the structures, their present weights (structures,) and banks; views of `state`.
-        plain: the model of a single structure that the paper's Table 1 serves, else None. Its kernels take `state`,
-            `least_speed` and `room`.
+        plain: the model of a single structure that the paper's Table 1 serves, else None.
         least_speed: m/s, below which no course is stated.
         room: the estimate (9,), up to date where `is_current` is true.
 
@@ -86,7 +84,7 @@ class Running:
         self.set = running
         n = len(running.structures)
         groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, lambda model: model.sizes)]
-        space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
+        space = [len(models) * bank_size(modes, states) for (modes, states, *_), models in groups]
         self.state = np.zeros(HEADER + n + sum(space))
         if header is not None:
             self.state[:HEADER] = header
@@ -95,13 +93,13 @@ class Running:
         self._outs = np.full((n, FUSED + 3), np.nan)
         self.banks: list[Bank] = []
         self._groups: list[Alike] = []
-        for (sizes, models), size in zip(groups, space, strict=True):
+        for ((modes, states, *_), models), size in zip(groups, space, strict=True):
             banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
             outs = self._outs[len(self.banks) : len(self.banks) + len(models)]
             plain = all(five_state.is_plain(model, NO_AIDS) for model in models) and not running.learns
             plain = plain and self._may_be_plain
             self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs, plain))
-            self.banks += [bank_in(bank, sizes.modes, sizes.states) for bank in banks]
+            self.banks += [bank_in(bank, modes, states) for bank in banks]
         only = self._groups[0]
         self.plain = only.models[0] if n == 1 and only.is_plain else None
         self.room = np.full(POSITION_STD + 1, np.nan)

@@ -40,8 +40,7 @@ from steerway.estimation.vessel.aids import AIDS, NO_AIDS, expect_aids
 from steerway.estimation.vessel.inferred import InferredProfile, prior_profile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
-_NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9
-"""rad: largest latitude and longitude, with room for rounding."""
+_NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9  # rad, with room for rounding
 
 
 class FiveStateFilter:
@@ -57,10 +56,9 @@ class FiveStateFilter:
         profile: a profile of either kind, the name of a built-in one or a .toml file. None for an unknown vessel:
             vessels of every declared kind, with receivers of 0.025 to 6.4 m, are filtered together and weighted by
             their likelihood; a whole record is estimated as by `steerway.estimate`.
-        aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to use beside positions. A structure of the
-            profile uses those that it has parts for.
-        learns: whether the weights of the structures follow the likelihood of the fixes, where none of them is known to
-            be right. Without a profile they always do.
+        aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to use beside positions, where structures of
+            the profile have parts for them.
+        learns: whether the weights of structures follow the likelihood of the fixes. Without a profile they always do.
         lag: s for which `lagged` waits for later fixes, 0 for none.
 
     Raises InputError for an unknown profile or aid, and for a negative lag.
@@ -137,7 +135,7 @@ class FiveStateFilter:
 
         `position_std` is the accuracy that the receiver reports (m), as in `Fixes`: see `log.accuracy`.
 
-        Raises InputError, a ValueError, for a latitude beyond ±π/2 or a longitude beyond ±2π, as of degrees.
+        Raises InputError, a ValueError, for a latitude beyond ±π/2 or a longitude beyond ±2π, such as degrees.
         """
         if abs(latitude) > _NORTH_POLE or abs(longitude) > _WHOLE_TURN:
             raise InputError(

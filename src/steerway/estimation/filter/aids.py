@@ -2,8 +2,7 @@
 
 heading = χ − crab angle, speed through water = U − current along the course, yaw rate = course rate + gyro bias. The
 crab angle, the current and the bias may be states, each called the companion of its aid. The receiver's SOG and COG
-have slow errors as companions, since receivers filter their velocity. Together they are a velocity, which is defined at
-rest too.
+have slow errors as companions, since receivers filter their velocity. Both together are defined at rest too.
 """
 
 import math

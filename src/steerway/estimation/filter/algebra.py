@@ -6,8 +6,7 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel
 
 _ROUNDING = 1e-6
-"""Relative to the diagonal element: a pivot may be negative by this much through rounding. Below that the matrix is
-treated as not positive definite."""
+"""Largest negative pivot, relative to the diagonal element, that counts as rounding of a positive definite matrix."""
 _LEAST = 1e-11
 """Least pivot relative to the diagonal element: 5·10⁴ times the rounding of a double, 2.2·10⁻¹⁶."""
 

@@ -23,16 +23,14 @@ probabilities of the modes are nearly steady. Short steps just before a fix let 
 _LOST = 2.0
 """rad²: variance of the course above which the course is lost. For uniform directions it is π²/3."""
 SAME_STEP = 1e-4
-"""Relative difference up to which two steps count as equal: a tenth of a millisecond at 1 Hz, which is far below the
-error of the time of a fix."""
+"""Relative difference up to which two steps count as equal: far below the error of the time of a fix."""
 START_SPEED_STD = 10.0
 """m/s: σ of the velocity along either axis after the first fix. Two σ are 39 kn."""
 
 LEAST_SHARE = 1e-3
-"""Share of one mode in the mixture from which another starts a step: a share of this size counts half, a smaller one
-less than half. Counted in full, an improbable mode of large covariance (an emergency) would widen all others at every
-step: the likelihood is lower, and the error of SOG is 2 % larger in scenes with steady courses. With 0.01, manoeuvres
-are followed late."""
+"""Share of one mode in the mixture from which another starts a step: this share counts half, a smaller one less. Were
+shares not reduced, an improbable mode of large covariance (an emergency) would widen all others at every step: the
+likelihood is lower, and errors of SOG are 2 % larger on steady courses. With 0.01, manoeuvres are followed late."""
 
 
 @called_kernel
@@ -117,10 +115,7 @@ def take_covariance(moments: Floats, p: Floats) -> None:
 
 @lean_kernel
 def set_shares(shares: Floats, probability: Floats, change: Floats, j: int, least: float) -> float:
-    """Fill the shares (m,) of all modes in the mixture from which mode j starts. Returns the probability of mode j.
-
-    least: share of a mode that counts half, see LEAST_SHARE.
-    """
+    """Fill the shares (m,) of all modes in the mixture from which mode j starts. Returns the probability of mode j."""
     total = kept = 0.0
     for i in range(len(shares)):
         total += probability[i] * change[i, j]
@@ -195,9 +190,8 @@ def loses_course(x: Floats, p: Floats) -> bool:
 def forget_direction(x: Floats, p: Floats) -> None:
     """Give a mode that has lost its course a velocity of equal variance in all directions.
 
-    A covariance that is linear in the course would spread the velocity along a line across the course. A normal course
-    of variance σ² leaves exp(−σ²/2) of the mean velocity. The position moves along by its regression on the velocity
-    across the course.
+    A covariance linear in the course would spread the velocity along a line across the course. A normal course of
+    variance σ² leaves exp(−σ²/2) of the mean velocity. The position follows by its regression on the velocity across.
     """
     speed, across = x[SPEED], p[COURSE, COURSE]
     power = speed * speed + p[SPEED, SPEED]
@@ -235,8 +229,8 @@ _DRIFTS = 0.1
 def parts_of(x: Floats, p: Floats, mode: Mode, dt: float) -> int:
     """Number of equal steps for the prediction of a mode, x (n,) and p (n, n), over dt > 0 seconds.
 
-    A step assumes a constant turn and, for the noise across the course, a constant speed. Where the course may be lost
-    within dt, steps of 1 s find when.
+    A step assumes a constant turn rate and, for noise across the course, a constant speed. Steps of 1 s find when a
+    course is lost.
     """
     most = max(math.ceil(dt / SHORT - _SLACK), 1)
     if most == 1 or x[SPEED] < _DRIFTS * mode.drift_speed:

@@ -167,9 +167,7 @@ def taken_up(pole: complex, integrates: bool, dt: float) -> TakenUp:
 
 @lean_kernel
 def over_a_long_step(pole: complex, integrates: bool, dt: float) -> TakenUp:
-    """Closed form of `taken_up`: φ1 = (φ0 − 1)/p and φ2 = (φ0 − 1 − p s)/p² leave integrals of |φ0|², φ0, s φ0 and
-    powers of s.
-    """
+    """Closed form of `taken_up`, from the integrals of |φ0|², φ0, s φ0 and powers of s."""
     whole, once, _ = phi(pole, dt)
     other = pole.conjugate()
     size = together(pole, pole)
@@ -231,10 +229,7 @@ def set_processes(step: Step, responses: Records, processes: Records, dt: float)
 
 @lean_kernel
 def hold_rate(responses: Records, modes: Records, units: Floats, i: int, dt: float) -> None:
-    """Set the response of the held rate of mode i for noise of density 1, and units[i] to what `add_process` returns.
-
-    Modes of equal decay have the same numbers. units: (m, ≥ 3).
-    """
+    """Set the response of the held rate of mode i for noise of density 1; units[i] ← the return of `add_process`."""
     alike = 0
     while modes[alike].rate_decay != modes[i].rate_decay:
         alike += 1

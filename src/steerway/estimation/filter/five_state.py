@@ -15,9 +15,8 @@ The filter differs from the paper in four ways. The first makes the estimate ind
 - Below `drift_speed`, w1 also acts across the course.
 - A fix is weighted by the probability β that it is not an outlier. Table 1 has β = 1.
 
-`filter.row` is the general filter, with several modes of motion, further states, poor fixes and receiver steps. This
-module gives the same numbers faster for a model of one mode with none of these. It leaves runs of outliers to
-`filter.row`.
+`filter.row` is the general filter, with several modes of motion, further states, poor fixes and receiver steps. For one
+mode without these, this module gives the same numbers faster. It leaves runs of outliers to `filter.row`.
 """
 
 import math
@@ -125,8 +124,7 @@ class Innovation(NamedTuple):
 def innovate(x: Floats, p: Floats, fix: Vec2, variance: float, clock: float, outlier_rate: float) -> Innovation:
     """Innovation ν of a fix (m), its covariance S, and how probable the fix is.
 
-    R_d = `variance` I + `clock` v vᵀ: white noise (m²), and the error of the time of the fix (variance `clock`, s²), in
-    which the vessel moves on at its velocity v.
+    R_d = `variance` I + `clock` v vᵀ: white noise (m²), and a time of the fix of variance `clock` (s²) at velocity v.
     """
     off, s = Vec2(fix.n - x[NORTH], fix.e - x[EAST]), Sym2(p[0, 0] + variance, p[0, 1], p[1, 1] + variance)
     if clock > 0.0:

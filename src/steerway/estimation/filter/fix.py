@@ -1,7 +1,6 @@
 """A fix in one mode: its Jacobian, its innovation, and the correction of the mode.
 
-A fix measures the position, plus the states of the receiver's errors, plus the displacement of the antenna athwart,
-plus white noise.
+A fix measures the position, plus the receiver's errors, the displacement of the antenna athwart and white noise.
 """
 
 import math
@@ -69,10 +68,7 @@ def observe(x: Floats, processes: Records, h_n: Floats, h_e: Floats) -> Vec2:
 
 @called_kernel
 def correct(x: Floats, p: Floats, rows: Floats, m: Sym2, s: Vec2, alone: bool) -> None:
-    """Correct a mode by a fix: x ← x + C s and P ← P − C M Cᵀ, with C in the first two `rows` (see `see`).
-
-    alone: whether it is the only mode, see `relative.corrected`.
-    """
+    """Correct a mode by a fix: x ← x + C s and P ← P − C M Cᵀ, with C of `see` in `rows`; alone: see `corrected`."""
     n, c_n, c_e, error = len(x), rows[0], rows[1], rows[2]
     for i in range(n):
         error[i] = c_n[i] * s.n + c_e[i] * s.e

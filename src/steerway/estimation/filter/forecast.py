@@ -35,10 +35,9 @@ from steerway.estimation.filter.model import (
     Mode,
     Model,
     empty_bank,
-    room_to_keep,
 )
 from steerway.estimation.filter.relative import from_likeliest, shifted
-from steerway.estimation.filter.row import Asked, Rows, recall
+from steerway.estimation.filter.row import Rows, outputs, recall
 from steerway.estimation.log.course import run_model
 from steerway.estimation.log.place import MOMENTS
 
@@ -51,7 +50,6 @@ have no bound. AIS of the Solent, vessels at 2.5 m/s or more, ten minutes ahead:
 hold 94 % (even MMSI) and 88 % (odd MMSI) of the positions, with these 96 and 95 %."""
 DRIFT_TIME = 200.0
 """s, time constant of the velocity of a drifting vessel: gusts and eddies last some minutes."""
-_NONE = np.empty(0)
 _NO_PROCESS = np.zeros(1, PROCESS)
 
 
@@ -72,13 +70,13 @@ def forecasts(
     future changes of mode are unknown. NaN before the first fix.
     """
     bank = empty_bank(model)
-    kept = room_to_keep(0 if rows is None else len(record.time), model)
-    run_model(record, model, bank, Asked(np.empty((0, 0)), _NONE, kept, 0))
+    found = outputs(model, kept=0 if rows is None else len(record.time))
+    run_model(record, model, bank, found)
     outlook = _outlook_of(on_average)
     out = np.full((1 if rows is None else len(rows), len(horizons), MOMENTS), np.nan)
     for k, moments in enumerate(out):
         if rows is not None:
-            recall(kept, rows[k], bank)
+            recall(found.kept, rows[k], bank)
         if bank.run[0].started and not math.isnan(bank.probability[0]):
             look_ahead(bank, outlook, np.asarray(horizons, float), moments)
     return out

@@ -46,7 +46,7 @@ def course_rate(x: Floats, p: Floats, h: Floats) -> tuple[float, float]:
 
 @lean_kernel
 def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
-    """Mean speed (m/s) of a mode; for a velocity that may have any direction that of a Rayleigh distribution."""
+    """Mean speed (m/s) of a mode; where the velocity may have any direction, the mean of a Rayleigh distribution."""
     speed, across = x[SPEED], p[3, 3]
     if mode.manoeuvres or across < speed * speed or across < _VAGUE**2:
         return speed
@@ -54,8 +54,7 @@ def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
 
 
 _VAGUE = 0.4
-"""m/s: a velocity without direction whose σ across the course is smaller belongs to a vessel at rest. A little above
-`course.STEERAGEWAY`."""
+"""m/s, a little above `course.STEERAGEWAY`: a velocity of less σ that has no direction is that of a vessel at rest."""
 LEAST_COUNTED = 0.003
 """Least probability of a mode that counts in the variances; for m² pairs of modes, 1/m of it. A 95 % interval need not
 hold modes less probable: counted, they make the σ of the rate 1.5 times as large in the scene `circles`. With 0.01 the
@@ -134,9 +133,6 @@ def unresolved_variance(processes: Records, acts_on: int, apart: float, usual: f
 
 @lean_kernel
 def unresolved(interval: float) -> float:
-    """Share of the variance of a first-order process that averages over an interval lack.
-
-    interval: over the time constant of the process.
-    """
+    """Share of the variance of a first-order process that averages over an interval (in time constants) lack."""
     a = max(interval, 1e-3)
     return 1.0 - 2.0 * (a - 1.0 + math.exp(-a)) / (a * a)

@@ -3,8 +3,7 @@
 Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the held course rate. Further
 states are shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., §8.2 and
 §10.2). Each is a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts on one
-of the quantities below. Waves act on the course: they swing a vessel about its course, and as a course rate they would
-let it wander.
+of the quantities below. Waves act on the course, about which they swing a vessel; on the rate, they would change it.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course (m/s). It
 stays regular at rest, where the course is undefined.
@@ -24,9 +23,8 @@ from steerway.core.shaping import shaped
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 """The states that every model has."""
 ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_ACCELERATION = range(7)
-"""Quantities that a process can act on: speed, course rate, course, displacement of the antenna to starboard, error of
-a fix, error of an aid, acceleration along the course. A process on fixes has two states, north and east; a complex one
-has a real and an imaginary state."""
+"""Quantities that a process can act on; ON_ANTENNA: displacement of the antenna to starboard. A process on fixes has
+two states, north and east; a complex one a real and an imaginary state."""
 DRIVING = (ON_SPEED, ON_RATE, ON_COURSE, ON_ACCELERATION)
 """The quantities that drive the motion."""
 
@@ -127,7 +125,7 @@ class Run(Protocol):
     step_east: float
     was_poor: float  # probability that the last fix was poor
     learnt: float  # degrees of freedom that the fixes of an obstruction add to the variance of poor fixes
-    level: float  # that variance over the usual one of poor fixes
+    level: float  # the variance of poor fixes over its usual value
     started: int  # 1 after the first fix
 
 
@@ -155,18 +153,9 @@ class Model(NamedTuple):
     driving: int  # number of states, from the first on, that drive the motion
 
     @property
-    def sizes(self) -> "Sizes":
-        return Sizes(len(self.modes), self.states, len(self.processes), len(self.aids), self.driving)
-
-
-class Sizes(NamedTuple):
-    """Dimensions of a model: one kernel call steps filters of equal dimensions."""
-
-    modes: int
-    states: int
-    processes: int
-    aids: int
-    driving: int
+    def sizes(self) -> tuple[int, int, int, int, int]:
+        """Numbers of modes, states, processes, aids and driving states: one kernel call steps models of equal sizes."""
+        return len(self.modes), self.states, len(self.processes), len(self.aids), self.driving
 
 
 def has_two_states(acts_on: int, frequency: float) -> bool:
@@ -274,6 +263,6 @@ class Kept(NamedTuple):
 
 
 def room_to_keep(rows: int, model: Model) -> Kept:
-    """Memory for the modes after so many rows."""
+    """Memory for the modes after each of this many rows."""
     m, n = len(model.modes), model.states
     return Kept(np.empty((rows, m, n)), np.empty((rows, m, n, n)), np.empty((rows, m)))

@@ -13,7 +13,7 @@ from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Step
 
 _SLOW = 1e-6
-"""m/s: below this speed, the velocity across the course is not scaled by the ratio of speeds, which divides by it."""
+"""m/s: least speed for a ratio of speeds, by which a prediction scales the velocity across the course."""
 _SPINS_BELOW = 2.0
 """m/s, above which the noise of the course rate in an emergency falls: it would be a larger acceleration across the
 course than is expected along it (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""

@@ -11,8 +11,7 @@ from steerway.estimation.filter.motion import turn_pair
 
 _STEADY = 3.0
 """Speed over its σ, or over the σ across the course, above which velocities are compared, averaged and corrected as
-speeds and courses, not as vectors. The course then has a σ of at most a third of a radian, or the speed one of a third
-of itself and the course one of a radian."""
+speeds and courses, not as vectors. A course of this limit has a σ of a third of a radian."""
 _ROUND, _SMALL = 0.5, 5.0
 """Ratio of the variances along and across the course above which a velocity is known as a vector, as after a start; and
 speed over its σ across the course above which it is corrected as speed and course all the same. The course then has a σ
@@ -98,9 +97,9 @@ def corrected(x: Floats, p: Floats, error: Floats, alone: bool) -> None:
     The first fixes determine a velocity vector. Corrected by speed and course, with its covariance not turned, it would
     leave the line through these fixes.
 
-    alone: whether there is no other mode. If so, a correction of the speed keeps the variance of the course, as in the
-    five-state filter, and scales that of the velocity across. Of several modes each keeps the variance of the velocity:
-    with five modes, errors of courses are 4 % smaller in turns and 8 % after an emergency stop.
+    alone: whether there is no other mode. If so, a corrected speed keeps the variance of the course, as in the
+    five-state filter, and scales that of the velocity across. Several modes keep the variance of the velocity: errors
+    of the course are then 4 % smaller in turns and 8 % after an emergency stop (five modes).
     """
     speed, along, across = x[SPEED], error[SPEED], error[COURSE]
     for i in range(len(x)):

@@ -18,9 +18,7 @@ from steerway.estimation.vessel.aids import IS_ANGLE, STATE_OF
 _LEFT_BY_TURNS = 0.1
 """Factor on the second moment of the rate on a held course, for the backward filter. Nearly all of that moment stems
 from the short time after turns; at other times it would let the course wander. With 1, smoothed courses of scenes have
-6 % larger errors and rates 2 %; with 0.003, rates 3 %. Applied to speed manoeuvres too, it makes the smoothed course of
-an emergency stop worse."""
-
+6 % larger errors and rates 2 %; with 0.003, rates 3 %. Applied to speed manoeuvres too, it worsens emergency stops."""
 _ANY_RATE = 1.0
 """rad²/s²: second moment of a rate that is a random walk in all modes, (57 °/s)²."""
 
@@ -76,7 +74,7 @@ def reversal_of(model: Model) -> Reversal:
 
 
 def _kinds(modes: Records) -> Ints:
-    """(m,) first mode of the same motion, for every mode."""
+    """For every mode, the first one of the same motion (m,)."""
     motions = modes.copy()
     motions["start"] = 0.0
     alike = [each.tobytes() for each in motions]

@@ -7,12 +7,14 @@ by other instruments, and `fuse` makes one estimate of them.
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from steerway.core.arrays import Floats, Ints, Records
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.bank import advance, start
 from steerway.estimation.filter.fuse import COURSE_VARIANCE, SOG_VARIANCE, add_unresolved_speed, fuse
-from steerway.estimation.filter.model import COURSE, ON_ACCELERATION, SPEED, Bank, Kept, Model
+from steerway.estimation.filter.model import COURSE, FUSED, ON_ACCELERATION, SPEED, Bank, Kept, Model, room_to_keep
 from steerway.estimation.filter.weigh import take_fix
 
 
@@ -69,6 +71,11 @@ class Asked(NamedTuple):
     density: Floats  # (n or 0,) log density of every row that counts; others are not written
     kept: Kept  # of n or 0 rows, for the smoother
     settling: int  # fixes after a start that do not count in the likelihood
+
+
+def outputs(model: Model, estimates: int = 0, kept: int = 0) -> Asked:
+    """Memory for the estimates, and for the modes, of this many rows."""
+    return Asked(np.empty((estimates, FUSED + 2)), np.empty(0), room_to_keep(kept, model), 0)
 
 
 @called_kernel

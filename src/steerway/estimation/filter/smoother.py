@@ -33,8 +33,7 @@ compared, and after it. With 0.001, smoothed scenes are no better and take a fif
 _NEAR = 0.45
 """rad: largest difference of two courses that are compared as courses although one of them is uncertain. Linear in the
 course, the distance is then too long by a tenth."""
-_LEAST_SPEED = 1e-6
-"""m/s: least divisor for a speed."""
+_LEAST_SPEED = 1e-6  # m/s: least divisor for a speed
 
 
 class Room(NamedTuple):
@@ -66,8 +65,7 @@ def room_to_meet(model: Model) -> Room:
 def smooth_kept(rows: Rows, reversal: Reversal, bank: Bank, kept: Kept, room: Room, out: Floats) -> None:
     """Fill the first FUSED columns of `out` (n, ≥ FUSED) with the smoothed `fuse` of every row.
 
-    rows: the record, with the aids of the opposite course (`reversed_aids`). bank: for the backward filter. kept: modes
-    of the forward filter after every row.
+    rows: the record with `reversed_aids`. bank: for the backward filter. kept: modes of the forward filter.
     """
     model, run, time = reversal.model, bank.run[0], rows.time
     run.started = 0
@@ -104,7 +102,7 @@ def meet(kept: Kept, k: int, reversal: Reversal, bank: Bank, room: Room) -> bool
     highest = 0.0
     for q in range(len(weight)):
         i, j = q % m, q // m
-        change = share = 0.0  # summed over all modes of the kind of i: either filter has ages of its own
+        change = share = 0.0  # sums over the modes that differ from i by their age alone: each filter has its own ages
         for other in range(m):
             if reversal.kind[other] == reversal.kind[i]:
                 change += bank.change[j, other]
@@ -196,8 +194,7 @@ def compare(filtered_x: Floats, filtered_p: Floats, bank: Bank, room: Room) -> b
 def agreement(before: Floats, after: Floats, steady: bool, room: Room, q: int) -> float:
     """Log density of the difference of the states (n,) of a pair; NaN for a joint information not positive definite.
 
-    For `join`, p of the pair receives the Cholesky factor of the joint information, and x the information vector of the
-    error at the state `before`.
+    For `join`, p and x of the pair receive the Cholesky factor and the information vector of the error at `before`.
     """
     n, m = len(before), len(room.before)
     i, j = q % m, q // m

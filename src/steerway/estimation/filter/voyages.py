@@ -4,8 +4,7 @@ Within minutes, the course spreads over all directions and modes change many tim
 not represent. A voyage has a mode, a motion and noise as in the model.
 
 The held speed of the model is a random walk, which has no bound over minutes. A voyage therefore returns to one of the
-speeds of the record so far (an Ornstein–Uhlenbeck process). Its rate of return makes the stationary variance that of
-these speeds.
+speeds of the record so far (an Ornstein–Uhlenbeck process), at a rate that gives it the variance of these speeds.
 """
 
 import math
@@ -17,28 +16,15 @@ import numpy as np
 from steerway.core.arrays import Floats, Ints, Records
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.filter.discrete import set_steps
-from steerway.estimation.filter.model import (
-    COURSE,
-    EAST,
-    FUSED,
-    NORTH,
-    RATE,
-    SPEED,
-    Bank,
-    Model,
-    Step,
-    empty_bank,
-    room_to_keep,
-)
+from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Bank, Model, Step, empty_bank
 from steerway.estimation.filter.motion import spin_share
-from steerway.estimation.filter.row import Asked, recall, run_record
+from steerway.estimation.filter.row import outputs, recall, run_record
 from steerway.estimation.log.course import SOG, Weighed
 from steerway.estimation.log.place import MOMENTS, mixed
 from steerway.estimation.log.run import Track
 
 VOYAGES = 500
-"""Number of voyages, over all structures. The σ of the position then errs by 3 %, the mean by 4 % of it. Ten minutes
-ahead take 0.04 s."""
+"""Number of voyages of all structures: σ errs by 3 %, the mean by 4 % of σ, and ten minutes ahead take 0.04 s."""
 STEP = 1.0
 """s: longest step of a voyage, straight at its mean speed and course. Short yaws last about as long."""
 SHORTEST_RETURN = 60.0
@@ -61,16 +47,15 @@ def forecasts(
     for each in structures:
         model = each.model
         bank = empty_bank(model)
-        kept = room_to_keep(0 if rows is None else len(record.time), model)
-        rows_of_all = np.empty((len(record.time), FUSED + 2))
-        run_record(record, model, bank, Asked(rows_of_all, np.empty(0), kept, 0))
-        speeds, elapsed, returns = usual_speeds(record.time, rows_of_all[:, SOG], wanted, spread_rate(model))
+        found = outputs(model, len(record.time), 0 if rows is None else len(record.time))
+        run_record(record, model, bank, found)
+        speeds, elapsed, returns = usual_speeds(record.time, found.out[:, SOG], wanted, spread_rate(model))
         stages = stages_of(model, parts, counts)
         out = np.empty((len(wanted), len(horizons), MOMENTS))
         voyages = math.ceil(VOYAGES / len(structures))
         for row, slowly, moments in zip(wanted, returns, out, strict=True):
             if rows is not None:
-                recall(kept, row, bank)
+                recall(found.kept, row, bank)
             past, rng = slice(row + 1), np.random.default_rng(0)
             draw_voyages(bank, stages, Past(speeds[past], elapsed[past], slowly), voyages, rng, moments)
         weights.append(each.weight)
@@ -114,10 +99,7 @@ def spread_rate(model: Model) -> float:
 
 
 def usual_speeds(time: Floats, speed: Floats, rows: Sequence[int], spread: float) -> tuple[Floats, Floats, Floats]:
-    """`speeds` (n,) and `elapsed` (n,) of `Past`, and `returns` for voyages from each of `rows`.
-
-    spread: mean density of the noise of the held speed, see `spread_rate`.
-    """
+    """`speeds` (n,) and `elapsed` (n,) of `Past`, and `returns` from each of `rows`; spread: see `spread_rate`."""
     known = np.isfinite(speed)
     speed = np.where(known, speed, 0.0)
     lasted = np.where(known, np.minimum(np.diff(time, prepend=time[0]), SHORTEST_RETURN), 0.0)
@@ -226,7 +208,7 @@ def step_voyage(
 ) -> None:
     """One step of a voyage, straight at its mean speed and course; z (n,) and `sideways` are standard normal.
 
-    The noise of the processes is drawn first, then the noise of the course given theirs. The speed has a sign, since
+    The noise of the processes is drawn first, then that of the course, given the former. The speed has a sign, since
     waves may move a vessel backwards for a moment; a negative held speed reverses the course.
     """
     before, held = x[SPEED], x[SPEED] - swing_of(x, responses)

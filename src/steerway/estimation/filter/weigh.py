@@ -31,7 +31,7 @@ LEAST_OUTLIER, DECADES = 10.0, 10.0
 """The error ρ of an outlier is of any size from a = LEAST_OUTLIER σ of a fix to kilometres, equally probable in every
 decade: its density is 1/(2π (ρ² + a²) L) with L = ln (km / a), about 10 for any receiver."""
 LEAST_PROBABILITY = 1e-6
-"""Least probability of a hypothesis in the correction: a less probable one changes nothing by a thousandth of a σ."""
+"""Least probability of a hypothesis in the correction: a less probable one changes no state by 0.001 σ."""
 NORMAL = math.inf
 """Degrees of freedom with which Student's t distribution is the normal distribution."""
 FREEDOM = 4.0
