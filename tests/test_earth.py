@@ -9,6 +9,7 @@ import pytest
 from steerway.core import displacement, radii, wrap, wrap_array
 from steerway.core.testing import (
     GroundMotion,
+    course_per_heading,
     displaced,
     heading_for,
     in_body,
@@ -181,6 +182,21 @@ def test_the_heading_against_a_current_makes_the_course_good(current):
         made_good = north + current[0], east + current[1]
         assert made_good == pytest.approx((speed * math.cos(course), speed * math.sin(course)))
         assert heading_for(course, 0.0, *current)[0] == course
+
+
+def test_the_course_follows_the_heading_as_its_derivative_says():
+    water_speed, north, east = 1.2, 0.5, -0.3
+
+    def motion(heading):
+        return math.hypot(*over(heading)), math.atan2(*reversed(over(heading)))
+
+    def over(heading):
+        return water_speed * math.cos(heading) + north, water_speed * math.sin(heading) + east
+
+    for heading in (0.0, 1.0, -2.0, 3.0):
+        (sog, course), (_, before), (_, after) = (motion(heading + each) for each in (0.0, -1e-6, 1e-6))
+        slope = wrap(after - before) / 2e-6
+        assert course_per_heading(water_speed, sog, course - heading) == pytest.approx(slope, rel=1e-6)
 
 
 @pytest.mark.parametrize("to_starboard", [1.0, -1.0])

@@ -8,7 +8,14 @@ if TYPE_CHECKING:
     from steerway.core import compiled, files, kernel_cache
     from steerway.core.angles import sinc
     from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all, displacement
-    from steerway.core.kinematics import GroundMotion, heading_for, in_body, over_ground, turning_rate
+    from steerway.core.kinematics import (
+        GroundMotion,
+        course_per_heading,
+        heading_for,
+        in_body,
+        over_ground,
+        turning_rate,
+    )
     from steerway.core.leg import Leg, LegState
     from steerway.core.locks import only_writer
     from steerway.core.magnetic import model_of, variation
