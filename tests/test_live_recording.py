@@ -36,6 +36,18 @@ SETTINGS = {
 }
 
 
+async def stopped_after(service, receives):
+    """Run a service until its link has delivered everything, and stop it as Ctrl-C does."""
+
+    async def link(deliver):
+        await receives(deliver)
+        running.cancel()
+
+    running = asyncio.create_task(service.run([SimpleNamespace(run=link)]))
+    with contextlib.suppress(asyncio.CancelledError):
+        await running
+
+
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     """(path of a recording, rows of the run, its input log)."""
@@ -54,10 +66,8 @@ def recorded(tmp_path_factory):
             await asyncio.sleep(0.0005)
         feed.complete_on_silence()
         service.recorder.tick(kept.fixes[-1], None, Order(State.RUNNING, engaged=True, yaw_rate=0.125))
-        raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        asyncio.run(service.run([SimpleNamespace(run=receives)]))
+    asyncio.run(stopped_after(service, receives))
     return path, kept.fixes, log
 
 
@@ -100,10 +110,8 @@ def test_a_run_that_learns_is_repeated_too(tmp_path):
                     await asyncio.sleep(0.01)
                     if learning._thread is None:
                         break
-        raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        asyncio.run(service.run([SimpleNamespace(run=receives)]))
+    asyncio.run(stopped_after(service, receives))
     found = replay(path)
     assert "takes" in took and len(found.recorded) == 400 and not found.differing
 
