@@ -39,7 +39,7 @@ has half of the distance between two directions for its 1σ."""
 _MOVING, _SLOW = 4.0, 0.15
 """Standard deviations, and share of the usual speed, from which on a velocity may be one through the water.
 Chosen: the deviations are as of `course.steerageway.COURSE_GAINED`."""
-_CHANGES = 0.15
+_CHANGES = 0.1
 """1σ of how far the velocity at the end of the first straight line is another than in its middle, in shares of the
 usual speed, of a vehicle with a speed loop of its own. Chosen: one that gathers way changes it by 0.1 in a second."""
 _REST_STD, _CURRENT_STD = 0.05, 0.1
