@@ -130,8 +130,9 @@ def departing(covariances: Floats, response: Response) -> None:
 
 
 def forget_speed_gain(states: Floats, covariances: Floats, response: Response) -> None:
-    """States (m, 21) and covariances (m, 21, 21), in place: the gain of the speed is as at the start, since that of a
-    throttle is not that of an ordered speed.
+    """Reset the speed gain of states (m, 21) and covariances (m, 21, 21) to its prior, in place.
+
+    The gain between throttle and speed is not the gain between ordered and actual speed.
     """
     states[:, SPEED_GAIN] = 1.0
     covariances[:, SPEED_GAIN] = covariances[..., SPEED_GAIN] = 0.0
