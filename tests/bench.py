@@ -56,7 +56,7 @@ waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 80.0, east = 0.0 }}]
 
 
 class Limits(NamedTuple):
-    """What a run may reach: m from each waypoint, m outside of its corner, m RMS off the legs."""
+    """Limits of a run, m: closest approach to each waypoint, distance outside of its corner, cross-track RMS."""
 
     closest: float = 1.5
     outside: float = 1.0
@@ -106,7 +106,7 @@ class Corner(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What came of a run."""
+    """The result of a run."""
 
     case: Case
     finished: bool
@@ -117,7 +117,7 @@ class Found(NamedTuple):
     off: float = math.nan  # m, largest distance from the route while steered
 
     def misses(self, limits: Limits) -> list[str]:
-        """What is beyond a limit, in words."""
+        """A sentence for each exceeded limit."""
         if not self.finished:
             return [f"not finished: {self.why}"]
         closest = limits.closest if self.case.turn_rate >= 80.0 else self.case.acceptance

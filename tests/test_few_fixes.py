@@ -218,6 +218,18 @@ def test_a_boat_that_is_driven_and_stands_still_stems_a_current():
         assert (filter.at(8.0).water_speed > 0.5) is is_driven
 
 
+def test_a_boat_that_stems_a_current_at_full_throttle_makes_way_through_the_water():
+    """Over ground it hardly moves. Without the throttle it is taken to drift."""
+    found = []
+    for driven in (2.0, math.nan):
+        chance, filter = np.random.default_rng(1), SteeringFilter(Response(1.3, math.radians(20.0), 2.0, 2.0), 0.1)
+        for k in range(60):
+            filter.order(0.2 * k, math.nan, math.nan, driven)
+            filter.fix(0.2 * k, 0.1 * k, *(0.05 * chance.standard_normal(3)), yaw_rate=0.0)
+        found.append(filter.at(12.0).water_speed)
+    assert found[0] == pytest.approx(2.0, abs=0.5) and found[1] < 1.0
+
+
 def _turn_by_own_loop(share, integral):
     """rad by which the estimate misses the heading 5 s after a turn, of a vehicle whose own loop gives a share of an
     ordered rate at once and adds the rest by an integral (1/s).

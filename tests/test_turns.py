@@ -75,13 +75,13 @@ def test_what_a_turn_cuts_of_the_corner_is_weighed_against_what_it_leaves_the_le
     current = 1.3 * math.cos(math.radians(towards)), 1.3 * math.sin(math.radians(towards))
     turn = planned(90.0, current, QUICK)
     assert turn.closest <= 1.5 and turn.outside <= 1.0
-    assert turn.outside == pytest.approx(turn.closest / 1.8, abs=0.15)
+    assert turn.outside == pytest.approx(turn.closest / 1.5, abs=0.15)
 
 
-def turned(limit, ordered, share, seconds, thrust=1.0):
+def turned(limit, ordered, share, seconds, thrust=1.0, throttle=math.nan):
     for _ in range(int(seconds / 0.2)):
         for _ in range(10):
-            limit.order(ordered, thrust, 0.02)
+            limit.order(ordered, thrust, 0.02, throttle)
         limit.turned(share * ordered, 0.2)
 
 
@@ -117,6 +117,17 @@ def test_a_boat_that_turns_less_than_the_vehicle_says_is_ordered_less():
     assert 20.0 <= math.degrees(limit.rate) <= 30.0
     turned(limit, 0.0, 1.0, 10.0)
     assert 20.0 <= math.degrees(limit.rate) <= 30.0
+
+
+def test_a_limit_that_an_idling_motor_lowered_grows_again_within_the_turn():
+    """Ordered thrust alone would have been remembered: the vehicle holds its speed over ground, and the motor idles."""
+    limit = TurnLimit()
+    limit.vehicle(math.radians(80.0))
+    turned(limit, math.radians(40.0), 0.1, 2.0, throttle=0.05)
+    assert math.degrees(limit.rate) == pytest.approx(8.0)
+    for _ in range(30):
+        turned(limit, limit.rate, 1.0, 0.2, throttle=0.9)
+    assert math.degrees(limit.rate) > 20.0
 
 
 def test_without_thrust_half_is_ordered_and_nothing_is_learned():

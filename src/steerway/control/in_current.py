@@ -27,11 +27,11 @@ study at-sea` judges them."""
 SURE = 0.5
 """rad of heading: beyond it the boat turns at half the rate, and no turn begins early."""
 _PATIENCE = 15.0
-"""s for which the current has to exceed the boat's speed."""
+"""The current must exceed the boat's speed for so many s before the boat stops."""
 _LOST = 1.0
-"""rad of heading: beyond it a boat that begins to steer goes straight ahead at first."""
+"""1σ of the heading, rad, above which a boat that begins to steer goes straight ahead at first."""
 _DEPARTURE = 10.0
-"""s for which a boat goes straight ahead at the most; turns show the rest."""
+"""Longest time straight ahead, s; later turns show the heading."""
 _LONGEST_WITHOUT_WAY = 60.0
 """s without coming nearer to the waypoint, of a boat whose yaw rate answers within 1 s."""
 _CARRIED, _CARRIED_TIME = 4.0, 8.0
@@ -117,7 +117,7 @@ class InCurrent:
 
     @property
     def trouble(self) -> str:
-        """Why the boat cannot go on along the leg, "" while it can."""
+        """Why the boat cannot follow the leg, "" while it can."""
         if self._carried_off > _PATIENCE:
             return "the current exceeds the boat's speed"
         allowed_back = max(_CARRIED * self.top_speed / self.turn_rate, _CARRIED_TIME * self.top_speed)
@@ -129,7 +129,7 @@ class InCurrent:
         return ""
 
     def watch(self, leg: LegState, estimate: Estimate, dt: float) -> None:
-        """Judge whether the boat comes nearer to the waypoint of a leg, or by the estimate could."""
+        """Check whether the boat comes nearer to the waypoint, or could by the estimated current."""
         least = LEAST_WAY * self.top_speed
         is_new = leg.target != self._target
         if is_new:
@@ -164,7 +164,7 @@ class InCurrent:
             self._path = self.turning.path + begins if self.turning.lead > 0.0 else None
 
     def departs(self, estimate: Estimate, dt: float) -> bool:
-        """Whether the boat has to go straight ahead, until it is known which way that is."""
+        """Whether to go straight ahead because the heading is still uncertain."""
         lost = estimate.heading_std > (_LOST if self._departing == 0.0 else SURE)
         departs = lost and self._departing < _DEPARTURE
         self._departing = self._departing + dt if departs else math.inf

@@ -1,4 +1,4 @@
-"""Hypotheses of the current as a mixture: what all of them say of the motion, and which of them stay."""
+"""Weighted hypotheses of the current: estimate, deviations and pruning."""
 
 import math
 from typing import NamedTuple
@@ -44,11 +44,13 @@ class Mixture(NamedTuple):
 
     @property
     def best(self) -> int:
-        """Which is the most probable."""
+        """Index of the most probable hypothesis."""
         return int(np.argmax(self.weights))
 
     def pruned(self, near: float) -> "Mixture":
-        """Without what is improbable, or like a more probable one: within `near` (m/s) in current, and in heading."""
+        """The mixture without improbable hypotheses, and without those like a more probable one: current within `near`
+        (m/s), heading within 0.05 rad.
+        """
         top = self.weights.max()
         kept: list[int] = []
         for k in np.argsort(-self.weights):

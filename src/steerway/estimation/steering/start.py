@@ -39,9 +39,6 @@ has half of the distance between two directions for its 1σ."""
 _MOVING, _SLOW = 4.0, 0.15
 """Standard deviations, and share of the usual speed, from which on a velocity may be one through the water.
 Chosen: the deviations are as of `course.steerageway.COURSE_GAINED`."""
-_CHANGES = 0.15
-"""1σ of how far the velocity at the end of the first straight line is another than in its middle, in shares of the
-usual speed, of a vehicle with a speed loop of its own. Chosen: one that gathers way changes it by 0.1 in a second."""
 _REST_STD, _CURRENT_STD = 0.05, 0.1
 """1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
 speed. Chosen: where 0, 0.1 or 0.2 m/s of a drift of 1 m/s was wind, a boat of 2 m/s finds the current to 0.12, 0.12 and
@@ -77,17 +74,18 @@ def hypotheses(
     response: Response,
     way: float = math.inf,
     is_driven: bool = False,
+    changes: float = 0.0,
 ) -> tuple[Floats, Floats, Floats]:
     """(states (m, 21), covariances (m, 21, 21), log weights (m,)) for a first position (m) and velocity (m/s).
 
     A moving boat: for currents of all directions the motion through the water that is left. A boat at rest in the
     water: any heading. `way`: 1σ of the speed through the water (m/s) of a boat whose motor idles, which is then known
     to be at rest in the water: its drift is the current. See `drifting`. is_driven: whether the motor drives the boat,
-    which is then hardly at rest.
+    which is then hardly at rest. changes: 1σ of the change of the velocity since the fixes that gave it, m/s.
     """
     directions = [math.tau * k / _DIRECTIONS for k in range(_DIRECTIONS)]
     moving = math.hypot(*velocity) > max(_MOVING * velocity_std, _SLOW * response.speed)
-    velocity_std = math.hypot(velocity_std, _CHANGES * response.speed * response.over_ground)
+    velocity_std = math.hypot(velocity_std, changes)
     # At rest in the water: the current is what is seen.
     rests = _STANDS if is_driven else _DRIFTS if moving else 0.0
     found = [((velocity[0], velocity[1]), 0.0, a, rests) for a in directions]
@@ -132,8 +130,9 @@ def departing(covariances: Floats, response: Response) -> None:
 
 
 def forget_speed_gain(states: Floats, covariances: Floats, response: Response) -> None:
-    """States (m, 21) and covariances (m, 21, 21), in place: the gain of the speed is as at the start, since that of a
-    throttle is not that of an ordered speed.
+    """Reset the speed gain of states (m, 21) and covariances (m, 21, 21) to its prior, in place.
+
+    The gain between throttle and speed is not the gain between ordered and actual speed.
     """
     states[:, SPEED_GAIN] = 1.0
     covariances[:, SPEED_GAIN] = covariances[..., SPEED_GAIN] = 0.0

@@ -1,8 +1,8 @@
-"""Whether the receiver sees and whether the boat answers, without the autopilot's own estimate.
+"""Monitors for a frozen receiver and for a boat that does not turn as ordered.
 
-That estimate explains a receiver that stands still by a current against the boat, and a boat that turns otherwise than
-ordered by a current that changes. Positions that do not scatter as before, and a turn that is not the ordered one, are
-judged here by themselves. A gyro shows the turn; without a gyro the track does.
+They do not use the autopilot's estimate, which explains a frozen receiver by a current against the boat, and a wrong
+turn by a changing current. One monitor checks that positions scatter as before. The other compares turns with the
+orders, by a gyro, or by the track where there is no gyro.
 """
 
 import math
@@ -107,14 +107,14 @@ class ReceiverMonitor:
 
     @property
     def scatter(self) -> float:
-        """1σ of one axis by the third differences of positions, m; 0 before there are enough."""
+        """1σ of a position in one axis, m, by third differences; 0 while there are fewer than ten."""
         if len(self._third) < _LEAST_KNOWN:
             return 0.0
         return math.sqrt(sorted(self._third)[len(self._third) // 2] / (_SQUARES * _MEDIAN))
 
     @property
     def trouble(self) -> str:
-        """Why to stop, "" while the positions move, or scatter as they did."""
+        """Why to stop, "" while the positions move or scatter as before."""
         return self._words if self.quiet >= self._most - _ROUNDING else ""
 
     @property
@@ -142,7 +142,7 @@ class ReceiverMonitor:
 
 
 class ResponseMonitor:
-    """How far the boat has turned otherwise than ordered by its gyro: `missed`, rad, + to starboard of the order."""
+    """Compares the gyro with the ordered turn; `missed` is measured less ordered angle, rad, + to starboard."""
 
     def __init__(self, boat: Boat):
         self._time = max(boat.nomoto_time, 1e-3)
@@ -281,9 +281,9 @@ class TrackMonitor:
 
 
 class TurnMonitor:
-    """Whether a boat that takes yaw rates turns as ordered: by its gyro, or by its track without one.
+    """Compares the turns of a boat that takes yaw rates with the orders: by its gyro, or without one by its track.
 
-    `limit` is the largest that it is ordered; declared: °/s, of the mission, None where it says none.
+    `limit`: of the ordered yaw rate. declared: largest yaw rate of the mission, °/s; None: the vehicle's limit.
     """
 
     def __init__(self, boat: Boat, declared: float | None):
@@ -297,7 +297,7 @@ class TurnMonitor:
         self._track.restart()
 
     def order(self, yaw_rate: float, thrust: float, dt: float, throttle: float = math.nan) -> None:
-        """See `TrackMonitor`. throttle: share of full that the motors have, NaN where it is not reported."""
+        """See `TrackMonitor`. throttle: reported share of full throttle, NaN without a report."""
         self._response.order(yaw_rate, dt)
         self._track.order(yaw_rate, thrust, dt)
         self.limit.order(yaw_rate, thrust, dt, throttle)

@@ -85,37 +85,39 @@ class LimitGuard:
 
 
 def widest(limits: Limits, lookahead: float) -> float:
-    """m off the leg: the mission's limit, or the usual one."""
+    """Largest cross-track error (m): the mission's limit, or three lookaheads."""
     return limits.cross_track or WIDE * lookahead
 
 
 UNTOLD = math.radians(20.0)
-"""rad/s while neither the mission nor the vehicle says one."""
+"""Limit of the ordered yaw rate, rad/s, while neither the mission nor the vehicle gives one."""
 MOST = math.radians(60.0)
-"""rad/s at the most of what a vehicle says: on squares at 2 m/s corners are within 1.5 m with it. Chosen."""
+"""Largest ordered yaw rate of a vehicle that reports its limit, rad/s. Chosen: on squares at 2 m/s corners are then
+within 1.5 m."""
 _SHARE = 0.75
-"""Share of the vehicle's limit that is ordered; the rest is left to its own loop. Chosen."""
+"""Largest ordered yaw rate over the vehicle's limit: its own loop needs the rest. Chosen."""
 _LEAST = math.radians(8.0)
-"""rad/s that are always ordered."""
+"""Least value of the limit, rad/s."""
 _RESPONSE = 0.8
-"""s in which the yaw rate is expected to follow an order, with the delay of a fix. Chosen."""
+"""Time constant with which the yaw rate should follow an order, with the delay of a fix, s. Chosen."""
 _SHORT, _SHORT_FOR = 0.6, 0.5
-"""Share of the expected yaw rate below which a turn falls short, and s for which it has to."""
+"""A turn falls short where the yaw rate is below this share of the expected one for so many s."""
 _DRIVEN = 0.4
-"""Share of full thrust from which on a turn that falls short is remembered: a rudder turns less without thrust."""
+"""Least share of full thrust with which a turn that falls short lowers the limit for later turns: a rudder turns less
+without thrust."""
 _ENDING = 0.9
-"""Share of the expected yaw rate below which an order ends the turn. Chosen: with 1 a limited order, which the expected
-rate approaches from above, would end it, and the limit would not grow again in a turn."""
+"""An order below this share of the expected yaw rate ends the turn. Chosen: the expected rate approaches an order at
+the limit from above, so that with 1 the limit could not grow again within a turn."""
 _REGAINED = 0.1
-"""1/s at which the limit grows again while the boat turns as expected, as a share."""
+"""Relative growth of the limit while the boat turns as expected, 1/s."""
 _AT_ONCE = 0.5
-"""The same of a limit that little thrust had lowered in this turn, up to the limit that is remembered. Chosen."""
+"""Relative growth, 1/s, of a limit that little thrust lowered in this turn, up to the limit for later turns. Chosen."""
 
 
 class TurnLimit:
-    """A gyro shows within a second that a turn falls short, before much of it is missed.
+    """The largest yaw rate to order, lowered where a gyro shows that the boat turns less than ordered.
 
-    declared: rad/s, of the mission, None where it says none: then the vehicle's own counts."""
+    declared: limit of the mission, rad/s; None: the vehicle's own limit is used."""
 
     def __init__(self, declared: float | None = None):
         self._declared = declared

@@ -1,4 +1,4 @@
-"""The estimate that the autopilot aboard steers by: fixes and its own orders in, motion and current out."""
+"""The estimate that the autopilot aboard uses: it takes fixes and orders, and gives motion and current."""
 
 import logging
 import math
@@ -11,24 +11,24 @@ from steerway.live.rows import InputRow, Row
 
 LOG = logging.getLogger("steerway.live")
 _LONGEST_GAP = 30.0
-"""s between two fixes, forward, after which the filter begins anew; at once where time goes back."""
+"""Largest interval between two fixes, s; after a longer one, or where time goes back, the filter restarts."""
 
 _TOLD = 3.0
-"""s for which a throttle holds. Chosen: three heartbeats, as which say that a vehicle is not armed."""
+"""s for which a reported throttle is used. Chosen: three intervals of a heartbeat, which may report 0."""
 
 _DRIVES = 0.1
-"""Share of full throttle above which a boat makes way by it. Chosen."""
+"""Share of full throttle above which the motor drives the boat. Chosen."""
 
 _SPEED_POWER = 0.75
-"""Power of the throttle with which the speed grows. Chosen: 1 where the throttle is the propeller's speed, 0.5 where it
-is the thrust."""
+"""The settled speed is the top speed times this power of the throttle. Chosen: the power is 1 where the throttle is
+the propeller's speed, and 0.5 where it is the thrust."""
 
 
 class SteeringEstimate:
     """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
 
-    Where the steering filter knows the motion the estimate is its own; before, and where only rows are given, it is the
-    row's, without heading and current. A `heading` filter takes the compass's place in the steering filter.
+    Once the steering filter has started, the estimate is that of the filter. Before, it is that of the row, without
+    heading and current. The output of a `heading` filter is used in place of the compass.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class SteeringEstimate:
         return self._throttle if time - self._throttle_told < _TOLD else math.nan
 
     def fix(self, row: InputRow) -> bool | None:
-        """Use a fix; whether it fits the steering filter's estimate, None before that has begun."""
+        """Use a fix. Returns whether it fits the steering filter's estimate; None before the filter has started."""
         if not 0.0 <= row.time - self._fixed <= _LONGEST_GAP:
             self.restart()
         self._fixed = row.time
@@ -84,7 +84,7 @@ class SteeringEstimate:
         return self.filter.refused_for == 0.0 if self.filter.started else None
 
     def _use(self, time: float, *measured: float) -> None:
-        """A fix for the filter, which begins anew where that is no number afterwards."""
+        """Give the filter a fix; restart the filter if its estimate is then no number."""
         try:
             self.filter.fix(time, *measured)
             self.is_broken = self.filter.started and not math.isfinite(sum(self.filter.at(time)[:5]))
