@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from steerway.control.course import AnglePID, AnglePIDGains, YawResponse
 from steerway.control.handover import Autopilot
+from steerway.control.headway import Headway
 from steerway.control.turns import Turn, TurnLimits, TurnSpeeds, plan_turn
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
@@ -26,22 +27,10 @@ _ORDERED_NOISE = 0.3
 study at-sea` judges them."""
 SURE = 0.5
 """rad of heading: beyond it the boat turns at half the rate, and no turn begins early."""
-_PATIENCE = 15.0
-"""The current must exceed the boat's speed for so many s before the boat stops."""
 _LOST = 1.0
 """1σ of the heading, rad, above which a boat that begins to steer goes straight ahead at first."""
 _DEPARTURE = 10.0
 """Longest time straight ahead, s; later turns show the heading."""
-_LONGEST_WITHOUT_WAY = 60.0
-"""s without coming nearer to the waypoint, of a boat whose yaw rate answers within 1 s."""
-_CARRIED, _CARRIED_TIME = 4.0, 8.0
-"""Radii of the tightest turn, and s at the boat's speed, the larger: further away from the waypoint than it was on the
-leg, a boat under way has been carried off. On squares in 65 % of its speed turns take it back by up to 12 m."""
-_TURNING_ROUND = 2.0
-"""Factor of that distance while the boat has not come nearer since it began to steer. Chosen: in 65 % of its speed a
-boat whose bow points down the current drifts 18 m before it has turned."""
-LEAST_WAY = 0.03
-"""Share of the boat's speed that it has to make along a leg."""
 _KEPT_SIDE = 0.5
 """rad of a turn: while more is left the bow turns to the side planned. Chosen: where the course back to the path of a
 turn asked for the other side with 90° left, a boat turned to and fro."""
@@ -98,13 +87,13 @@ class InCurrent:
     def __post_init__(self) -> None:
         for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
             positive(f"in_current.{name}", getattr(self, name))
+        self._headway = Headway(self.top_speed, self.response.time)
         self.restart()
 
     def restart(self) -> None:
         """The boat begins to steer."""
-        self._carried_off = self._without_way = self._departing = self._carried_back = 0.0
-        self._target, self._nearest, self._before, self._closest = -1, math.inf, math.inf, math.inf
-        self._has_gained = False  # has come nearer to a waypoint
+        self._headway.restart()
+        self._departing = 0.0
         self.turning: Turn | None = None  # from the last leg into this one
         self._path: Floats | None = None  # of that turn
         self._left, self._seen = 0.0, math.nan  # rad left of it, the reference so far
@@ -118,40 +107,19 @@ class InCurrent:
     @property
     def trouble(self) -> str:
         """Why the boat cannot follow the leg, "" while it can."""
-        if self._carried_off > _PATIENCE:
-            return "the current exceeds the boat's speed"
-        allowed_back = max(_CARRIED * self.top_speed / self.turn_rate, _CARRIED_TIME * self.top_speed)
-        allowed_back *= 1.0 if self._has_gained else _TURNING_ROUND
-        if self._carried_back > allowed_back:
-            return f"the boat is carried away from the waypoint, by {self._carried_back:.0f} m"
-        if self._without_way > _LONGEST_WITHOUT_WAY * max(1.0, self.response.time):
-            return f"no way is made towards the waypoint for {self._without_way:.0f} s"
-        return ""
+        return self._headway.trouble
 
     def watch(self, leg: LegState, estimate: Estimate, dt: float) -> None:
         """Check whether the boat comes nearer to the waypoint, or could by the estimated current."""
-        least = LEAST_WAY * self.top_speed
-        is_new = leg.target != self._target
-        if is_new:
-            self._target, self._nearest, self._before = leg.target, leg.distance, leg.distance
+        if leg.target != self._headway.target:
             self._begin_turn(leg.target)
-            self._closest = leg.distance
         self._turned_for += dt
         if self.turning is not None and self._turned_for >= self.turning.time:
             self._path = None
-        nearer = is_new or leg.distance < self._before - least * _LONGEST_WITHOUT_WAY
-        gains = is_new or leg.distance < self._nearest - least * _PATIENCE
-        self._before = leg.distance if nearer else self._before
-        self._nearest = leg.distance if gains else self._nearest
-        self._has_gained |= gains and not is_new
-        self._without_way = 0.0 if nearer else self._without_way + dt
-        self._closest = min(self._closest, leg.distance)
-        self._carried_back = leg.distance - self._closest if leg.remaining > 0.0 else 0.0
-        # A gain above 1 may be a wrong split of the motion; who is faster than declared comes nearer all the same.
+        # A speed gain above 1 may be a wrong split of the motion; a boat faster than declared comes nearer anyway.
         believed = estimate._replace(speed_gain=min(estimate.speed_gain, 1.0))
         fastest = self.progress(leg.direction, believed) + estimate.current_std
-        able = fastest > least or estimate.heading_std > SURE
-        self._carried_off = 0.0 if able or gains else self._carried_off + dt
+        self._headway.watch(leg, fastest if estimate.heading_std <= SURE else math.inf, self.turn_rate, dt)
 
     def _begin_turn(self, target: int) -> None:
         """The leg to a waypoint is new: the turn into it that was planned, if any, is under way."""

@@ -16,7 +16,8 @@ from steerway.control.boats import Boat
 from steerway.control.course import AnglePIDGains, YawResponse
 from steerway.control.handover import Autopilot
 from steerway.control.heading_steering import KINDS
-from steerway.control.in_current import LEAST_WAY, InCurrent
+from steerway.control.headway import LEAST_HEADWAY
+from steerway.control.in_current import InCurrent
 from steerway.core.arrays import Floats
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.core.kinematics import course_per_heading, heading_for
@@ -116,7 +117,7 @@ def _advise_steering(scenario: Scenario, known: Boat, speed: float) -> tuple[boo
 
 def tolerated_current(boat: Boat) -> float:
     """The strongest current (m/s) against which a boat makes way."""
-    return (1.0 - LEAST_WAY) * boat.in_current().top_speed
+    return (1.0 - LEAST_HEADWAY) * boat.in_current().top_speed
 
 
 def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, towards: float) -> SteeringLoop:
@@ -127,7 +128,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     steering = boat.in_current()
     north, east = current * math.cos(towards), current * math.sin(towards)
     seen = _steady(steering, speed, north, east)
-    if steering.progress(0.0, seen) <= LEAST_WAY * steering.top_speed:
+    if steering.progress(0.0, seen) <= LEAST_HEADWAY * steering.top_speed:
         return SteeringLoop(math.nan, -1.0, 0.0)
     response = response_of(boat)
     turning = seen.water_speed * math.cos(seen.heading)  # m/s across the leg per rad of heading

@@ -1,0 +1,66 @@
+"""Whether a boat makes headway along the legs of its route."""
+
+import math
+
+from steerway.core.leg import LegState
+
+LEAST_HEADWAY = 0.03
+"""Least speed along a leg, as a share of the boat's speed."""
+_PATIENCE = 15.0
+"""The current must exceed the boat's speed for so many s before the boat stops."""
+_LONGEST_WITHOUT = 60.0
+"""Longest time without coming nearer to the waypoint, s, of a boat whose yaw rate answers within 1 s."""
+_CARRIED, _CARRIED_TIME = 4.0, 8.0
+"""Radii of the tightest turn, and s at the boat's speed: a boat is carried off once its distance from the waypoint is
+above the least so far by more than the larger. On squares in 65 % of its speed turns take it back by up to 12 m."""
+_TURNING_ROUND = 2.0
+"""Factor of that distance while the boat has not come nearer since it began to steer. Chosen: in 65 % of its speed a
+boat whose bow points down the current drifts 18 m before it has turned."""
+
+
+class Headway:
+    """Watches a boat's distance from its waypoint. top_speed: m/s; yaw_time: time constant of the yaw rate, s."""
+
+    def __init__(self, top_speed: float, yaw_time: float):
+        self._top_speed, self._least = top_speed, LEAST_HEADWAY * top_speed
+        self._longest_without = _LONGEST_WITHOUT * max(1.0, yaw_time)
+        self.restart()
+
+    def restart(self) -> None:
+        """The boat begins to steer."""
+        self.target = -1
+        self._overpowered = self._without = self._carried_back = self._allowed_back = 0.0
+        self._nearest = self._before = self._closest = math.inf
+        self._has_gained = False  # has come nearer to a waypoint
+
+    @property
+    def trouble(self) -> str:
+        """Why the boat cannot follow the leg, "" while it can."""
+        if self._overpowered > _PATIENCE:
+            return "the current exceeds the boat's speed"
+        if self._carried_back > self._allowed_back:
+            return f"the boat is carried away from the waypoint, by {self._carried_back:.0f} m"
+        if self._without > self._longest_without:
+            return f"no way is made towards the waypoint for {self._without:.0f} s"
+        return ""
+
+    def watch(self, leg: LegState, fastest: float, turn_rate: float, dt: float) -> None:
+        """Check whether the boat comes nearer to the waypoint, or could.
+
+        fastest: along the leg, m/s. turn_rate: the largest that is ordered, rad/s.
+        """
+        is_new = leg.target != self.target
+        if is_new:
+            self.target = leg.target
+            self._nearest = self._before = self._closest = leg.distance
+        nearer = is_new or leg.distance < self._before - self._least * _LONGEST_WITHOUT
+        gains = is_new or leg.distance < self._nearest - self._least * _PATIENCE
+        self._before = leg.distance if nearer else self._before
+        self._nearest = leg.distance if gains else self._nearest
+        self._has_gained |= gains and not is_new
+        self._without = 0.0 if nearer else self._without + dt
+        self._closest = min(self._closest, leg.distance)
+        self._carried_back = leg.distance - self._closest if leg.remaining > 0.0 else 0.0
+        allowed = self._top_speed * max(_CARRIED / turn_rate, _CARRIED_TIME)
+        self._allowed_back = allowed if self._has_gained else _TURNING_ROUND * allowed
+        self._overpowered = 0.0 if fastest > self._least or gains else self._overpowered + dt
