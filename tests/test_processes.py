@@ -184,7 +184,7 @@ def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
     # The rest is done, no seed twice, and the numbers are those of a campaign that nobody interrupted.
     campaign = ("simulate", tmp_path / "leg.toml", "--seeds", 2, "--first-seed", seeds[0])
     code, _, output = run(*campaign, "-o", tmp_path, "--resume")
-    assert code in (0, None) and output.startswith("resumed with ")
+    assert code in (0, None) and output.startswith("resumed: ")
     assert not (tmp_path / "campaign.unfinished").exists()
     assert run(*campaign, "-o", tmp_path / "whole")[0] in (0, None)
     assert (tmp_path / "results.json").read_text() == (tmp_path / "whole" / "results.json").read_text()

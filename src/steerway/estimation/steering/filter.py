@@ -33,8 +33,8 @@ _START_STD = 0.1
 """1σ of the first velocity, in shares of the usual speed, that is waited for. Chosen: its direction is
 then known to 6° at that speed."""
 _CHANGES = 0.15
-"""1σ of how far the velocity at the end of that line is another than on its average, in shares of the usual speed, of a
-boat whose throttle is known. Chosen: one that gathers way changes it by 0.1 in a second."""
+"""1σ of the difference between the velocity at the end of that line and its average, in shares of the usual speed, for
+a vehicle with a speed loop of its own or a known throttle. Chosen: a boat that gathers way changes it by 0.1 in 1 s."""
 _LOST = 3.0
 """s of refused fixes after which they are believed: the receiver's position has jumped. Chosen: longer than
 `core.statistics.UNBROKEN_REJECTION`, as the orders give the motion."""
@@ -307,7 +307,7 @@ class SteeringFilter:
             return
         way = self._way(time)
         self._drifts = math.isfinite(way)
-        changes = _CHANGES * self.response.speed if self._is_by_throttle else 0.0
+        changes = _CHANGES * self.response.speed if self._is_by_throttle or self.response.over_ground else 0.0
         self._mixture = Mixture(*hypotheses(*line, self.response, way, self._is_driven(time), changes))
         self._time = self._begun = time
         self._misfit, self.refused_for, self._drift = 2.0, 0.0, None

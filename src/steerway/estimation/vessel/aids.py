@@ -91,11 +91,11 @@ _USUAL = {name: median for aid in TABLE for name, (median, _) in aid.priors.item
 class AidNoise(BaseModel):
     """Noise of the aids in a profile; defaults are the medians of the priors."""
 
-    sog_std: float = positive_number(_USUAL["sog_std"], unit="m/s", what="error of the receiver's SOG", most=20.0)
+    sog_std: float = positive_number(_USUAL["sog_std"], unit="m/s", what="1σ of the receiver's SOG", most=20.0)
     velocity_std: float = positive_number(
         _USUAL["velocity_std"],
         unit="m/s",
-        what="error of the receiver's velocity across the course, which determines the error of its COG",
+        what="1σ of the receiver's velocity across the course; divided by SOG, it is that of COG",
         most=20.0,
     )
     heading_std: float = positive_number(_USUAL["heading_std"], unit="rad", what="1σ of the compass", most=0.5)
@@ -114,7 +114,7 @@ class AidNoise(BaseModel):
         most=20.0,
     )
     stream_time: float = positive_number(_USUAL["stream_time"], unit="s", what="correlation time of the current")
-    yaw_rate_std: float = positive_number(_USUAL["yaw_rate_std"], unit="rad/s", what="noise of the gyro", most=1.0)
+    yaw_rate_std: float = positive_number(_USUAL["yaw_rate_std"], unit="rad/s", what="1σ of the gyro", most=1.0)
     gyro_bias_std: float = positive_number(
         _USUAL["gyro_bias_std"], or_zero=True, unit="rad/s", what="1σ of the gyro's bias", most=0.5
     )

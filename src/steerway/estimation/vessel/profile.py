@@ -31,7 +31,7 @@ class MotionNoise(BaseModel):
     speed_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="speed decay α1", most=10.0)
     course_rate_decay: float = positive_number(0.1, or_zero=True, unit="1/s", what="course-rate decay α2")
     # Persistent acceleration along the course; 0: none.
-    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="persistent acceleration")
+    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="1σ of the persistent acceleration")
     acceleration_time: float = positive_number(5.0, unit="s", what="time constant of the acceleration")
     # Wave-induced yaw about a mean course; 0: none.
     yawing_period: float = positive_number(0.0, or_zero=True, unit="s", what="period of wave-induced yaw")
@@ -47,11 +47,11 @@ class MotionNoise(BaseModel):
 class ReceiverErrors(BaseModel):
     """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors."""
 
-    position_std: float = positive_number(most=1e4, unit="m", what="white noise of a fix")
-    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="error of the time of a fix", most=60.0)
-    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="slow error of the receiver")
+    position_std: float = positive_number(most=1e4, unit="m", what="1σ of the white noise of a fix")
+    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="1σ of a fix's time stamp", most=60.0)
+    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of the slow error of the receiver")
     error_time: float = positive_number(60.0, unit="s", what="correlation time of the slow error")
-    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="slower error of the receiver")
+    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of the slower error of the receiver")
     drift_time: float = positive_number(600.0, unit="s", what="correlation time of the slower error")
     # By default the median of its prior for a log of unknown origin.
     outlier_rate: float = positive_number(1e-3, or_zero=True, most=0.5, unit="1", what="share of outliers among fixes")
