@@ -51,7 +51,7 @@ class Set(NamedTuple):
     """Structures that are filtered together."""
 
     structures: tuple[Model, ...]  # those that fade out first
-    weights: tuple[float, ...]  # at the start, or where structures fade out, at the end of that
+    weights: tuple[float, ...]  # at the start; where structures fade out, at the end of the fading
     fading: int  # number of structures that fade out
     fading_weights: tuple[float, ...]  # their weights when the fading began
     learns: bool  # whether the weights are multiplied by the likelihood of every fix

@@ -148,8 +148,8 @@ def fitted(parts: Parts, rows: Rows, start: Values, rounds: int = 2, shortest: f
 def drawn(ascent: Ascent, information: Floats, draws: int) -> tuple[Values, ...]:
     """Samples around a maximum by the normal distribution with this information, in pairs of opposite ones.
 
-    A sample is moved towards the maximum if the posterior has fallen farther there than the normal distribution. It
-    does so where a noise is too large.
+    A sample is moved towards the maximum if the posterior has fallen farther there than the normal distribution. The
+    posterior falls so where a noise is too large.
     """
     posterior, x = ascent.posterior, ascent.x
     lower = np.linalg.cholesky(information)

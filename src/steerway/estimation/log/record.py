@@ -142,8 +142,7 @@ _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
 
 _HELD = 0.5
 """Ratio of the noise at rest to that under way below which the receiver holds or low-pass filters positions at rest.
-Such fixes show nothing of the noise under way. In recorded logs the ratio is 0 to 0.45 for such receivers, 0.6 to 1.2
-for others."""
+Such fixes show nothing of the noise under way. Logs have 0 to 0.45 for such receivers, 0.6 to 1.2 for others."""
 
 
 def telling(record: Rows) -> Ints:
@@ -168,8 +167,7 @@ with 200 (400 records of white noise)."""
 
 
 def excerpt(record: Rows, most: int, apart: float) -> Rows:
-    """About `most` rows: means of fixes, or fixes thinned to `apart` s or pieces of the record; and bursts of all
-    fixes.
+    """About `most` rows: means of fixes, fixes thinned to `apart` s or pieces of the record; and bursts of all fixes.
 
     Means (of records without aids) and thinned fixes determine motion with longer time constants as well as all fixes
     do. If a receiver's random walk hides motion, fixes are thinned more. Bursts determine the rest. The phase of

@@ -1,5 +1,5 @@
-"""The sharpened interval Kalman filter, P4 §3.2. A number occurs once in a sum; if it cannot, the results of several
-arrangements are intersected. The coordinates are such that a reading contracts the bounds.
+"""The sharpened interval Kalman filter, P4 §3.2. Each number is used once in a sum; where this is impossible, the
+results of several arrangements are intersected. The coordinates are such that a reading contracts the bounds.
 
 The compass follows the heading, and a filter corrects the heading by the compass. Intervals carry no correlation of the
 two. In plain coordinates the correction is therefore one more uncertainty, and the bounds grow. The states here are

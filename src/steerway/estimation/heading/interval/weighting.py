@@ -1,7 +1,7 @@
 """One heading from bounds: inf + w (sup − inf), P4 (19), and a network that estimates w from a filter's innovations.
 
 The network is P4's idea (§6): innovations of the nominal filter depend on the error of its compass model. Inputs are
-means over the last 1 to 200 s and a sum, and the same of the heading, since the error of a gain grows with the heading.
+means of the innovation over the last 1 to 200 s and its sum, and the same of the heading: a gain's error grows with it.
 """
 
 import math
