@@ -277,7 +277,7 @@ def motion_moments(models: Sequence[Model], banks: Sequence[Bank], weights: Floa
 
 
 def of_course(x: Floats, p: Floats) -> Floats:
-    """Covariance (n, n) of the state x, from that of a filter, which has the velocity across in place of the course."""
+    """Covariance (n, n) of the state x. A filter's covariance p has the velocity across in place of the course."""
     scale = np.ones(len(x))
     scale[COURSE] = 1.0 / max(x[SPEED], _LEAST_SPEED)
     return symmetric(p) * np.outer(scale, scale)

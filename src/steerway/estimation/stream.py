@@ -290,7 +290,7 @@ class FiveStateFilter:
         return (math.nan, math.nan) if self._geodetic else (first, second)
 
     def output(self) -> list[float]:
-        """Position (2), SOG, COG, course rate, 1σ of these three and of position, in the time of one property.
+        """Position (2), SOG, COG, course rate, 1σ of these three and of position, in the time that one property takes.
 
         The σ of position is without the receiver's slow error, which positions do not show: see `core.slow_error`.
         """

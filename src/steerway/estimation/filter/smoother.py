@@ -122,8 +122,8 @@ def inform(filtered_p: Floats, loose: float, reversal: Reversal, bank: Bank, roo
     """Fill `before`, `after`, `known` and the log determinants for the modes of pairs that have a weight.
 
     The prior variance of a state is at least that of the backward mode, since mixing widens a mode. Where the held rate
-    is not normally distributed about 0, only its prior information is taken out and its mean stays: far from 0 a
-    quotient of normal distributions would prefer the modes that seldom turn so fast. loose: see `step_between`.
+    is not normally distributed about 0, its prior information is subtracted and its mean is kept: far from 0, dividing
+    by a normal prior would favour the modes that seldom turn so fast. loose: see `step_between`.
     """
     m, n = bank.x.shape
     scratch, covariance = room.matrices[0], room.matrices[1]

@@ -38,7 +38,7 @@ FREEDOM = 4.0
 """Degrees of freedom of Student's t distribution for steps and for the noise of poor fixes, both of which are seldom
 large (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American Statistical Association 84(408), 1989)."""
 STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
-"""Variance of that distribution at unit scale."""
+"""Variance of Student's t distribution with FREEDOM, at unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
 """Variance of a predicted fix over that of its white noise, above which a fix with an outlier probability below RARE is
 not treated as an outlier at all: the share of the vague prediction that remains otherwise would outweigh the fix."""

@@ -33,7 +33,7 @@ _BLOCKS, _BLOCK = 4, 400
 class Velocity(NamedTuple):
     """The receiver's velocity as an aid: its noise along and across the course (m/s), and the gain of log density.
 
-    The gain is the log ratio of the fixes' density with the velocity, averaged over `_NOISES`, to that without.
+    The gain is the log of a ratio of densities of the fixes: with the velocity, averaged over `_NOISES`, and without.
     """
 
     noise: float

@@ -106,8 +106,8 @@ class Posterior:
         return np.clip(x, np.minimum(self.least, self.most), self.most)
 
     def scores(self, x: Floats, each: Floats) -> Floats:
-        """(numbers, n) derivative of every row's log density by every number. It is 0 where the density jumps: where it
-        vanishes by rounding, or where a decision of the filter changes."""
+        """(numbers, n) derivative of every row's log density by every number. The score is 0 where the density jumps:
+        where the density vanishes by rounding, or a decision of the filter changes."""
         steps = _DIFFERENCE * np.eye(len(x))
         scores = np.array([(self.densities(x + step) - each) / _DIFFERENCE for step in steps])
         return np.where(np.abs(scores) < _STEEPEST, scores, 0.0)

@@ -57,7 +57,7 @@ from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked
 
 STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
-"""Spacing of the start headings of the filters that seek an unknown heading; half of it is their 1σ."""
+"""Spacing of the start headings of the filters that seek an unknown heading; half the spacing is their 1σ."""
 FARTHEST = 2.0 * math.pi
 """Start headings extend this far either way: the compass's scale acts on the total turn since north, so that −45° and
 315° are different starts."""

@@ -192,7 +192,8 @@ class Track:
     def pass_over_far_fixes(self, estimate: Floats) -> None:
         """Place rows of an estimate (n, 9) by the fix before or after if their own fix is an outlier far away.
 
-        The Earth is flat between a fix and the estimate: over 50 km this errs by 3 m, over an ocean by a degree.
+        The Earth is treated as flat between a fix and the estimate: over 50 km this errs by 3 m, over an ocean by a
+        degree.
         """
         plane = self._plane
         if len(plane.first):

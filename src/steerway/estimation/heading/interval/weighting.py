@@ -42,7 +42,7 @@ class Features:
         self._sums = np.zeros(2)
 
     def step(self, innovation_deg: float, heading_deg: float, dt: float = 1.0) -> Floats:
-        """The features after dt s more; an unknown (NaN) innovation or heading leaves its own unchanged."""
+        """The features after dt s more; an unknown (NaN) innovation or heading leaves its features unchanged."""
         now = np.array([innovation_deg, heading_deg])
         known, left = np.isfinite(now), np.exp(-dt / SPANS)
         self._means[known] = (left * self._means + (1.0 - left) * now[:, None])[known]
