@@ -36,7 +36,7 @@ _SHORTEST_STAY = 2.5
 that are more frequent are noise. In recorded logs with steps this time is 9 to 100 intervals."""
 _SEEN = 0.3
 """Least step of a receiver's error, in last digits of a written fix; a smaller step hardly shows. With no limit,
-smoothed SOG of a track ten digits long errs by a sixth, far more than its σ. With 0.1, SOG of drifting boats errs twice
+smoothed SOG of a track ten digits long errs by a sixth, well beyond its σ. With 0.1, SOG of drifting boats errs twice
 as much as without steps."""
 UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 """Periods (s) to try where a record shows none, about a factor of 1.7 apart."""
