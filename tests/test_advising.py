@@ -39,8 +39,7 @@ waypoints = [{ north = 0.0, east = 0.0 }, { north = 150.0, east = 0.0 }, { north
 
 
 def swing(white, slow, doubt):
-    """Swing of the heading (rad) from 80 s on after the last corner, with perfect fixes that the filter takes for poor
-    ones."""
+    """Swing of the heading (rad) from 80 s after the last corner on; the filter treats the perfect fixes as poor."""
     scenario = parse_scenario(SCENARIO % (0.3, 0.0, 0.0))
     known = assembly.boat(scenario).but(yaw_doubt=doubt)
     law = scenario.guidance.design(known.lookahead, known.cruise)

@@ -193,18 +193,19 @@ def test_other_steps_and_rates_estimate_the_same_heading(step, rate):
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    ("wrong", "message"),
     [
-        lambda: CompositeFilter(np.zeros(13)),
-        lambda: IntervalFilter(np.zeros((14, 3))),
-        lambda: IntervalFilter(box_of(MODEL, 0.01)[:, ::-1]),
-        lambda: IntervalFilter(box_of(MODEL, 0.01), parts=0),
-        lambda: PrintedIntervalFilter(box_of(MODEL, 0.01)).step(0.0, np.zeros(39)),
-        lambda: AidedHeadingFilter().step(0.0, velocity=(1.0,)),
+        (lambda: CompositeFilter(np.zeros(13)), r"has shape \(13,\)"),
+        (lambda: IntervalFilter(np.zeros((14, 3))), r"interval\.box has shape \(14, 3\)"),
+        (lambda: IntervalFilter(box_of(MODEL, 0.01)[:, ::-1]), r"interval\.box\[\d+\] is \S+ to \S+, expected numbers"),
+        (lambda: IntervalFilter(np.full((14, 2), math.nan)), r"interval\.box\[0\] is nan to nan, expected numbers"),
+        (lambda: IntervalFilter(box_of(MODEL, 0.01), parts=0), r"interval\.parts is 0"),
+        (lambda: PrintedIntervalFilter(box_of(MODEL, 0.01)).step(0.0, np.zeros(39)), "expected"),
+        (lambda: AidedHeadingFilter().step(0.0, velocity=(1.0,)), "expected"),
     ],
 )
-def test_mis_shaped_models_are_refused(wrong):
-    with pytest.raises(InputError, match="expected"):
+def test_mis_shaped_models_are_refused(wrong, message):
+    with pytest.raises(InputError, match=message):
         wrong()
 
 

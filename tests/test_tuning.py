@@ -68,7 +68,7 @@ def test_where_more_effort_predicts_worse_the_answer_is_the_defaults(monkeypatch
     monkeypatch.setattr(tuning, "infer", spoilt)
     tuned = tune(fixes)
     assert tuned.is_default and tuned.held_back_log_likelihood == tuned.default_held_back_log_likelihood
-    assert "no improvement" in dict(tuned.sentences())["result"]
+    assert "no better" in dict(tuned.sentences())["result"]
     assert tuned.profile.weighed == tuned.default.weighed == choose_profile(fixes).weighed
 
 

@@ -64,9 +64,9 @@ def kernel(function: F) -> F:
 def lean_kernel(function: F) -> F:
     """A `kernel` for the innermost loops, which neither makes nor returns an array.
 
-    It does not count references to its array arguments and is inlined into its callers: in a chain of calls that pass
-    small arrays on, both cost more than the arithmetic. A product and a sum may be rounded once. Called from Python it
-    keeps the interpreter lock, since releasing it takes longer than the call.
+    It does not count references to its array arguments and is inlined into its callers: where small arrays pass through
+    a chain of calls, counting and calling cost more than the arithmetic. A product and a sum may be rounded once.
+    Called from Python it keeps the interpreter lock, since releasing it takes longer than the call.
     """
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 

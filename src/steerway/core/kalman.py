@@ -66,7 +66,7 @@ def place_by_fix(p: Floats, fix: Fix, g: int) -> None:
     """Set the covariance of a position that was set to a fix minus the error states.
 
     The position's error is the white noise minus the errors of the error states. Its covariance with every other state
-    is therefore minus theirs; with any other value P would not be positive semidefinite.
+    is therefore minus that of the error states; with any other value P would not be positive semidefinite.
     """
     n = p.shape[1]
     for k in range(2):

@@ -41,7 +41,7 @@ def one_process(path: Path) -> Iterator[None]:
 def only_writer(directory: str | os.PathLike[str], what: str) -> Iterator[Path]:
     """Reserve a directory, made if it is missing, for this process while the block writes `what` into it.
 
-    A file `LOCK` in it names the process that writes and its start; a file left by a killed process is taken over.
+    A file `LOCK` in it names the writing process and when it began; a file left by a killed process is taken over.
     Raises InputError, with the text of that file, if another process writes, or if nothing can be written.
     """
     path = made_directory(directory) / LOCK

@@ -59,9 +59,9 @@ def run_chains(
 
     `function` is a module-level function or a functools.partial of one. By default there are as many workers as cores;
     with one, the work is done in this process. `cluster`: address of a Dask scheduler to use instead, from the option
-    `option`. Use it in `contextlib.closing`, so that the workers end with the block. An exception of `function` is
-    raised here, with the worker's traceback as a note. An item whose worker is killed is repeated; after `most_losses`
-    losses its result is None and the rest of its chain is left out. Without that number, raises ChildProcessError.
+    `option`. In `contextlib.closing`, the workers end with the block. An exception of `function` is raised here, with
+    the worker's traceback as a note. An item whose worker is killed is repeated; after `most_losses` losses its result
+    is None and the rest of its chain is left out. Without `most_losses`, raises ChildProcessError.
     """
     if cluster is not None:
         yield from _on_cluster(function, chains, cluster, option, most_losses is not None)

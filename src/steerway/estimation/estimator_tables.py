@@ -8,7 +8,8 @@ from steerway.core.settings import NotNegative, Positive, Table
 
 
 class HeadingEstimatorTable(Table):
-    """The filter of the heading. "tracker": compass, smoothed; "composite": compass and orders; "aided": also GNSS.
+    """The filter of the heading. "tracker": compass, smoothed; "composite": compass and orders; "aided": orders, GNSS
+    velocity and, if on board, the compass.
 
     "interval": bounds of the heading for every deviation within ± 2 `deviation_std_deg`; the heading used lies at the
     share `weight` between them. `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the deviation.

@@ -2,7 +2,7 @@
 
 A model of one mode is smoothed by Rauch, Tung and Striebel's recursion from the latest row back. A model of several
 modes is smoothed as a whole record is (`filter.smoother`), by a filter that runs backwards from the latest row. For one
-mode this is less accurate than the recursion while few fixes follow.
+mode the backward filter is less accurate than the recursion while few fixes follow.
 """
 
 from collections import deque

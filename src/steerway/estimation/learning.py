@@ -1,7 +1,7 @@
 """LearningFilter: a filter that starts from a broad prior and infers vessel and receiver while it runs.
 
 A window keeps the latest fixes. The inference of `estimate` runs on the window from time to time, in the background.
-The estimate then blends to the structures found within some seconds, without a jump.
+The estimate then blends to the new structures, without a jump, over some seconds (`running.FADE`).
 """
 
 import logging
@@ -44,7 +44,7 @@ class LearningFilter(FiveStateFilter):
     Args:
         start: first profile, None for the prior.
         aid: as for `FiveStateFilter`; "auto" uses the receiver's SOG and COG where they predict the fixes better.
-        background: whether inferences run in a thread; otherwise a row that makes one due waits for it, as in a replay.
+        background: whether inferences run in a thread; otherwise (a replay) a row waits for the inference then due.
         keep: called with every inferred profile, in the thread of the inference.
     """
 

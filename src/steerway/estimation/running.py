@@ -51,7 +51,7 @@ class Set(NamedTuple):
     """Structures that are filtered together."""
 
     structures: tuple[Model, ...]  # those that fade out first
-    weights: tuple[float, ...]  # at the start, or where structures fade out, at the end of that
+    weights: tuple[float, ...]  # at the start; where structures fade out, at the end of the fading
     fading: int  # number of structures that fade out
     fading_weights: tuple[float, ...]  # their weights when the fading began
     learns: bool  # whether the weights are multiplied by the likelihood of every fix
@@ -277,7 +277,7 @@ def motion_moments(models: Sequence[Model], banks: Sequence[Bank], weights: Floa
 
 
 def of_course(x: Floats, p: Floats) -> Floats:
-    """Covariance (n, n) of the state x, from that of a filter, which has the velocity across in place of the course."""
+    """Covariance (n, n) of the state x. A filter's covariance p has the velocity across in place of the course."""
     scale = np.ones(len(x))
     scale[COURSE] = 1.0 / max(x[SPEED], _LEAST_SPEED)
     return symmetric(p) * np.outer(scale, scale)

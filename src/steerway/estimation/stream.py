@@ -1,8 +1,8 @@
 """FiveStateFilter: a profile as a filter, fix by fix, with the same numbers as `estimate`.
 
 Its structures and their whole state are in `Running`, so that a snapshot is one copy. For rows between and after fixes,
-restore the snapshot in another filter and predict with that one. A profile of one mode without extras runs by the
-paper's Table 1 (`filter.five_state`), all others by the general filter (`filter.row`).
+restore the snapshot in another filter and predict with that one. A profile of one mode without further states, aids or
+lag runs by the paper's Table 1 (`filter.five_state`), all others by the general filter (`filter.row`).
 """
 
 import math
@@ -290,7 +290,7 @@ class FiveStateFilter:
         return (math.nan, math.nan) if self._geodetic else (first, second)
 
     def output(self) -> list[float]:
-        """Position (2), SOG, COG, course rate, 1σ of these three and of position, in the time of one property.
+        """Position (2), SOG, COG, course rate, 1σ of these three and of position, in the time that one property takes.
 
         The σ of position is without the receiver's slow error, which positions do not show: see `core.slow_error`.
         """

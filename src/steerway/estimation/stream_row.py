@@ -36,7 +36,7 @@ from steerway.estimation.log.run import UNKNOWN_SPEED
     RETURNED,  # ELAPSED at the first fix after the last outage, 0 without one
     SOG_BEFORE,  # m/s at the last fix before this outage
     COG_BEFORE,  # rad in the plane
-    SLIDES_IN,  # 1 where the receiver is suspected to slide in after this outage, see `log.outage`
+    SLIDES_IN,  # 1 if positions after this outage are suspected to slide, see `log.outage`
     FIXED_SOG,  # m/s at the last fix
     FIXED_COG,
 ) = range(21)
@@ -149,13 +149,14 @@ def note_fix(state: Floats, estimate: Floats) -> None:
 
 @lean_kernel
 def may_slide(state: Floats) -> bool:
-    """Whether the last outage ended less than SLIDES s ago, so that the receiver may slide in."""
+    """Whether the last outage ended less than SLIDES s ago, so that the receiver's positions may still be sliding back
+    to the true place (see `outage`)."""
     return state[RETURNED] > 0.0 and state[ELAPSED] - state[RETURNED] < SLIDES
 
 
 @lean_kernel
 def doubt_slide(state: Floats, estimate: Floats) -> None:
-    """Apply `outage.doubt` to an estimate (9,) while the receiver may slide in."""
+    """Apply `outage.doubt` to an estimate (9,) while `may_slide` is true."""
     if may_slide(state):
         doubt(estimate, state[SOG_BEFORE], state[COG_BEFORE], state[SLIDES_IN] == 1.0)
 

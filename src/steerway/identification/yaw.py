@@ -1,9 +1,9 @@
 """Nomoto's K, T and rudder bias from a zigzag or a turning circle, for the gains of an autopilot.
 
 T ω̇ + ω = K (δ + b), P1 (26)–(27), P0 (51)–(52), by maximum likelihood on the innovations of a Kalman filter with the
-rudder as input. Measurement and process noise are estimated separately, so that the intervals have their coverage. For
-an angle (a compass heading, or a course) the innovations are linear in K and K b; for positions alone, the five-state
-filter gives the likelihood. The intervals are nominally 95 %; a noisy zigzag of four minutes has 90 to 92 %.
+rudder as input. Measurement and process noise are estimated separately: the intervals depend on both. For an angle (a
+compass heading, or a course) the innovations are linear in K and K b; for positions alone, the five-state filter gives
+the likelihood. The intervals are nominally 95 %; for noisy zigzags of four minutes they cover 90 to 92 %.
 """
 
 import math
@@ -34,7 +34,7 @@ _START_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 _START_RATIOS = (1e-6, 1e-3, 1.0)
 _EXPECTED = np.log([1e-4, 1e-3, 0.3])
 _EXPECTED_STD = np.array([4.0, 4.0, 2.0])
-"""Prior σ of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m); wide: data outweigh it if they can."""
+"""Prior σ of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m); wide, so that data outweigh it."""
 _BIG = 1e12
 
 

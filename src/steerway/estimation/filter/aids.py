@@ -2,7 +2,7 @@
 
 heading = χ − crab angle, speed through water = U − current along the course, yaw rate = course rate + gyro bias. The
 crab angle, the current and the bias may be states, each called the companion of its aid. The receiver's SOG and COG
-have slow errors as companions, since receivers filter their velocity. Both together are defined at rest too.
+have slow errors as companions, since receivers filter velocity. Together they form a vector, defined at rest too.
 """
 
 import math
@@ -17,7 +17,7 @@ from steerway.estimation.filter.weigh import DECADES, LEAST_OUTLIER
 from steerway.estimation.vessel.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 
 _OUTLIER_RATE = 1e-3
-"""Share of aids that are outliers: the prior median of the share for fixes."""
+"""Share of aids that are outliers, as the prior median of the share of fixes."""
 _LEAST_SPEED = 0.1
 """m/s, below which a heading is not used: its Jacobian is 1/U."""
 

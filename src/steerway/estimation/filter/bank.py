@@ -28,8 +28,8 @@ START_SPEED_STD = 10.0
 """m/s: σ of the velocity along either axis after the first fix. Two σ are 39 kn."""
 
 LEAST_SHARE = 1e-3
-"""Share of one mode in the mixture from which another starts a step: this share counts half, a smaller one less. Were
-shares not reduced, an improbable mode of large covariance (an emergency) would widen all others at every step: the
+"""Share of a mode in the mixture from which a mode starts a step: a mode of this share counts half, rarer ones less.
+Were shares not reduced, an improbable mode of large covariance (an emergency) would widen all others at every step: the
 likelihood is lower, and errors of SOG are 2 % larger on steady courses. With 0.01, manoeuvres are followed late."""
 
 
@@ -229,8 +229,8 @@ _DRIFTS = 0.1
 def parts_of(x: Floats, p: Floats, mode: Mode, dt: float) -> int:
     """Number of equal steps for the prediction of a mode, x (n,) and p (n, n), over dt > 0 seconds.
 
-    A step assumes a constant turn rate and, for noise across the course, a constant speed. Steps of 1 s find when a
-    course is lost.
+    A step assumes a constant turn rate and, for noise across the course, a constant speed. Where the course may be
+    lost, steps of 1 s find when.
     """
     most = max(math.ceil(dt / SHORT - _SLACK), 1)
     if most == 1 or x[SPEED] < _DRIFTS * mode.drift_speed:

@@ -15,9 +15,9 @@ from steerway.estimation.filter.vectors import Sym2, Vec2, density
 
 _NARROW, _FAR = 0.2, 25.0
 """In σ of the predicted fix: a cell that is narrower, or whose near end is farther off, is replaced by the added
-variance. The density hardly changes within the former and is below 10⁻¹³⁰ in the latter."""
+variance. The density hardly changes within a narrow cell, and is below 10⁻¹³⁰ in a far one."""
 REGULAR = 0.03
-"""Variance added to a predicted fix, over q²/12: a σ of 0.05 q. It keeps the covariance regular without noise."""
+"""Variance added to a predicted fix, over q²/12 (σ of 0.05 q): without noise, it keeps the covariance regular."""
 
 
 class Interval(NamedTuple):

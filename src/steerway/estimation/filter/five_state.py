@@ -222,7 +222,7 @@ def wait(bank: Bank, model: Model, dt: float) -> None:
 
 @called_kernel
 def wait_longer(bank: Bank, model: Model, dt: float) -> None:
-    """Predict by the general filter. A call, as `leave` is."""
+    """Predict by the general filter: called and not inlined, as `leave` is."""
     fill_lower(bank.p[0])
     advance_modes(bank, model, dt)
 

@@ -54,7 +54,7 @@ def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
 
 
 _VAGUE = 0.4
-"""m/s, a little above `course.STEERAGEWAY`: a velocity of less σ that has no direction is that of a vessel at rest."""
+"""m/s, a little above `course.STEERAGEWAY`: a velocity without direction of less σ is that of a vessel at rest."""
 LEAST_COUNTED = 0.003
 """Least probability of a mode that counts in the variances; for m² pairs of modes, 1/m of it. A 95 % interval need not
 hold modes less probable: counted, they make the σ of the rate 1.5 times as large in the scene `circles`. With 0.01 the

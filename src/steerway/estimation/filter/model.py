@@ -2,14 +2,14 @@
 
 Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the held course rate. Further
 states are shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., §8.2 and
-§10.2). Each is a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts on one
-of the quantities below. Waves act on the course, about which they swing a vessel; on the rate, they would change it.
+§10.2). Each is a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts on a
+quantity below. Waves act on the course, about which they swing a vessel; on the rate, they would change its mean.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course (m/s). It
 stays regular at rest, where the course is undefined.
 
 All numbers have eight bytes, so that a model and a bank fit into one row of float64 each (`packed`, `bank_in`). A row
-is copied at once, and costs a call a tenth of the time that its arrays would cost.
+is copied at once, and passing it to a kernel takes a tenth of the time of passing its arrays.
 """
 
 from typing import NamedTuple, Protocol

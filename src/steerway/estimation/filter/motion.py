@@ -15,8 +15,8 @@ from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, S
 _SLOW = 1e-6
 """m/s: least speed for a ratio of speeds, by which a prediction scales the velocity across the course."""
 _SPINS_BELOW = 2.0
-"""m/s, above which the noise of the course rate in an emergency falls: it would be a larger acceleration across the
-course than is expected along it (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
+"""m/s, above which the noise of the course rate in an emergency falls: unreduced, it would accelerate a vessel more
+across the course than is expected along it (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
 
 
 class Arc(NamedTuple):

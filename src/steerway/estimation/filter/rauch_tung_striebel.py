@@ -17,8 +17,8 @@ from steerway.estimation.filter.relative import difference, is_steady, shifted, 
 _UNKNOWN = 1e12
 """Factor on a variance that removes the information of the later row, and keeps the factorisation regular."""
 _RATIO = 2.0
-"""Ratio of two speeds above which their velocities are compared as vectors. Compared as courses, the information on the
-velocity across the course would grow with the ratio."""
+"""Ratio of two speeds above which their velocities are compared as vectors. In a comparison of courses, the information
+on the velocity across the course would grow with the ratio."""
 
 
 class Room(NamedTuple):

@@ -22,7 +22,7 @@ of a fifth of a radian, and the two corrections differ by a tenth of a σ."""
 def is_steady(speed: float, along: float, across: float) -> bool:
     """Whether velocities near this one are compared as speeds and courses, not as vectors.
 
-    As vectors, velocities of one speed on different courses have a slower mean. along, across: variances (m²/s²).
+    The mean vector of velocities of one speed on different courses is slower. along, across: variances (m²/s²).
     """
     way = speed * speed
     return way > _STEADY**2 * across or way > max(_STEADY**2 * along, across)

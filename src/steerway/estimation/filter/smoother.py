@@ -28,11 +28,11 @@ from steerway.estimation.filter.vectors import Sym2, Vec2, density, dot, plus, t
 from steerway.estimation.filter.weigh import FREEDOM, NORMAL, outlier_density, take_fix
 
 _NEGLIGIBLE = 3e-3
-"""Probability of a pair of modes, over that of the likeliest pair, below which it is left out: before their states are
-compared, and after it. With 0.001, smoothed scenes are no better and take a fifth more time."""
+"""Probability of a pair of modes, over that of the likeliest pair, below which it is left out, both before and after
+their states are compared. With 0.001, smoothed scenes are no better and take a fifth more time."""
 _NEAR = 0.45
-"""rad: largest difference of two courses that are compared as courses although one of them is uncertain. Linear in the
-course, the distance is then too long by a tenth."""
+"""rad: largest difference of two courses that are compared as courses although one of them is uncertain. The distance,
+which is linear in the course, is then too long by a tenth."""
 _LEAST_SPEED = 1e-6  # m/s: least divisor for a speed
 
 
@@ -122,8 +122,8 @@ def inform(filtered_p: Floats, loose: float, reversal: Reversal, bank: Bank, roo
     """Fill `before`, `after`, `known` and the log determinants for the modes of pairs that have a weight.
 
     The prior variance of a state is at least that of the backward mode, since mixing widens a mode. Where the held rate
-    is not normally distributed about 0, only its prior information is taken out and its mean stays: far from 0 a
-    quotient of normal distributions would prefer the modes that seldom turn so fast. loose: see `step_between`.
+    is not normally distributed about 0, its prior information is subtracted and its mean is kept: far from 0, dividing
+    by a normal prior would favour the modes that seldom turn so fast. loose: see `step_between`.
     """
     m, n = bank.x.shape
     scratch, covariance = room.matrices[0], room.matrices[1]
@@ -157,7 +157,7 @@ def inform(filtered_p: Floats, loose: float, reversal: Reversal, bank: Bank, roo
 
 @called_kernel
 def compare(filtered_x: Floats, filtered_p: Floats, bank: Bank, room: Room) -> bool:
-    """Fill mean, covariance and probability of all pairs; before, their weights are prior probabilities.
+    """Fill mean, covariance and probability of all pairs. On entry `room.weight` holds prior probabilities.
 
     Returns whether any pair is left.
     """

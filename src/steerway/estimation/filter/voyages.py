@@ -28,11 +28,11 @@ VOYAGES = 500
 STEP = 1.0
 """s: longest step of a voyage, straight at its mean speed and course. Short yaws last about as long."""
 SHORTEST_RETURN = 60.0
-"""s: least time constant of the return to a usual speed. On the developing half of the logs of `steerway study
-unseen-logs`, 95 % regions five minutes ahead hold 88 % of the positions without it, and 92 % with it."""
+"""s: least time constant of the return to a speed of the record. On the developing half of the logs of `steerway study
+unseen-logs`, 95 % regions five minutes ahead hold 88 % of the positions without this limit, and 92 % with it."""
 RECORD_TIME = 600.0
-"""s: the prior of the usual speed, uniform between rest and twice the present speed, counts as much as a record of this
-length. With half an hour, no coverage changes by 1 %."""
+"""s: the prior of the speed returned to, uniform between rest and twice the present speed, counts as much as a record
+of this length. With half an hour, no coverage changes by 1 %."""
 
 
 def forecasts(

@@ -38,12 +38,12 @@ FREEDOM = 4.0
 """Degrees of freedom of Student's t distribution for steps and for the noise of poor fixes, both of which are seldom
 large (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American Statistical Association 84(408), 1989)."""
 STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
-"""Variance of that distribution at unit scale."""
+"""Variance of Student's t distribution with FREEDOM, at unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
 """Variance of a predicted fix over that of its white noise, above which a fix with an outlier probability below RARE is
 not treated as an outlier at all: the share of the vague prediction that remains otherwise would outweigh the fix."""
 OUTLIERS_LAST = 0.5
-"""Probability that the fix after an outlier is an outlier too: even odds, as are the next two numbers."""
+"""Probability that the fix after an outlier is an outlier too: even odds, as in `SAME_OFFSET` and `RETURNS`."""
 SAME_OFFSET = 0.5
 """Probability that the second of two outliers has the same error as the first."""
 RUN_FOLLOWED = 4
@@ -179,7 +179,7 @@ def whole_of(seen: Seen, weighed: Weighed, variance: float) -> float:
 def take_shares(
     bank: Bank, k: int, seen: Seen, weighed: Weighed, whole: float, receiver: Receiver, mean: Share
 ) -> None:
-    """Correct mode k by the mean over all hypotheses h; `mean` contains that of a good fix before.
+    """Correct mode k by the mean over all hypotheses h. On entry `mean` is the contribution of a good fix.
 
     Probabilistic data association (Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4):
     x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ in `rows`, s_h = S_h⁻¹ ν and
@@ -330,9 +330,9 @@ def shift(bank: Bank, north: float, east: float, variance: float) -> None:
 
 @called_kernel
 def return_step(bank: Bank, model: Model, fix: Vec2, variance: float) -> tuple[float, float]:
-    """Undo the step that was followed last, where the fix is more probable after a return than without.
+    """Undo the step that was followed last, if a return makes the fix more probable.
 
-    Returns the prior probability of the choice, return or none, and prior times density (1/m²) of the other one.
+    Returns the prior probability of the choice made (to return or not), and prior times density (1/m²) of the other.
     """
     run, processes, outlier_rate = bank.run[0], model.processes, model.receiver[0].outlier_rate
     if run.step_north == 0.0 and run.step_east == 0.0:

@@ -1,8 +1,8 @@
 """`--aid auto`: the receiver's own SOG and COG are used if a log shows that they carry information.
 
-They do if they improve the prediction of the fixes: the density of every fix given the fixes and velocities before it
-(C. W. J. Granger, Econometrica 37(3), 1969). A velocity that the receiver differenced from the same positions improves
-no prediction. The inference then estimates the noise and the lasting error of SOG and COG.
+SOG and COG do if they improve the prediction of the fixes: the density of every fix given the fixes and velocities
+before it (C. W. J. Granger, Econometrica 37(3), 1969). A velocity that the receiver differenced from the same positions
+improves no prediction. The inference then estimates the noise and the lasting error of SOG and COG.
 """
 
 import math
@@ -25,7 +25,7 @@ VELOCITY = ("sog", "cog")
 _NOISES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
 """σ (m/s) that is tried for SOG and COG, all equally probable: from a Doppler velocity to a poor receiver's."""
 _NO_ERROR = {"sog_error_std": 1e-3, "sog_error_time": 2.0, "cog_error_std": 1e-3, "cog_error_time": 2.0}
-"""Numbers of a velocity without a lasting error: its σ is a twentieth of the least of `_NOISES`."""
+"""Numbers of a lasting error that does not matter: a σ of a twentieth of the least of `_NOISES`."""
 _BLOCKS, _BLOCK = 4, 400
 """Pieces of the log that are compared, and fixes in each. They bound the time of the comparison."""
 
@@ -33,7 +33,7 @@ _BLOCKS, _BLOCK = 4, 400
 class Velocity(NamedTuple):
     """The receiver's velocity as an aid: its noise along and across the course (m/s), and the gain of log density.
 
-    The gain is the log ratio of the fixes' density with the velocity, averaged over `_NOISES`, to that without.
+    The gain is the log of a ratio of densities of the fixes: with the velocity, averaged over `_NOISES`, and without.
     """
 
     noise: float

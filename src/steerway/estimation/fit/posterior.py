@@ -106,8 +106,8 @@ class Posterior:
         return np.clip(x, np.minimum(self.least, self.most), self.most)
 
     def scores(self, x: Floats, each: Floats) -> Floats:
-        """(numbers, n) derivative of every row's log density by every number. It is 0 where the density jumps: where it
-        vanishes by rounding, or where a decision of the filter changes."""
+        """(numbers, n) derivative of every row's log density by every number. The score is 0 where the density jumps:
+        where the density vanishes by rounding, or a decision of the filter changes."""
         steps = _DIFFERENCE * np.eye(len(x))
         scores = np.array([(self.densities(x + step) - each) / _DIFFERENCE for step in steps])
         return np.where(np.abs(scores) < _STEEPEST, scores, 0.0)
@@ -148,8 +148,8 @@ def fitted(parts: Parts, rows: Rows, start: Values, rounds: int = 2, shortest: f
 def drawn(ascent: Ascent, information: Floats, draws: int) -> tuple[Values, ...]:
     """Samples around a maximum by the normal distribution with this information, in pairs of opposite ones.
 
-    A sample is moved towards the maximum if the posterior has fallen farther there than the normal distribution. It
-    does so where a noise is too large.
+    A sample is moved towards the maximum if the posterior has fallen farther there than the normal distribution. The
+    posterior falls so where a noise is too large.
     """
     posterior, x = ascent.posterior, ascent.x
     lower = np.linalg.cholesky(information)

@@ -47,9 +47,9 @@ UNRESOLVED_SURGE = 1e-3
 """m/s, surge given to waves whose surge the log does not show: too small to change an estimate."""
 _BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
 """Up to this ratio of the variance of fixes to that of their rounding, only these parts are tried. Others fit the
-pattern of rounding as motion or obstructions (SOG of 140 generated records errs by 0.19 m/s with all, by 0.06 so)."""
+pattern of rounding as motion or obstructions (140 generated records: SOG errs by 0.19 m/s with them, else by 0.06)."""
 _OTHERWISE = ("error", "steps")
-"""Errors of the receiver that the plain structure takes for motion: their search starts from a second vessel too."""
+"""Errors of the receiver that the plain structure fits as motion: their fits start from the second best vessel too."""
 LEAST_WEIGHT = 0.02
 """Share of the total weight below which a structure is left out. A mean moves by at most this part of the distance to
 that structure, well below the σ of the mean."""
@@ -143,8 +143,8 @@ def refitted(few: dict[Parts, Fit], rows: Rows, shortest: float, effort: int, dr
 def with_resolved_surge(fit: Fit, rows: Rows, shortest: float) -> Fit:
     """The fit, without the surge of its waves if the record does not show one.
 
-    Waves may be found by their yaw alone: a slalom looks like the yaw of a wave with its period. Noise, which
-    has power at every period, is then taken for the surge of that wave, and the smoothed speed follows it.
+    A fit may contain waves because of yaw alone, even falsely: a slalom looks like wave yaw of the same period. Noise,
+    which has power at every period, is then taken for the surge of that wave, and the smoothed speed follows it.
     """
     if "wave_surge" not in fit.values:
         return fit
@@ -229,7 +229,8 @@ def weighed(fits: dict[Parts, Fit], quantum: tuple[float, float] = (0.0, 0.0), d
 
 
 def searched(parts: Parts, rows: Rows, values: Values, scales: Scales) -> tuple[Values, float]:
-    """The likeliest start when the last of `parts` is added to the others with these values, and its log posterior."""
+    """The likeliest start for fitting `parts`, and its log posterior: the numbers of the last part are searched on its
+    grid, those of the others are `values` (for obstructions, those of typical vessels too)."""
     begun, log = [values], -math.inf
     if parts[-1] == "obstructions":  # without which the fit may show manoeuvres instead
         begun += vessels(scales.noise)

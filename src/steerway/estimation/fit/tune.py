@@ -1,7 +1,7 @@
 """`tune`: the inference of `estimate` with more effort, checked on a part of the log that it has not seen.
 
-The last fifth of the fixes is held back. Whether a quick or a thorough inference in the rest predicts later fixes
-better is all but chance. The mean of both predicts better than either, as averages over models do (J. A. Hoeting, D.
+The last fifth of the fixes is held back. Whether a quick or a thorough inference from the rest predicts these fixes
+better is nearly chance. The mean of both predicts better than either, as averages over models do (J. A. Hoeting, D.
 Madigan, A. E. Raftery and C. T. Volinsky, Statistical Science 14(4), 1999). The result is this mean if it predicts the
 fixes held back better than the quick inference, by strong evidence (`BETTER`). Otherwise it is the profile that
 `estimate` infers from the whole log.
@@ -47,7 +47,7 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     record = track.record
     known = np.flatnonzero(np.isfinite(record.north))
     if len(known) < _FEWEST:
-        raise InputError(f"the log has {len(known)} fixes, expected at least {_FEWEST} under way for tuning")
+        raise InputError(f"the log has {len(known)} fixes, expected at least {_FEWEST} for tuning")
     cut = int(known[int((1.0 - _HELD_BACK) * len(known))])
     seen = part_of(record, 0, cut)
     quick = infer(seen)

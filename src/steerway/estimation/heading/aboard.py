@@ -151,8 +151,7 @@ class HeadingAboard:
         return self.heading, self.yaw_rate
 
     def _slip(self, velocity: float, dt: float) -> float:
-        """1σ (m/s) of the sway in a turn; larger if velocities come within `_SLIP_TIME`, because their errors are
-        alike."""
+        """1σ (m/s) of the sway in a turn; larger for velocities within `_SLIP_TIME`, since their errors are alike."""
         self._since += dt
         if math.isnan(velocity):
             return 0.0

@@ -1,8 +1,8 @@
 """Heading from propellers, an uncalibrated compass and GNSS velocity, for boats whose models are known roughly.
 
 P4 bounds the effect of a wrong compass model. Most of the error of a compass model is a scale and a deviation, most of
-that of a vehicle model is a bias of the propellers. They are states here. GNSS velocity, which does not depend on the
-compass, makes them observable:
+that of a vehicle model is a bias of the propellers. Scale, deviation and bias are states here. GNSS velocity, which
+does not depend on the compass, makes them observable:
 
     x = [v1 v2 c1 c2 | bias of n_d | compass scale, sine and cosine of its deviation | current north, east | speed].
 
@@ -57,7 +57,7 @@ from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked
 
 STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
-"""Spacing of the start headings of the filters that seek an unknown heading; half of it is their 1σ."""
+"""Spacing of the start headings of the filters that seek an unknown heading; half the spacing is their 1σ."""
 FARTHEST = 2.0 * math.pi
 """Start headings extend this far either way: the compass's scale acts on the total turn since north, so that −45° and
 315° are different starts."""

@@ -60,8 +60,7 @@ BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(BASI
 WAVES = 1e-14
 """Variance that waves add to each vehicle state a second, P4 §6."""
 START_VARIANCE = 1e-12
-"""Start variance of each vehicle state, 0.002° of heading, which the paper does not state. With it missions agree with
-P4's Table 1."""
+"""Start variance of each vehicle state (0.002° of heading), not stated in P4; missions then agree with P4's Table 1."""
 
 
 def composite_model(

@@ -18,7 +18,7 @@ USUAL, COUNT = range(2)
 """Columns of a receiver's state: log of its usual reported σ, and the number of fixes averaged, up to `_FIRST`."""
 
 _MEANINGLESS = 2.0
-"""Ratio to the usual report up to which a report is ignored. Chosen by the logs above."""
+"""Ratio to the usual report up to which a report is ignored. See the logs above."""
 _FIRST = 20.0
 """Number of first fixes whose mean is the usual value to begin with: some seconds."""
 _RISE, _FALL = 3e-4, 1e-3

@@ -61,8 +61,7 @@ def _under_way(north: Floats, east: Floats, digits: tuple[float, float]) -> Bool
 _STEPS_BESIDE = 2, 3, 4
 """Numbers of steps before and after a repeat over which a vessel has to move; in more it may stop and go."""
 REST, REST_SPEED = 10.0, 0.3
-"""s and m/s: a vessel is at rest if 10 s before and 10 s after it is no farther away than this speed carries it. The
-speed is `course.STEERAGEWAY`."""
+"""s and m/s (`course.STEERAGEWAY`): a vessel is at rest if 10 s before and after it is within this speed's reach."""
 HELD = 1.0
 """s for which the repeats at the end of a record count as copies: loggers repeat for less, and a boat that stays longer
 at one place has stopped."""

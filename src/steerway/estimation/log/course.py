@@ -24,10 +24,10 @@ STEERAGEWAY = 0.3
 """m/s, the speed above which every receiver's course is stated if its σ is small. Below, the slow error of a receiver
 at rest looks like motion."""
 _PER_NOISE, _WHILE = 3.0, 10.0
-"""1/s and s: a receiver with little noise states a course above 3/s times its noise, which is that of a fix and the
-change of its slow error within 10 s. Noise of 0.1 m, the least of low-cost receivers, has the limit of the profiles. At
-a berth, positions of six digits with 0.03 m/s by the receiver have a course in 0.7 % of the rows with a limit of 0.3
-m/s, and in 67 % with none."""
+"""1/s and s: for a receiver with little noise, course is stated above a speed of 3/s times its noise (that of a fix,
+and the change of its slow error within 10 s). For 0.1 m, the least noise of low-cost receivers, this is 0.3 m/s. At a
+berth, positions of six digits, with SOG of 0.03 m/s by the receiver, have a course in 0.7 % of the rows with a limit of
+0.3 m/s, and in 67 % with none."""
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 

@@ -24,8 +24,7 @@ SLIDES = 20.0 - 1e-3
 """s after an outage in which a receiver may slide, less the error of clocks. A recorded slide took 10 s, and the
 estimate follows some seconds late."""
 _SHARE = 0.3
-"""Share of the squared difference that is added to the variance. With 0.26 a 95 % interval just reaches the velocity
-before the outage."""
+"""Share of the squared difference that is added to the variance; with 0.26, 1.96 σ are just the difference."""
 _FASTER, _BY = 2.0, 1.0
 """A speed above twice that before the outage plus 1 m/s counts as a slide. At lower speeds a changed course is the
 vessel's: it may have turned meanwhile."""

@@ -92,17 +92,17 @@ def white_std(time: Floats, north: Floats, east: Floats) -> float:
 
 
 _ANTENNAS, _SURE, _CHORD = 0.2, 6.0, 10
-"""Least offset (m, and in standard errors) that shows two antennas; intervals either way over which the course is
-taken. Antennas nearer than 0.2 m, treated as one, change SOG by less than 0.02 m/s in a turn of 10 °/s. The offset of a
-single receiver is up to 2.5 standard errors in scenes and 0.7 in 14 recorded logs; in a table that repeats every fix it
-is 29, but 7 mm. For two receivers 1.1 m apart it is 60."""
+"""Least offset that shows two antennas, in m and in standard errors; number of intervals before and after a fix over
+which its course is taken. Antennas nearer than 0.2 m, treated as one, change SOG by less than 0.02 m/s in a turn of 10
+°/s. The offset of a single receiver is up to 2.5 standard errors in scenes and 0.7 in 14 recorded logs; in a table that
+repeats every fix it is 29, but 7 mm. For two receivers 1.1 m apart it is 60."""
 _OF_MEDIAN = 2.0
 """Standard error of the median of n departures, times √n over their σ: √(π/2) for a median, times √(8/3) because
 successive departures, with alternating sign, share white noise."""
 
 
 def of_other_receiver(time: Floats, north: Floats, east: Floats, digit: float = 0.0) -> Bools:
-    """(n,) bool: if fixes of two receivers alternate, those of the noisier receiver that are next to one of the other.
+    """(n,) bool: fixes of the noisier of two receivers that alternate, if next to a fix of the other; else none.
 
     The midpoint of two antennas follows a different path in turns: its speed and course differ by the course rate times
     its offset. Departures of fixes from the line between their neighbours are the offset of one antenna from the other,
@@ -142,8 +142,7 @@ _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
 
 _HELD = 0.5
 """Ratio of the noise at rest to that under way below which the receiver holds or low-pass filters positions at rest.
-Such fixes show nothing of the noise under way. In recorded logs the ratio is 0 to 0.45 for such receivers, 0.6 to 1.2
-for others."""
+Such fixes show nothing of the noise under way. Logs have 0 to 0.45 for such receivers, 0.6 to 1.2 for others."""
 
 
 def telling(record: Rows) -> Ints:
@@ -168,8 +167,7 @@ with 200 (400 records of white noise)."""
 
 
 def excerpt(record: Rows, most: int, apart: float) -> Rows:
-    """About `most` rows: means of fixes, or fixes thinned to `apart` s or pieces of the record; and bursts of all
-    fixes.
+    """About `most` rows: means of fixes, fixes thinned to `apart` s or pieces of the record; and bursts of all fixes.
 
     Means (of records without aids) and thinned fixes determine motion with longer time constants as well as all fixes
     do. If a receiver's random walk hides motion, fixes are thinned more. Bursts determine the rest. The phase of

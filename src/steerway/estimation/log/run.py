@@ -52,7 +52,7 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.estimation.vessel.structures import parameters_of
 
 UNKNOWN_SPEED = 3.0
-"""m/s, σ of the speed below which it is stated after a start: about a third of the prior's, `bank.START_SPEED_STD`."""
+"""m/s, largest σ of a speed that is stated after a start: about a third of the prior's, `bank.START_SPEED_STD`."""
 _BLOCK, _OVERLAP = 20_000, 2_000
 """Predictions in a block, which bounds the memory, and predictions after it from which the smoother starts: minutes,
 long enough to forget every motion."""
@@ -192,7 +192,8 @@ class Track:
     def pass_over_far_fixes(self, estimate: Floats) -> None:
         """Place rows of an estimate (n, 9) by the fix before or after if their own fix is an outlier far away.
 
-        The Earth is flat between a fix and the estimate: over 50 km this errs by 3 m, over an ocean by a degree.
+        The Earth is treated as flat between a fix and the estimate: over 50 km this errs by 3 m, over an ocean by a
+        degree.
         """
         plane = self._plane
         if len(plane.first):
@@ -267,7 +268,7 @@ class Estimated(NamedTuple):
 
 
 def estimated(record: Rows, structures: Sequence[Weighed], least_speed: float, smooth: bool = False) -> Estimated:
-    """The estimates of every row. The filters run over the record once, except for the rows ahead of a block."""
+    """The estimates of every row. To smooth rounded fixes, a second run leaves out most of their repeats."""
     if smooth and any(record.quantum):
         thinned = record._replace(north=ends_of_repeats(record.time, record.north, record.east))
         return _in_blocks(record, structures, least_speed)._replace(
@@ -318,7 +319,7 @@ def _going_on(record: Rows, begin: int, end: int) -> Rows:
 def _filtered(part: Rows, model: Model, memory: Floats, end: int, keep: bool) -> tuple[Floats, Kept]:
     """`fuse`, NIS and outlier probability of the rows before `end`, and what is kept of all rows if `keep`.
 
-    memory: the filter's bank, advanced to `end`. The rows after it are filtered only for what is kept.
+    memory: the filter's bank, advanced to `end`. The rows from `end` on are filtered only for what is kept.
     """
     shape, n = (len(model.modes), model.states), len(part.time)
     out, kept = np.empty((end, FUSED + 2)), room_to_keep(n if keep else 0, model)

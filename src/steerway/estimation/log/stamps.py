@@ -17,8 +17,8 @@ _WITHIN = 0.9
 _AROUND = 3
 """Fixes on either side of a step over which the velocity is averaged; turns are slower."""
 _CLOSER = 0.5
-"""Regular times are used if their residual of the steps' lengths is less than this part of that of the stamps. The
-ratio is 0.2 and 0.3 in recorded logs of regular fixes, 1.6 to 19 in 14 others with irregular stamps."""
+"""Regular times are used if displacements differ from the predicted ones by less than this share of the stamps'
+difference. The ratio is 0.2 and 0.3 in recorded logs of regular fixes, 1.6 to 19 in 14 others with irregular stamps."""
 
 
 def regular_times(time: Floats, north: Floats, east: Floats) -> Floats | None:

@@ -1,5 +1,5 @@
-"""Noise that changes: of process and fixes with the estimated velocity, P2 (19)–(20) and its text, and of fixes from
-their innovations, by variational Bayes.
+"""Noise that changes: noise of process and fixes that depends on the estimated velocity, P2 (19)–(20) and the text
+beside them; and noise of fixes estimated from their innovations by variational Bayes.
 
 S. Särkkä and A. Nummenmaa (2009), Recursive noise adaptive Kalman filtering by variational Bayesian approximations,
 IEEE Transactions on Automatic Control 54(3), algorithm 1: the variance of each direction is inverse-gamma; between

@@ -1,9 +1,9 @@
 """Equations of motion of filters for dynamic positioning: M ν̇ + D ν = τ + Rᵀ(ψ) b at low speed.
 
-P2 (1)–(3), kept as state [N E ψ u v r] and a nonlinear f, where the paper changes to [η η̇] and back. With 9 states
-a force b on the vessel in north, east and yaw (N, N, N·m) is added, first-order Gauss–Markov; with 13 also the
-motion of waves in north and east: [ξ_N ξ_E w_N w_E], w what waves add to a fix (m), an oscillator of frequency ω₀ and
-relative damping λ; Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), section 10.2.
+P2 (1)–(3), kept as state [N E ψ u v r] and a nonlinear f, where the paper changes to [η η̇] and back. With 9 states a
+force b on the vessel in north, east and yaw (N, N, N·m) is added, first-order Gauss–Markov. With 13, [ξ_N ξ_E w_N w_E]
+are added too: waves shift a fix by w (m), an oscillator of frequency ω₀ and relative damping λ; Fossen, Handbook of
+Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), section 10.2.
 """
 
 import math

@@ -1,10 +1,10 @@
 """Fault isolation between two instruments that measure one quantity, by others that measure only its changes.
 
 A conflict is a mean difference of the two, over a short or a long window, that their noise does not explain. The faulty
-instrument is the one whose offset to the others has changed, by the likelihood of the changes. Over a short lag the
-offset is that to a speed integrated from an accelerometer, over a long lag that to a third instrument. The third is a
-model's speed that may be wrong, most while the speed changes. The 1σ of its drift is the change that both offsets have
-lately shared, or a part of the change of speed if that is larger.
+instrument is the one whose offset to the others has changed, by the likelihood of the changes. Over a short lag,
+offsets are to a speed integrated from an accelerometer; over a long lag, to a third instrument: the speed of a model,
+which errs most while the speed changes. The 1σ of the model's drift is the change that both offsets have lately shared,
+or a part of the change of speed if that is larger.
 """
 
 import math
@@ -97,7 +97,7 @@ class FaultVote:
 
 @kernel
 def _mean(record: _Record, which: int, window: float, ago: float, column: int) -> tuple[float, int]:
-    """(mean, number) of an instrument's readings in a window (s) that ended some time `ago`; NaN as soon as one is."""
+    """(mean, number) of an instrument's readings in a window (s) that ended some time `ago`; NaN if any is."""
     rows, last, stop = record.rows[which], record.last[which], record.time - ago
     total, count = 0.0, 0
     for back in range(_ROWS):

@@ -4,8 +4,8 @@ computed from shaft speed.
 State [u b g c k]: speed over ground along the hull, the accelerometer's bias, the component of gravity along a hull
 that is not level, the speed of the current along the hull, and the log's scale error. g is first-order Gauss–Markov,
 b, c and k are random walks: u̇ = a − b − g. P3 (22)–(30) treats the accelerometer as a speed sensor; here it is the
-input. The receiver measures u, the propeller u − c, and the log (1 + k) u or (1 + k) (u − c): over the ground its
-scale becomes known against the receiver's speed. All pass the gate of the aids of the five-state filter.
+input. The receiver measures u, the propeller u − c, and the log (1 + k) u or (1 + k) (u − c): over the ground,
+comparison with the receiver's speed determines its scale. All must pass the gate of the aids of the five-state filter.
 """
 
 import math
@@ -35,9 +35,9 @@ class SurgeTuning:
 
     Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` of
     a Gauss–Markov bias over `bias_time` (a random walk with its growth at first), `leak_std` of gravity over
-    `leak_time`; `unmeasured` the density in m/s²/√Hz of accelerations while there is none. `current_std` at the start,
-    `current_walk` m/s/√s after; `scale_std` of the log's scale error and `scale_walk` 1/√s after, 0 for a log without
-    one. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. Defaults: P3 Table III's
+    `leak_time`; `unmeasured` the density in m/s²/√Hz of accelerations while none is measured. `current_std` at the
+    start, `current_walk` m/s/√s after; `scale_std` of the log's scale error and `scale_walk` 1/√s after, 0 for a log
+    without one. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. Defaults: P3 Table III's
     instruments, with the scale error that data sheets of Doppler logs state.
     """
 
@@ -196,8 +196,8 @@ def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats
 def _take_log(x: Floats, p: Floats, work: Floats, reading: float, through_water: bool, variance: float) -> float:
     """A reading (1 + k)(u − c), c only through the water. Returns its NIS.
 
-    Through the water scale and current can hardly be distinguished: the scale's uncertainty counts, but it is not
-    corrected (Schmidt's consider filter).
+    Through the water scale and current can hardly be distinguished: the scale's uncertainty counts, but the scale is
+    not corrected (Schmidt's consider filter).
     """
     scale, speed = 1.0 + x[SCALE], x[SPEED] - (x[CURRENT] if through_water else 0.0)
     pc, s = work[0], variance

@@ -24,13 +24,13 @@ _LARGEST_START_RATE = math.radians(20.0)
 """Largest 1σ (rad/s) of the course rate at the start: a small craft in a hard turn."""
 _AGES, _AGES_SMOOTHED = (0.8,), (0.8, 0.3, 0.1)
 """Mean durations, in mean turns, of the modes of a course just taken up, the youngest last. A course just taken up is
-uncertain; in one mode with a course held for long it would keep widening that. The duration is about one turn, in which
-the rest of the turn dies away. A smoother sees a course from both sides, so that one mode for all ages loses more:
-held courses then err by 14 % more at 2.5 m of noise, and by 4 % more at 0.5 m. Ages of turns improve nothing.
+uncertain; in one mode with courses held for long, it would keep them uncertain too. The duration is about one turn, in
+which the rest of the turn dies away. A smoother sees a course from both sides, so that one mode for all ages loses
+more: held courses then err by 14 % more at 2.5 m of noise, and by 4 % more at 0.5 m. Ages of turns improve nothing.
 Judged by `steerway study estimator-limits`."""
 _LEAST_SHARE_SMOOTHED = 0.3
-"""Replaces `bank.LEAST_SHARE` in a smoother. With 0.001, held courses err by 20 % more at 2.5 m of noise, and by 10 %
-more at 0.5 m."""
+"""Replaces `bank.LEAST_SHARE` in a smoother; 0.001 raises errors of held courses by 20 % at 2.5 m of noise, 10 % at 0.5
+m."""
 
 
 class WeighedModel(NamedTuple):

@@ -23,21 +23,20 @@ Stage = dict[str, tuple[float, ...]]
 _DEG = math.pi / 180.0
 LONGEST_ROLL = 4.0
 """Longest period (s) of an antenna's roll. Slower oscillations of craft under 15 m are motion in waves, which would be
-fitted as roll. Beside an antenna that rolls, wave-induced yaw is slower than this: yaw at the period of the roll was
-fitted as course."""
+fitted as roll. In a structure with both antenna roll and waves it is also the shortest period of wave yaw: without this
+bound, yaw with the period of the roll was fitted as course."""
 _SHORTEST_WAVE = 2.0
-"""Shortest period (s) of waves in a fit: shorter ones are less than 6 m long (g T²/2π) and move no vessel to and
-fro."""
+"""Shortest period (s) of waves in a fit: shorter ones, under 6 m long (g T²/2π), move no vessel to and fro."""
 _WAVE = 3.0
 """Shortest period (s) of a line across the track from which the fit of yaw starts; without one it starts from
 `UNKNOWN_PERIODS`. Faster lines are tried as roll of the antenna. With all lines, a roll of 2.5 s is fitted as yaw, with
 1,100 less of log evidence. Surge starts from all lines above `_SHORTEST_WAVE`, strokes of oars included."""
 _SHORTEST_STAY = 2.5
 """Least mean time between steps of a receiver's error, in shortest periods that fixes resolve: five intervals. Steps
-that are more frequent are noise. In recorded logs with steps it is 9 to 100 intervals."""
+that are more frequent are noise. In recorded logs with steps this time is 9 to 100 intervals."""
 _SEEN = 0.3
 """Least step of a receiver's error, in last digits of a written fix; a smaller step hardly shows. With no limit,
-smoothed SOG in a record ten digits long errs by a sixth, with a σ far below. With 0.1, SOG of drifting boats errs twice
+smoothed SOG of a track ten digits long errs by a sixth, well beyond its σ. With 0.1, SOG of drifting boats errs twice
 as much as without steps."""
 UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
 """Periods (s) to try where a record shows none, about a factor of 1.7 apart."""
@@ -100,8 +99,7 @@ class Part(NamedTuple):
     """Part without which this one is not tried."""
 
     def resolved(self, shortest: float) -> bool:
-        """Whether fixes that resolve periods above `shortest` (s) resolve this part's, if these are as long as two
-        prior σ above their medians."""
+        """Whether fixes resolving periods above `shortest` (s) resolve this part's at two prior σ above the medians."""
         longest = {name: prior.median * math.exp(2.0 * prior.deviation) for name, prior in self.priors.items()}
         return all(prior.periods * shortest < longest[name] for name, prior in self.priors.items())
 

@@ -45,9 +45,9 @@ class _Part(NamedTuple):
 class DeviationBounds:
     """Bounds `low` and `high` (rad) of the Kalman filter's heading over all deviations in the box.
 
-    yaw: the boat. deviation: D; reading_std: 1σ of a reading's noise; start_std: 1σ of the first heading, 0; all rad.
-    vehicle_std: process noise of each of the boat's states, rad/√s. Readings are modulo a turn. Raises InputError for
-    numbers below 0, and for a reading_std of 0.
+    yaw: the boat. deviation: D; reading_std: 1σ of a reading's noise; start_std: 1σ of the first heading, which is 0;
+    all rad. vehicle_std: process noise of each of the boat's states, rad/√s. Readings are modulo a turn. Raises
+    InputError for numbers below 0, and for a reading_std of 0.
     """
 
     def __init__(

@@ -52,7 +52,7 @@ class IntervalFilter:
         vehicle_variance: of each vehicle state at the start.
 
     `low`, `high` bound the heading at the end of the last step. After `diverged` they are NaN, never clipped. Raises
-    InputError for parts below 1 and a box of another shape or whose vehicle is not exact.
+    InputError for parts below 1 and a box of another shape, with a low above its high, or whose vehicle is not exact.
     """
 
     def __init__(self, box: ArrayLike, *, parts: int = 1, vehicle_variance: float = START_VARIANCE) -> None:
@@ -93,11 +93,14 @@ class IntervalFilter:
 
 def _checked_box(box: ArrayLike) -> Floats:
     array = np.array(box, dtype=np.float64)
-    if array.shape != (PARAMETERS, 2) or not (array[:, 0] <= array[:, 1]).all():
+    if array.shape != (PARAMETERS, 2):
         raise InputError(f"interval.box has shape {array.shape}, expected ({PARAMETERS}, 2) bounds, low and high")
+    for i, (low, high) in enumerate(array):
+        if not low <= high:  # NaN included
+            raise InputError(f"interval.box[{i}] is {low:g} to {high:g}, expected numbers, low at most high")
     exact = array[AT.pole : AT.input + 2]
     if not (exact[:, 0] == exact[:, 1]).all():
-        raise InputError("interval.box bounds the vehicle's poles and inputs, expected exact numbers as of box_of")
+        raise InputError("interval.box bounds the vehicle's poles and inputs, expected exact numbers, as box_of gives")
     return array
 
 

@@ -1,12 +1,12 @@
-"""The sharpened interval Kalman filter, P4 §3.2. A number occurs once in a sum; if it cannot, the results of several
-arrangements are intersected. The coordinates are such that a reading contracts the bounds.
+"""The sharpened interval Kalman filter, P4 §3.2. Each number is used once in a sum; where this is impossible, the
+results of several arrangements are intersected. The coordinates are such that a reading contracts the bounds.
 
 The compass follows the heading, and a filter corrects the heading by the compass. Intervals carry no correlation of the
 two. In plain coordinates the correction is therefore one more uncertainty, and the bounds grow. The states here are
     y = [h1, h2, e1, e2],  h = o v (so that ψ = h1 + h2),  c = γ ψ + R e
-with plain numbers γ and R: the corrected compass's response to a constant ψ, and the eigenvectors of its own dynamics,
-in the middle of the box. It is an exact change of variables, after which the correction of ψ contracts and e1, e2 are
-nearly decoupled. Angles in degrees. y is (4, 2).
+with plain numbers γ, the corrected compass's response to a constant ψ, and R, the eigenvectors of the compass's own
+dynamics, for the middle of the box. This change of variables is exact; after it the correction of ψ contracts, and e1,
+e2 are nearly decoupled. Angles in degrees. y is (4, 2).
 
 The covariances P (4, 4, 2), symmetric, are kept in the combination that contracts: of h with h, of h with e, of c with
 c. Properties of every covariance are used too: variances are positive and do not grow by a reading, a covariance is at

@@ -1,7 +1,7 @@
 """One heading from bounds: inf + w (sup − inf), P4 (19), and a network that estimates w from a filter's innovations.
 
 The network is P4's idea (§6): innovations of the nominal filter depend on the error of its compass model. Inputs are
-means over the last 1 to 200 s and a sum, and the same of the heading, since the error of a gain grows with the heading.
+means of the innovation over the last 1 to 200 s and its sum, and the same of the heading: a gain's error grows with it.
 """
 
 import math
@@ -42,7 +42,7 @@ class Features:
         self._sums = np.zeros(2)
 
     def step(self, innovation_deg: float, heading_deg: float, dt: float = 1.0) -> Floats:
-        """The features after dt s more; an unknown (NaN) innovation or heading leaves its own unchanged."""
+        """The features after dt s more; an unknown (NaN) innovation or heading leaves its features unchanged."""
         now = np.array([innovation_deg, heading_deg])
         known, left = np.isfinite(now), np.exp(-dt / SPANS)
         self._means[known] = (left * self._means + (1.0 - left) * now[:, None])[known]
