@@ -97,9 +97,9 @@ def _advise_steering(scenario: Scenario, known: Boat, speed: float) -> tuple[boo
     loops = [steering_loop(known, scenario.gnss, speed, current, each) for each in _directions(scenario)]
     worst = min(loops, key=lambda loop: loop.damping)
     way = "" if current == 0.0 else f" in a current of {current:g} m/s"
-    most = f"it makes way against a current of up to {tolerated_current(known):.2g} m/s"
+    most = f"the boat makes way against a current of up to {tolerated_current(known):.2g} m/s"
     if worst.speed <= 0.0:
-        return False, f"The boat cannot follow the route{way}: {most}, so sail faster or wait for a weaker one."
+        return False, f"The boat cannot follow the route{way}: {most}, so sail faster or wait for a weaker current."
     kind = scenario.autopilot.kind
     assessed = "" if kind == KINDS[0] else f"{KINDS[0]} in place of {kind} and "
     fixes = f"{assessed}fixes of {scenario.gnss.white:g} m every {1.0 / scenario.gnss.rate:g} s"
