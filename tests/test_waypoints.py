@@ -33,11 +33,7 @@ def legs_of(route):
 @pytest.mark.parametrize(
     ("route", "offset", "why"),
     [
-        (
-            SQUARE,
-            50.0,
-            "to starboard, the leg to waypoint 2 is no longer than the waypoint's acceptance",
-        ),
+        (SQUARE, 50.0, "50 m to starboard, the leg to waypoint 2 is no longer than"),
         (Route([0.0, 100.0, 0.0], [0.0, 0.0, 10.0]), 1.0, "the route turns by 174.3° at waypoint 1"),
     ],
 )

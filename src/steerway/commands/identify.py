@@ -101,8 +101,7 @@ def surge(
     """Identify drag and thrust, both over mass, from a staircase of speeds. Reports whether the log determines them.
 
     The log needs time_s, speed_mps (through the water; over ground if there is no current) and shaft_rps. In place of
-    shaft_rps, --shaft names the column of a command such as per cent or PWM in µs, to whose square the thrust must be
-    proportional.
+    shaft_rps, --shaft names the column of a command (per cent, PWM in µs, …) to whose square thrust is proportional.
     With --diameter, the loss of thrust with speed follows a typical open-water curve; without, it is identified too.
 
     Examples:

@@ -49,8 +49,7 @@ def mission_of(items: Sequence[MissionItem], home: tuple[float, float] | None = 
             commands = f"waypoint ({WAYPOINT}), loiter ({LOITER}), return ({RETURN}) or speed ({SPEED})"
             raise InputError(f"item {index} has command {item.command}, expected {commands}")
         if item.command != RETURN and item.frame not in _GLOBAL_FRAMES:
-            frames = ", ".join(map(str, _GLOBAL_FRAMES))
-            raise InputError(f"item {index} has frame {item.frame}, expected a global frame, one of {frames}")
+            raise InputError(f"item {index} has frame {item.frame}, expected a global frame: any of {_GLOBAL_FRAMES}")
         if item.command == WAYPOINT and item.parameters[0] > 0.0:
             raise InputError(f"item {index} stays for {item.parameters[0]:g} s, expected 0 s")
         waypoint = dict(zip(("lat_deg", "lon_deg"), place, strict=True))
