@@ -32,7 +32,7 @@ def live(
     learned: str | None = option("FILE.toml", "Save the inferred models to this file; the next run starts from them."),
     source: list[str] | None = option("NAME", "Source of positions; can be repeated, the preferred one first."),
     aid: str | None = option(
-        "LIST", "Further measurements to use, of: auto (default), sog, cog, heading, water-speed, yaw-rate."
+        "LIST", "Further measurements to use, any of: auto (default), sog, cog, heading, water-speed, yaw-rate."
     ),
     rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix."),
     mission: str | None = option("FILE", "A route (.toml .gpx .geojson) to steer along."),

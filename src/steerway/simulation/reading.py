@@ -208,7 +208,7 @@ def _steering(scenario: Scenario) -> None:
 
 
 def _positioning(scenario: Scenario) -> None:
-    """Orders with positions need an estimator that uses the forces; it takes no other orders."""
+    """Orders of positions need an estimator that uses the forces, and such an estimator takes no other orders."""
     kind, holds = scenario.estimator.kind, assembly.holds_places(scenario)
     if holds and kind not in (*POSITIONING_KINDS, "truth"):
         able = ", ".join((*POSITIONING_KINDS, "truth"))
