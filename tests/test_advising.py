@@ -65,7 +65,7 @@ def test_the_damping_is_that_of_the_loop(white, slow, doubt, fits, monkeypatch):
 
 def test_the_current_that_is_tolerated():
     fits, sentence = advise(parse_scenario(SCENARIO % (1.3, 0.02, 0.01)))
-    assert not fits and sentence.startswith("The boat cannot follow the route in a current of 1.3 m/s: it makes way")
+    assert not fits and sentence.startswith("The boat cannot follow the route in a current of 1.3 m/s: the boat")
     boat = assembly.boat(parse_scenario(SCENARIO % (0.3, 0.02, 0.01)))
     most = tolerated_current(boat)
     gnss = GnssTable(white=0.02, markov=())

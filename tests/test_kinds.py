@@ -170,7 +170,7 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
         ("otter", "[estimator.heading]\nweight = 0.4\n", 'heading.weight has no effect with kind "tracker"'),
         ("otter", '[compass]\n[estimator.heading]\nkind = "interval"\nweight = 1.4\n', "expected at most 1"),
         ("caldas", '[autopilot]\nkind = "lqg"\n', "autopilot.kind lqg predicts a stable response"),
-        ("surge", '[estimator.heading]\nkind = "aided"\n', "needs a boat that is steered"),
+        ("surge", '[estimator.heading]\nkind = "aided"\n', "needs a steered vessel, which kind surge is not"),
         ("otter", '[estimator.speed]\nkind = "fusion"\n', "needs a measured speed"),
         ("otter", "[tachometer]\n", "tachometer has no effect on a vessel of kind otter"),
         ("surge", "[start]\nheading_deg = 30.0\n", "to the side of the boat's heading"),

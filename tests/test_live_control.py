@@ -89,7 +89,7 @@ def test_an_offset_beyond_the_fence_or_a_leg_is_refused():
     desk = Desk(square(((0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (0.0, 10.0)), fence))
     with pytest.raises(InputError, match="waypoint 0 lies outside of the fence"):
         asks(desk, "offset", -4.0)
-    with pytest.raises(InputError, match="4 m to starboard the leg to waypoint 2 is not longer than its acceptance"):
+    with pytest.raises(InputError, match="4 m to starboard, the leg to waypoint 2 is no longer than"):
         asks(desk, "offset", 4.0)
     assert desk.service.controls.state()["offset"] == 0.0
 

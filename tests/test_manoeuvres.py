@@ -111,7 +111,7 @@ def test_what_no_manoeuvre_is_is_refused(kind):
 
 
 def test_a_boat_that_cannot_turn_makes_none():
-    with pytest.raises(InputError, match=r"needs a boat that is steered, not vessel\.kind surge"):
+    with pytest.raises(InputError, match=r"needs a steered vessel, which kind surge is not"):
         numbers("", 'manoeuvre = "zigzag:10/10"\n[vessel]\nkind = "surge"\n')
 
 

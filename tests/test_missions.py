@@ -279,7 +279,7 @@ def test_a_plan_is_a_route_with_speeds_fence_rally_and_areas_not_to_enter(tmp_pa
     items = [simple(16, *PLACES[0]), simple(178, 0.0, 0.0, 1.0, 1.5), simple(16, *PLACES[1], 0.0, 3.0)]
     survey = {"type": "ComplexItem", "TransectStyleComplexItem": {"Items": [simple(16, *PLACES[2])]}}
     polygons = [{"inclusion": True, "polygon": box}, {"inclusion": False, "polygon": shoal}]
-    route = loaded(tmp_path, plan([*items, survey, simple(20)], polygons, [(54.0002, 10.0, 0.0)]))
+    route = loaded(tmp_path, plan([*items, survey, simple(20, frame=2)], polygons, [(54.0002, 10.0, 0.0)]))
     assert degrees_of(route) == [*PLACES, (54.0, 9.999)]
     assert route.speed.tolist() == [1.0, 1.5, 1.5, 1.5] and route.acceptance.tolist() == [10.0, 3.0, 10.0, 10.0]
     assert route.fence is not None and len(route.no_go) == 1
@@ -299,7 +299,8 @@ def test_a_file_of_waypoints_begins_with_home_and_may_loiter_at_its_end(tmp_path
 @pytest.mark.parametrize(
     ("items", "words"),
     [
-        ([simple(16, *PLACES[0]), simple(22, *PLACES[1])], "item 1 has command 22 in frame 3, expected a waypoint"),
+        ([simple(16, *PLACES[0]), simple(22, *PLACES[1])], "item 1 has command 22, expected waypoint"),
+        ([simple(16, *PLACES[0]), simple(16, frame=1)], "item 1 has frame 1, expected a global frame: any of"),
         ([simple(16, *PLACES[0], 5.0), simple(16, *PLACES[1])], "item 0 stays for 5 s, expected 0 s"),
         ([simple(17, *PLACES[0]), simple(16, *PLACES[1])], "item 1 follows one that loiters"),
         ([simple(16, *PLACES[0])], "has 1 waypoints, expected at least 2"),

@@ -194,7 +194,7 @@ def test_resume_needs_a_campaign_and_its_own_scenario(tmp_path):
     (tmp_path / "campaign.unfinished").write_text('{"scenario": "another"}\n')
     (tmp_path / "leg.toml").write_text(SCENARIO)
     code, _, output = run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--seeds", 2, "--resume")
-    assert code == 2 and "is of other work or another version" in output
+    assert code == 2 and "is from other work or another version" in output
     _, _, output = run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--resume")
     assert output == "steerway: --resume continues a campaign, expected --seeds N with it\n"
 

@@ -52,8 +52,9 @@ def test_a_pilot_is_told_what_its_force_and_moment_came_to():
     "arguments, words",
     [
         ((np.eye(2), [-1, -1], [1, 1]), r"thrusters\.matrix has shape \(2, 2\)"),
-        ((np.eye(3), [-1, -1], [1, 1]), r"thrusters\.high has shape \(2,\)"),
-        ((np.eye(3), [0, 0, 0], [1, 1, 0]), "expected 0 N between"),
+        ((np.eye(3), [-1, -1], [1, 1, 1]), r"thrusters\.low has shape \(2,\), expected \(3,\)"),
+        ((np.eye(3), [-1] * 3, [1, 1]), r"thrusters\.high has shape \(2,\), expected \(3,\)"),
+        ((np.eye(3), [0, 0, 0], [1, 1, 0]), "expected low at most 0, high above 0"),
         ((np.ones((3, 4)), [-1] * 4, [1] * 4), "three independent ones"),
     ],
 )

@@ -1,8 +1,10 @@
 """Speed over ground, course over ground and course rate from GNSS positions, with their standard deviations.
 
-fixes = steerway.read("sortie.nmea")
-motion = steerway.estimate(fixes)
-steerway.write(motion, "sortie.csv")
+Estimate the motion in a log, and write it to a file:
+
+    fixes = steerway.read("sortie.nmea")
+    motion = steerway.estimate(fixes)
+    steerway.write(motion, "sortie.csv")
 """
 
 from typing import TYPE_CHECKING

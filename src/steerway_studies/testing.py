@@ -1,4 +1,4 @@
-"""Names that tests of this package use and users do not need."""
+"""Names for this package's tests; not part of the public API."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Internal names of this package that tests use."""
+"""Names for this package's tests; not part of the public API."""
 
 from typing import TYPE_CHECKING
 

@@ -53,7 +53,7 @@ def run(
     strict: bool = flag("--strict", "Stop at an input that cannot be read."),
     as_json: bool = flag("--json", "JSON output."),
 ) -> None:
-    """Estimate all vessels of an archive. The same command resumes an interrupted run, and adds new inputs to it.
+    """Estimate all vessels of an archive. The same command resumes an interrupted run, and adds new inputs.
 
     Exit code 3: an input, or a unit (the vessels of one group on one day), was left out; 4: the disk is full.
 

@@ -96,12 +96,12 @@ def surge(
     log: Path = LOG,
     diameter: float | None = option("M", "Propeller diameter, m: separates drag from the loss of thrust with speed."),
     shaft: str | None = option("COLUMN", "Column with the shaft speed, or with a command in any unit."),
-    neutral: float = option("VALUE", "Value of that column at zero thrust.", 0.0),
+    neutral: float = option("VALUE", "Value of the --shaft column at zero thrust.", 0.0),
 ) -> None:
     """Identify drag and thrust, both over mass, from a staircase of speeds. Reports whether the log determines them.
 
     The log needs time_s, speed_mps (through the water; over ground if there is no current) and shaft_rps. In place of
-    shaft_rps, --shaft names the column of a command such as per cent or PWM in µs; thrust must grow with its square.
+    shaft_rps, --shaft names the column of a command (per cent, PWM in µs, …) to whose square thrust is proportional.
     With --diameter, the loss of thrust with speed follows a typical open-water curve; without, it is identified too.
 
     Examples:

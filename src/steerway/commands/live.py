@@ -32,7 +32,7 @@ def live(
     learned: str | None = option("FILE.toml", "Save the inferred models to this file; the next run starts from them."),
     source: list[str] | None = option("NAME", "Source of positions; can be repeated, the preferred one first."),
     aid: str | None = option(
-        "LIST", "Further measurements to use, of: auto (default), sog, cog, heading, water-speed, yaw-rate."
+        "LIST", "Further measurements to use, any of: auto (default), sog, cog, heading, water-speed, yaw-rate."
     ),
     rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix."),
     mission: str | None = option("FILE", "A route (.toml .gpx .geojson) to steer along."),
@@ -91,7 +91,7 @@ def replay(
     recording: str = argument("FILE.mcap", "A recording of `live --record`."),
     out: str | None = option("OUT", "Output file for the estimates.", None, "-o", "--out"),
 ) -> None:
-    """Repeat a recorded run and compare its estimates bit by bit. Exit code 1: they differ by more than 1e-9.
+    """Repeat a recorded run and compare new and recorded estimates. Exit code 1: they differ by more than 1e-9.
 
     Example:
 
@@ -115,7 +115,8 @@ def replay(
         print(f"{number} in their last digits, by at most {largest:.1g}, as on another processor")
     else:
         print(f"{number}, the first at {iso(differing[0].time)}, by up to {largest:.3g} in {column}")
-        print("recorded by this code" if found.code == code() else f"recorded by other code: {found.code or 'unknown'}")
+        maker = "this version of the code" if found.code == code() else f"another version: {found.code or 'unknown'}"
+        print(f"the recording was made by {maker}")
     if out is not None:
         write(found.motion(), out)
         print(f"wrote {out}")

@@ -50,7 +50,7 @@ def estimate(
     no_accuracy: bool = flag(
         "--no-accuracy", "Ignore the accuracy that the receiver reports: weight all fixes equally."
     ),
-    latency: float = option("S", "Latency of position, SOG and COG, s: their time stamps are late by this.", 0.0),
+    latency: float = option("S", "Latency (s) of position, SOG and COG: the time by which their stamps are late.", 0.0),
     start: str | None = FROM,
     stop: str | None = UNTIL,
     max_size: float | None = MAX_SIZE,

@@ -24,7 +24,7 @@ CAUSAL = flag("--causal", "Each row uses only the fixes up to its time, as on bo
 SMOOTH = flag("--smooth", "Each row uses the whole log (fixed-interval smoothing); the default for files.")
 AIDS_OF_LOGS = ("auto", "sog", "cog", "heading", "water-speed", "yaw-rate")
 AIDS_OF_ARCHIVES = ("sog", "cog", "heading")
-_AID = "Further measurements to use, of: "
+_AID = "Further measurements to use, any of: "
 AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_LOGS)}.", None, "--aid")
 ARCHIVE_AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_ARCHIVES)}.", None, "--aid")
 

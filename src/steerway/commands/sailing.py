@@ -42,10 +42,10 @@ def simulate(
     Writes run.parquet (truth, measurements, estimate, commands) and index.html; with --seeds one row per seed.
 
     With --live the scenario's pilot, route and duration are not used. The boat runs in real time until you stop it. It
-    circles until it receives commands, in GUIDED mode like ArduPilot's Rover or for propellers. The receiver sends GGA
-    and RMC to tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:… or stdout:. MAVLink addresses:
-    udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with ?cruise=2 for the speed in m/s at full
-    thrust. With -o, run.parquet contains the true motion at every fix.
+    circles until it receives commands: over MAVLink, in GUIDED mode as ArduPilot's Rover takes them, or for its
+    propellers. The receiver sends GGA and RMC to tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port,
+    serial:… or stdout:. MAVLink addresses: udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with
+    ?cruise=2 for the speed in m/s at full thrust. With -o, run.parquet contains the true motion at every fix.
 
     Examples:
 
@@ -188,8 +188,8 @@ def _damped(carried: float, nomoto_time: float) -> str:
     tried = np.geomspace(least, max(carried, least), 60)
     damped = [each for each in tried if loop_damping(each, carried, nomoto_time) > COMFORTABLE] if carried > 0.0 else []
     if not damped:
-        return f"no autopilot of a boat with T = {nomoto_time:g} s is well damped with it"
-    return f"autopilots up to {damped[-1]:.2g} rad/s are well damped with it"
+        return f"no autopilot of a boat with T = {nomoto_time:g} s is well damped with this estimate"
+    return f"autopilots up to {damped[-1]:.2g} rad/s are well damped with this estimate"
 
 
 def _is_scenario(path: str) -> bool:

@@ -23,7 +23,7 @@ def study(
     first_seed: int = option("K", "The first seed.", 0, min=0),
     full: bool = flag("--full", "Study at-sea only: every seed runs all cases; by default, a random selection."),
     figures_only: bool = flag(
-        "--figures-only", "Only draw the figures that need no statistics, of the first seed; takes seconds."
+        "--figures-only", "Draw only the figures that need no statistics, for the first seed alone; takes seconds."
     ),
     resume: bool = flag("--resume", "Continue an interrupted study; finished parts are kept."),
 ) -> None:

@@ -195,10 +195,11 @@ class Thrusters:
         self.matrix, self.low, self.high = (np.array(each, dtype=np.float64) for each in (matrix, low, high))
         if self.matrix.ndim != 2 or self.matrix.shape[0] != 3 or not np.isfinite(self.matrix).all():
             raise InputError(f"thrusters.matrix has shape {self.matrix.shape}, expected (3, n) numbers")
-        if not self.low.shape == self.high.shape == self.matrix.shape[1:]:
-            raise InputError(f"thrusters.high has shape {self.high.shape}, expected one for each of the thrusters")
+        for name, limits in (("low", self.low), ("high", self.high)):
+            if limits.shape != self.matrix.shape[1:]:
+                raise InputError(f"thrusters.{name} has shape {limits.shape}, expected {self.matrix.shape[1:]}")
         if not ((self.low <= 0.0) & (self.high > 0.0)).all():
-            raise InputError(f"thrusters are limited to {self.low} to {self.high} N, expected 0 N between")
+            raise InputError(f"thrusters have limits {self.low} to {self.high} N, expected low at most 0, high above 0")
         if np.linalg.matrix_rank(self.matrix, _RANK) < 3:
             raise InputError("thrusters do not give surge, sway and yaw together, expected three independent ones")
 

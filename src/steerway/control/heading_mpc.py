@@ -90,7 +90,7 @@ class HeadingMpc(SampledHeading):
         curvature = np.linalg.eigvalsh(self.hessian) if np.isfinite(self.hessian).all() else np.array([math.nan])
         if not curvature[0] > _ROUNDING * curvature[-1]:
             weights = f"mpc.output_weight is {output_weight:g} and mpc.change_weight {change_weight:g}"
-            raise InputError(f"{weights}, expected weights of which rounding loses neither beside the other")
+            raise InputError(f"{weights}, expected a ratio nearer to 1: rounding loses one of them")
         # The gradient is linear in [states; bias], the last input and the desired output.
         outputs = np.column_stack([free, held, -np.ones(horizon)])
         self._slopes = 2.0 * output_weight * forced.T @ outputs

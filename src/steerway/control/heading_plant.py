@@ -39,7 +39,7 @@ class LinearPlant:
 
 @dataclass(frozen=True)
 class InputLimits:
-    """u| ≤ size, |Δu| ≤ change; infinity for no limit."""
+    """|u| ≤ size, |Δu| ≤ change; infinity for no limit."""
 
     size: float = math.inf
     change: float = math.inf

@@ -24,7 +24,7 @@ class SampledSteering:
 
     @property
     def integral(self) -> float:
-        """The trim, minus the estimated bias of the input."""
+        """The trim: the estimated bias of the input with its sign changed."""
         return -self.design.observer.bias
 
     def restart(self) -> None:

@@ -5,17 +5,17 @@ import math
 from steerway.core.leg import LegState
 
 LEAST_HEADWAY = 0.03
-"""Least speed along a leg, as a share of the boat's speed."""
+"""Smallest speed over ground along a leg, as a fraction of the top speed."""
 _PATIENCE = 15.0
-"""The current must exceed the boat's speed for so many s before the boat stops."""
+"""Time (s) for which the current has to exceed the boat's speed before the boat stops."""
 _LONGEST_WITHOUT = 60.0
-"""Longest time without coming nearer to the waypoint, s, of a boat whose yaw rate answers within 1 s."""
+"""Longest time (s) without coming nearer to the waypoint, for a yaw time constant of at most 1 s."""
 _CARRIED, _CARRIED_TIME = 4.0, 8.0
-"""Radii of the tightest turn, and s at the boat's speed: a boat is carried off once its distance from the waypoint is
-above the least so far by more than the larger. On squares in 65 % of its speed turns take it back by up to 12 m."""
+"""Radii of the tightest turn, and s at top speed. A boat is carried away once its distance from the waypoint exceeds
+the least so far by the larger of both. On squares in a current of 65 % of its speed, turns carry it back up to 12 m."""
 _TURNING_ROUND = 2.0
-"""Factor of that distance while the boat has not come nearer since it began to steer. Chosen: in 65 % of its speed a
-boat whose bow points down the current drifts 18 m before it has turned."""
+"""Factor on this distance until the boat first comes nearer to a waypoint. In a current of 65 % of its speed, a boat
+whose bow points down the current drifts 18 m before it has turned."""
 
 
 class Headway:
@@ -27,11 +27,11 @@ class Headway:
         self.restart()
 
     def restart(self) -> None:
-        """The boat begins to steer."""
+        """Reset, when the boat begins to steer."""
         self.target = -1
         self._overpowered = self._without = self._carried_back = self._allowed_back = 0.0
         self._nearest = self._before = self._closest = math.inf
-        self._has_gained = False  # has come nearer to a waypoint
+        self._has_gained = False  # whether the boat has come nearer to a waypoint
 
     @property
     def trouble(self) -> str:
@@ -41,13 +41,13 @@ class Headway:
         if self._carried_back > self._allowed_back:
             return f"the boat is carried away from the waypoint, by {self._carried_back:.0f} m"
         if self._without > self._longest_without:
-            return f"no way is made towards the waypoint for {self._without:.0f} s"
+            return f"the boat has come no nearer to the waypoint for {self._without:.0f} s"
         return ""
 
     def watch(self, leg: LegState, fastest: float, turn_rate: float, dt: float) -> None:
         """Check whether the boat comes nearer to the waypoint, or could.
 
-        fastest: along the leg, m/s. turn_rate: the largest that is ordered, rad/s.
+        fastest: largest speed along the leg, m/s. turn_rate: largest ordered yaw rate, rad/s.
         """
         is_new = leg.target != self.target
         if is_new:

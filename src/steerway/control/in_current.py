@@ -1,9 +1,8 @@
-"""Steering a course over ground where the current is known: by the heading that makes it good.
+"""Steering a course over ground in an estimated current, by the heading that yields this course.
 
-On the estimated heading the loop is that of the boat alone; on the course it would have dχ/dψ as a factor (see
-`core.kinematics.course_per_heading`), which in a current of 80 % of the boat's speed is from 0.6 to 5. Since heading,
-speed through the water and current are estimated together from the motion over ground, an error of one of them is made
-up for by the others, and the course has none.
+A loop on the heading has the boat's own gain. A loop on the course would have the further gain dχ/dψ, 0.6 to 5 in a
+current of 80 % of the boat's speed (`core.kinematics.course_per_heading`). Heading, speed through the water and current
+are estimated together from the motion over ground, so their errors compensate each other in the course.
 """
 
 import math
@@ -23,52 +22,52 @@ from steerway.core.reference import Reference, ReferenceModel
 from steerway.core.wheel_over import ahead_on, in_line, off_path, wheel_over
 
 _ORDERED_NOISE = 0.3
-"""Share of the largest rate that the noise of the estimate may order. Chosen, as the numbers below; `steerway
-study at-sea` judges them."""
+"""Largest yaw rate that the estimate's noise may order, as a fraction of the largest rate. `steerway study at-sea`
+judges this number and those below."""
 SURE = 0.5
-"""rad of heading: beyond it the boat turns at half the rate, and no turn begins early."""
+"""σ of the heading (rad) above which the boat turns at half the rate, and no turn begins early."""
 _LOST = 1.0
 """1σ of the heading, rad, above which a boat that begins to steer goes straight ahead at first."""
 _DEPARTURE = 10.0
 """Longest time straight ahead, s; later turns show the heading."""
 _KEPT_SIDE = 0.5
-"""rad of a turn: while more is left the bow turns to the side planned. Chosen: where the course back to the path of a
-turn asked for the other side with 90° left, a boat turned to and fro."""
+"""Remaining turn (rad) above which the bow turns to the planned side. Otherwise a boat turned to and fro, because with
+90° left the course back to the turn's path asked for the other side."""
 _SHORTEST = 0.3
-"""Least share of the lookahead."""
+"""Smallest factor on the lookahead of a slow boat."""
 _APPROACH, _NEAR = 1.5, 1.0
-"""Lookaheads before a turn in which the boat goes to where it begins, beside the leg; s before it from which on it
-begins where the boat is. Chosen."""
+"""Distance before a turn (in lookaheads) over which the boat moves beside the leg, to where the turn begins; time (s)
+before the turn after which the turn is planned from the boat's own distance to the leg."""
 _SOON, _AGAIN = 2.0, 0.2
-"""s before a turn from which on it is planned at every step, and s between two plans before. Chosen."""
+"""Time (s) before a turn after which it is planned at every step, and time (s) between two plans before that."""
 _REACTION = 0.2
-"""s from an order until a vehicle with loops of its own carries it out. Chosen: of corners on squares the paths lay
-0.3 m further out than planned with 0, 0.2 m with 0.15."""
+"""Time (s) from an order until a vehicle with inner loops carries it out. At corners of squares the paths were 0.3 m
+further out than planned with 0, and 0.2 m with 0.15."""
 _TIGHTER, _SETTLES = 2.0, 4.0
-"""Factor by which the lookahead is shorter in a turn of a vehicle with loops of its own, and s behind it. Chosen."""
+"""Divisor of the lookahead in a turn of a vehicle with inner loops, and for how long (s) it applies after the turn."""
 _QUICKEST = 2.0
-"""Most by which the reference is quicker than declared. Chosen: on squares the boat leaves a corner by 0.4 m more than
-planned with 3, by 0.1 with 2."""
+"""Largest factor by which the reference is faster than declared. On squares the boat leaves the corners by 0.4 m more
+than planned with 3, and by 0.1 m more with 2."""
 _LEAST = 0.1
-"""Least share of the bandwidth."""
+"""Smallest bandwidth, as a fraction of the boat's own."""
 _SLOW, _WIDE, _WORTH = 0.5, 0.2, 0.8
-"""Share of the route's speed at which a wide corner is turned, where the current is weaker than that and it is left by
-so much less: one whose path goes outside by more than this share of the acceptance, or passes the waypoint beyond it.
-Chosen by planned paths: at 150° 1.4 m outside become 0.7 without a current, 1.1 become 1.0 in half of the boat's speed.
-"""
+"""A corner is wide if its path goes outside by more than _WIDE of the acceptance, or passes the waypoint outside of the
+acceptance. It is turned at _SLOW of the route's speed if the current is slower than that, and if this reduces the cost
+of the turn to less than _WORTH. With planned paths at 150°, 1.4 m outside become 0.7 m without a current, and 1.1 m
+become 1.0 m in a current of half the boat's speed."""
 _BRAKING = 0.25
-"""m/s² at which a vehicle with loops of its own is slowed down before it. Chosen: half of what they do."""
+"""Deceleration (m/s²) of a vehicle with inner loops before a slow corner: half of what such vehicles achieve."""
 
 
 @dataclass
 class InCurrent:
-    """What steering in a current has to know of the boat.
+    """Steers a boat in a current; the fields are parameters of the boat.
 
-    response: to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits of the speed
-    through the water; below the slowest it hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
-    of the heading loop with a perfect estimate, rad/s. over_ground: whether the speed that is controlled is that over
-    ground along the bow, else that through the water. pivot, slip_time, lookahead: as of `Boat`. speed_time: time
-    constant of the speed, s. acceptance: of the waypoints, m; see `speed`.
+    response: of the yaw rate to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits
+    of the speed through the water; below `slowest` the boat hardly steers. turn_rate: largest ordered yaw rate, rad/s.
+    bandwidth: of the heading loop with a perfect estimate, rad/s. over_ground: whether the boat's inner loop controls
+    the speed over ground along the bow; else it is the speed through the water. pivot, slip_time, lookahead: as in
+    `Boat`. speed_time: time constant of the speed, s. acceptance: radius of the waypoints, m.
     """
 
     response: YawResponse
@@ -91,17 +90,17 @@ class InCurrent:
         self.restart()
 
     def restart(self) -> None:
-        """The boat begins to steer."""
+        """Reset, when the boat begins to steer."""
         self._headway.restart()
         self._departing = 0.0
-        self.turning: Turn | None = None  # from the last leg into this one
+        self.turning: Turn | None = None  # the turn from the last leg into this one
         self._path: Floats | None = None  # of that turn
-        self._left, self._seen = 0.0, math.nan  # rad left of it, the reference so far
-        self._planned_at = math.inf  # m from the waypoint at which it was planned last
+        self._left, self._seen = 0.0, math.nan  # rad left of the turn, and the last reference heading
+        self._planned_at = math.inf  # m from the waypoint, at the last plan of a turn
         self._next: tuple[int, Turn | None, tuple[float, float]] = (-1, None, (0.0, 0.0))
         self._turned_for = 0.0  # s
-        # The waypoint whose corner is judged, the speed (m/s) of its turn, and m from it when it was judged; the speed
-        # of the turn under way.
+        # Waypoint of the next corner, speed (m/s) of its turn, and distance (m) when this speed was chosen; speed of
+        # the turn under way.
         self._corner, self._turn_speed = (-1, math.inf, math.inf), math.inf
 
     @property
@@ -122,7 +121,7 @@ class InCurrent:
         self._headway.watch(leg, fastest if estimate.heading_std <= SURE else math.inf, self.turn_rate, dt)
 
     def _begin_turn(self, target: int) -> None:
-        """The leg to a waypoint is new: the turn into it that was planned, if any, is under way."""
+        """Begin the leg to a waypoint; the turn planned into this leg, if any, is then under way."""
         into, turn, begins = self._next
         self.turning, self._turned_for, self._seen = (turn if into == target else None), 0.0, math.nan
         self._turn_speed = self._corner[1] if self._corner[0] == target - 1 else math.inf
@@ -139,20 +138,20 @@ class InCurrent:
         return departs
 
     def water_speed(self, course: float, speed: float, estimate: Estimate) -> float:
-        """Speed through the water (m/s) for a speed over ground along a course, as far as the boat can and steers."""
+        """Speed through the water (m/s) for a speed over ground along a course, within the boat's limits."""
         current = estimate.current_north, estimate.current_east
         return float(water_speed_for(course, speed, *current, min(self.slowest, speed), self._fastest(estimate)))
 
     def _fastest(self, estimate: Estimate) -> float:
-        """The speed through the water that the largest allowed order gives: the estimate may split motion wrongly.
+        """Largest speed through the water (m/s), by the estimated speed gain.
 
-        A loop that holds the speed over ground drives the boat against the current as fast as it can.
+        With a loop of the speed over ground at least `top_speed`: the loop drives against the current at full thrust.
         """
         least = 1.0 if self.over_ground else 0.0
         return self.top_speed * max(estimate.speed_gain, least)
 
     def current_along_bow(self, estimate: Estimate) -> tuple[float, ...]:
-        """(what of the current along the bow a vehicle makes up by itself, m/s), () for a boat without such a loop."""
+        """(Current along the bow that the vehicle's speed loop compensates, m/s,); () for a boat without the loop."""
         heading = estimate.heading
         along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
         return (estimate.made_up * along,) if self.over_ground else ()
@@ -160,7 +159,7 @@ class InCurrent:
     def heading(
         self, desired: Reference, water_speed: float, estimate: Estimate, reference: Reference | None = None
     ) -> Reference:
-        """The heading that yields a course in the current; during a planned turn, the heading of the plan."""
+        """The heading that yields a course in the current; in a planned turn, on the planned side of the reference."""
         fastest = max(estimate.water_speed, 0.7 * water_speed)
         heading = float(heading_for(desired.angle, fastest, estimate.current_north, estimate.current_east)[0])
         if reference is not None and self.turning is not None and self._left != 0.0:
@@ -168,7 +167,7 @@ class InCurrent:
         return Reference(heading, 0.0, 0.0)
 
     def _to_the_side(self, heading: float, reached: float, turn: float) -> float:
-        """The heading itself, or while more than 90° of a turn are left one ahead of the reference to its side."""
+        """The heading; in a planned turn at most 143° ahead of the reference `reached`, on the turn's side."""
         self._left -= 0.0 if math.isnan(self._seen) else wrap(reached - self._seen)
         self._seen = reached
         side = math.copysign(1.0, turn)
@@ -179,17 +178,16 @@ class InCurrent:
         return wrap(reached + ahead_on(left if side * left > 0.0 else left + side * math.tau))
 
     def with_shorter_lookahead(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
-        """The leg for a guidance law whose lookahead is meant for a speed over ground (m/s): shorter where the boat is
-        slower.
+        """The leg with a cross-track error that is scaled up for a boat slower than `speed` (m/s over ground).
 
-        So that the distance from the leg dies away in the same time; in place of the lookahead the distance is scaled.
-        In a turn it is the distance from the turn's path.
+        This acts like a shorter lookahead: the error decays in the same time. In a turn the cross-track error is the
+        distance from the turn's path.
         """
         leg = self._beside(leg)
         off = leg.cross_track
         if self._path is not None:
             turned, is_over = off_path(self._path, estimate.north, estimate.east)
-            # Off the path by the turn's radius, and nearer to the leg: the boat does not turn as planned.
+            # Off the path by more than a turn's radius, and nearer to the leg: the boat does not turn as planned.
             lost = abs(turned) > max(abs(off), estimate.water_speed / self.turn_rate)
             self._path, off = (None, off) if is_over or lost else (self._path, turned)
         slower = min(1.0, max(_SHORTEST, estimate.sog / speed)) if speed > 0.0 else 1.0
@@ -197,7 +195,7 @@ class InCurrent:
         return leg._replace(cross_track=off / slower * (_TIGHTER if turns else 1.0))
 
     def _beside(self, leg: LegState) -> LegState:
-        """The leg as it leads to where the turn at its end begins."""
+        """The leg, bent towards the beginning of the turn at its end, which may be beside the leg."""
         into, turn, _ = self._next
         if turn is None or into != leg.target + 1 or self._path is not None:
             return leg
@@ -211,7 +209,7 @@ class InCurrent:
     def turn(self, leg: LegState, following: float, estimate: Estimate, model: ReferenceModel) -> float:
         """Distance (m) from a waypoint at which the turn into the next leg, of the direction `following`, has to begin.
 
-        Its path is kept, to be followed when the next leg is under way.
+        The turn's path is stored; the boat follows this path once the next leg is under way.
         """
         into, planned, _ = self._next
         if planned is not None and into == leg.target + 1:
@@ -234,7 +232,7 @@ class InCurrent:
         return turn.lead + (_REACTION * estimate.sog if self.over_ground else 0.0)
 
     def _slow_or_not(self, leg: LegState, following: float, estimate: Estimate, model: ReferenceModel) -> Turn:
-        """The turn at the end of a leg. It is judged once a second of way until the boat brakes."""
+        """The turn at the end of a leg, at full speed or slowly: decided once a second, until the boat brakes."""
         target, slow, seen_at = self._corner
         if target != leg.target:
             slow, seen_at = math.inf, math.inf
@@ -261,7 +259,7 @@ class InCurrent:
         return self.planned(leg.direction, following, (before, after), current, model, fastest, estimate.slip_time)
 
     def speed(self, leg: LegState, speed: float) -> float:
-        """The speed (m/s) for that of the route: slower before and in a corner that is left by less then."""
+        """The speed (m/s) for a speed of the route: lower before and in a corner that is turned slowly."""
         if self._path is not None:
             return min(speed, self._turn_speed)
         into, turn, _ = self._next
@@ -280,8 +278,9 @@ class InCurrent:
         fastest: float | None = None,
         slip_time: float | None = None,
     ) -> Turn:
-        """The turn between two legs (rad) at the speeds through the water before it and in it (m/s), in a current;
-        by default as fast and slipping as declared.
+        """The turn between two legs (rad) in a current, at the speeds through the water (m/s) before and in the turn.
+
+        fastest (m/s), slip_time (s): by default as declared.
         """
         limits = TurnLimits(model.bandwidth, model.max_rate, model.max_acceleration)
         most = (self.top_speed if fastest is None else fastest) if self.over_ground else math.inf
@@ -289,9 +288,7 @@ class InCurrent:
         return plan_turn(direction, following, current, limits, motion, self.pivot, leaves_legs=self.over_ground)
 
     def progress(self, course: float, estimate: Estimate) -> float:
-        """The fastest that the boat can be along a course over ground, m/s; not above 0 where the current is too
-        strong.
-        """
+        """Largest speed (m/s) along a course over ground; at most 0 if the current is too strong."""
         north, east = estimate.current_north, estimate.current_east
         fastest = self._fastest(estimate)
         along = float(heading_for(course, fastest, north, east)[1])
@@ -299,7 +296,7 @@ class InCurrent:
         return along if across < fastest else min(along, 0.0)
 
     def identified(self, estimate: Estimate) -> YawResponse:
-        """The response as far as it is identified."""
+        """The declared response, corrected by the estimated gain, time constant and damping."""
         declared = self.response
         return declared._replace(
             gain=declared.gain * estimate.yaw_gain,
@@ -308,9 +305,7 @@ class InCurrent:
         )
 
     def feedforward(self, autopilot: Autopilot, estimate: Estimate) -> float:
-        """The output that turns the boat as the reference does; 0 for a controller whose observer would take it for a
-        bias.
-        """
+        """The output that turns the boat as the reference turns; 0 if the controller would estimate it as a bias."""
         reference = autopilot.shaper.reference
         if reference is None or not isinstance(autopilot.controller, AnglePID):
             return 0.0
@@ -318,9 +313,9 @@ class InCurrent:
         return self.identified(estimate).order(rate, acceleration, estimate.water_speed, estimate.yaw_bias)
 
     def tune(self, autopilot: Autopilot, estimate: Estimate) -> None:
-        """Limit the rate to what the estimate carries now, and the bandwidth of a controller that has one.
+        """Adapt the reference's rate, and the gains of a PID, to the present accuracy of the estimate.
 
-        The reference follows the identified response: it is as much quicker than declared as the boat is.
+        The reference's bandwidth grows in proportion if the boat is identified as faster than declared.
         """
         shaper = autopilot.model
         shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)
@@ -331,7 +326,7 @@ class InCurrent:
             autopilot.controller.gains = self.gains(estimate)
 
     def gains(self, estimate: Estimate) -> AnglePIDGains:
-        """The gains of the heading loop, its bandwidth what the estimate carries now."""
+        """The gains of the heading loop, with the bandwidth that the present accuracy of the estimate allows."""
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
         carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
         bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))

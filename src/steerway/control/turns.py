@@ -19,9 +19,9 @@ _ONE_SIDE = math.radians(100.0)
 """Turn of the bow below which the other side, of more than 260°, is not simulated."""
 
 _CUT, _INSIDE = 1.5, 1.5
-"""Divisors in `Turn.cost` of the least distance from the waypoint and the largest from the legs. A right-angled path
-that stays as far inside as outside has 1.4 and 1 times the largest distance outside. With 1.8
-boats passed wide corners at 1.7 m, and 0.5 m outside."""
+"""Divisors in `Turn.cost` of the distances `closest` and `excursion`. On a right-angled path as far inside as outside
+these are 1.4 and 1 times the distance `outside`. With a _CUT of 1.8 boats passed wide corners at 1.7 m, 0.5 m outside.
+"""
 _STEPS = 10
 """Steps of the search for the offset, which find it to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -66,7 +66,7 @@ class Turn(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """Deviation from the corner, m; distances inside of the legs count less."""
+        """Deviation from the corner, m; distances on the inner side of the legs count less."""
         return max(self.outside, self.closest / _CUT, self.excursion / _INSIDE)
 
 
@@ -95,7 +95,7 @@ def plan_turn(
 
 
 def _placed(direction: float, following: float, angle: float, path: Floats, time: float, leaves_legs: bool) -> Turn:
-    """The turn with the offset of least cost, found by golden-section search; 0 unless it leaves the legs."""
+    """The turn with the offset of least cost, found by golden-section search; offset 0 unless `leaves_legs`."""
 
     def beside(offset: float) -> Turn:
         lead = float(wheel_over(direction, following, path[-1, 0], path[-1, 1], offset, offset))

@@ -62,7 +62,7 @@ _SIZES = ("length", "width")
 _TYPES = ("ship_type", "vessel_type", "vesseltype", "shiptype", "ship_and_cargo_type")
 _CLASSES = ("type_of_mobile", "transceiver_class", "transceiverclass", "transceiver", "class", "ais_class")
 _OTHER_STATIONS = (("base", 4), ("aton", 5), ("sar", 6))
-"""Text in the type of other stations, and the index into REASONS."""
+"""Text in the type of a station that is not a ship, and its index into REASONS."""
 _SAMPLE = 2000
 
 

@@ -118,7 +118,7 @@ def read(data: bytes) -> Recording:
                 if math.isfinite(row[0]):
                     rows.setdefault(str(name), []).append(row)
     except (sqlite3.Error, MemoryError, OverflowError, ValueError) as error:
-        why = " ".join(str(error).split())  # which may quote the file
+        why = " ".join(str(error).split())  # the error may quote the file
         raise InputError(f"not a ROS 2 bag ({why}), expected the tables topics and messages") from None
     finally:
         base.close()

@@ -60,7 +60,7 @@ def law(name: str, lookahead: float, speed: float, options: Options | None = Non
 
 
 class GuidanceTable(Table):
-    """The law and its gains; `steer_by` overrides the angle that the law commands."""
+    """The law and its gains. `steer_by`: whether its angle is steered as a course or heading; else the law decides."""
 
     law: Literal[*LAWS] = "line-of-sight"  # type: ignore[valid-type]
     steer_by: Literal["course", "heading"] | None = None

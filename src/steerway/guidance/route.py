@@ -86,7 +86,8 @@ class Route:
         turns = np.sum(ahead[:-1] * ahead[1:], axis=1)
         if np.any(turns < _SHARPEST):
             index = int(np.argmin(turns)) + 1
-            raise InputError(f"the route turns nearly right round at waypoint {index}, expected at most 154° beside it")
+            turn = np.degrees(np.arccos(max(turns[index - 1], -1.0)))
+            raise InputError(f"the route turns by {turn:.1f}° at waypoint {index}, expected at most 154° for an offset")
         abeam = np.column_stack([-ahead[:, 1], ahead[:, 0]])
         corners = (abeam[:-1] + abeam[1:]) / (1.0 + turns)[:, None]
         north, east = (np.array([self.north, self.east]).T + offset * np.vstack([abeam[:1], corners, abeam[-1:]])).T
@@ -95,8 +96,8 @@ class Route:
             index = int(np.argmin(along - self.acceptance[1:])) + 1
             side = "starboard" if offset > 0.0 else "port"
             raise InputError(
-                f"{abs(offset):g} m to {side} the leg to waypoint {index} is not longer than its acceptance of "
-                f"{self.acceptance[index]:g} m, expected an offset that leaves it longer"
+                f"at an offset of {abs(offset):g} m to {side}, the leg to waypoint {index} is no longer than the "
+                f"waypoint's acceptance radius of {self.acceptance[index]:g} m, expected a smaller offset or radius"
             )
         return replace(self, north=north, east=east)
 

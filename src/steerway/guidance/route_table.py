@@ -84,10 +84,8 @@ class PlaceTable(Table):
         if latitude is not None and longitude is not None and north is None and east is None:
             return False, math.radians(latitude), math.radians(longitude)
         given = [key for key in _COORDINATES if getattr(self, key) is not None]
-        raise InputError(
-            f"{name} gives {' and '.join(given) or 'no place'}, "
-            "expected north and east in m, or latitude_deg and longitude_deg"
-        )
+        found = " and ".join(given) or "no place"
+        raise InputError(f"{name} gives {found}, expected north and east in m, or latitude_deg and longitude_deg")
 
     def plane(self, origin: Place, name: str) -> tuple[float, float]:
         """North and east of the origin, m; the name is for errors."""

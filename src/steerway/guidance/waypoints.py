@@ -69,7 +69,7 @@ class Mission:
     """Progress of a boat along a route; one step per position.
 
     start "line": the first leg runs from waypoint 0 to 1; its line is followed also from behind or beside it. A boat
-        already beyond its end passes waypoint 1 by the rule. Waypoint 0 begins the route and is no goal.
+        already beyond the line's end passes waypoint 1 by the rule. Waypoint 0 begins the route and is no goal.
     start "point": waypoint 0 is the first goal, on a leg from the boat's first known position.
     at_end "continue" | "hold" | "stop": the last leg's line continues beyond the last waypoint; the desired speed is
         the last leg's for "continue" and 0 otherwise. `phase` is set to match.

@@ -1,4 +1,4 @@
-"""The filter that learns its profile and reports the rows at which it does, which depend on a background thread.
+"""A filter that learns its profile at rows that depend on a background thread, and reports these rows.
 
 A recording contains these rows, so that a replay learns at the same ones.
 """

@@ -1,4 +1,4 @@
-"""Names that the tests of this package need and no user does."""
+"""Names for this package's tests; not part of the public API."""
 
 from typing import TYPE_CHECKING
 

@@ -68,7 +68,7 @@ def deviation(heading: Any, a: float, b: float, c: float, d: float, e: float) ->
 
 @dataclass(frozen=True)
 class DynamicCompass:
-    """A TCM2 for the loop.
+    """A TCM2 compass for closed-loop simulation.
 
     model: its dynamics. card: deviation coefficients A to E, rad. wrapped: whether readings lie in [−π, π); the paper's
     continue beyond a turn.

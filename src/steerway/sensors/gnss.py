@@ -31,7 +31,7 @@ from steerway.sensors.gnss_errors import GOOD, LOST, Errors, Fault, FaultTable
 from steerway.sensors.instrument import SLACK, Clock, epochs
 
 _LEAST_WHITE = 0.01
-"""Least 1σ (m) of white noise that a filter assumes, as for real-time kinematics."""
+"""Smallest 1σ (m) of white noise that a filter assumes: that of real-time kinematics."""
 _NO_ERROR = 0.0, 60.0
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
 

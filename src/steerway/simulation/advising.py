@@ -1,8 +1,8 @@
 """Check before a run whether the autopilot's loop is well damped, with the scenario's estimator and current.
 
-With the five-state filter it is the course loop of `control.bandwidth`. With the steering filter it is the loop on a
-leg, which is linear: line of sight, reference model, heading controller, and the steady Kalman filter of the states
-across the leg. The boat's gain and damping are as declared, and off by the uncertainty that the filter assumes.
+With the five-state filter this is the course loop of `control.bandwidth`. With the steering filter this is the linear
+loop on a leg: line of sight, reference model, heading controller, and the steady Kalman filter of the states across the
+leg. The boat's gain and damping are tried as declared, and off by the uncertainty that the filter assumes.
 """
 
 import math
@@ -34,7 +34,7 @@ from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario
 
 _ITERATIONS = 20
-"""Fixed-point iterations, which find a bandwidth to 1e-6: it depends on itself by less than its square root."""
+"""Fixed-point iterations for a bandwidth; each one at least halves the relative error, so the last is below 1e-6."""
 _VELOCITY_STD = 0.1
 """σ of a receiver's velocity in the steering filter, m/s."""
 _SHORTLY = 20.0
@@ -43,7 +43,7 @@ _FORGOTTEN = 600.0
 """Time constant of the current, s. Without one the filter is not steady: a leg does not separate current and
 heading."""
 _IDENTIFIED = 1.0 / 3.0
-"""Uncertainty of the damping after turns over the initial one (measured on the demo's mission: up to a half)."""
+"""Ratio of the damping's σ after turns to its initial σ (measured on the demo's mission: up to a half)."""
 _OFF_LEG, _HEADING, _RATE = range(3)  # true states: cross-track error, heading minus the steady one, yaw rate
 _OWN_OFF_LEG, _CURRENT, _OWN_HEADING, _OWN_RATE, _BIAS, _ERROR = range(3, 9)  # of the estimate; current across the leg
 _REFERENCE, _REFERENCE_RATE, _REFERENCE_ACCELERATION = range(9, 12)
@@ -97,9 +97,9 @@ def _advise_steering(scenario: Scenario, known: Boat, speed: float) -> tuple[boo
     loops = [steering_loop(known, scenario.gnss, speed, current, each) for each in _directions(scenario)]
     worst = min(loops, key=lambda loop: loop.damping)
     way = "" if current == 0.0 else f" in a current of {current:g} m/s"
-    most = f"it makes way against a current of up to {tolerated_current(known):.2g} m/s"
+    most = f"the boat makes way against a current of up to {tolerated_current(known):.2g} m/s"
     if worst.speed <= 0.0:
-        return False, f"The boat cannot follow the route{way}: {most}, so sail faster or wait for a weaker one."
+        return False, f"The boat cannot follow the route{way}: {most}, so sail faster or wait for a weaker current."
     kind = scenario.autopilot.kind
     assessed = "" if kind == KINDS[0] else f"{KINDS[0]} in place of {kind} and "
     fixes = f"{assessed}fixes of {scenario.gnss.white:g} m every {1.0 / scenario.gnss.rate:g} s"

@@ -236,7 +236,7 @@ def begins(scenario: Scenario) -> float:
     try:
         time = datetime.fromisoformat(scenario.begins)
     except ValueError:
-        raise InputError(f"begins is {scenario.begins!r}, expected an ISO 8601 time as 2026-06-01T12:00:00Z") from None
+        raise InputError(f"begins is {scenario.begins!r}, expected ISO 8601 such as 2026-06-01T12:00:00Z") from None
     if time.tzinfo is None:
-        raise InputError(f"begins is {scenario.begins!r}, expected a time with its zone, as 2026-06-01T12:00:00Z")
+        raise InputError(f"begins is {scenario.begins!r}, expected a time with a zone, such as 2026-06-01T12:00:00Z")
     return time.timestamp()

@@ -43,7 +43,7 @@ _SLOWEST = 20.0
 def course_bound(scenario: Scenario, run: Run) -> float:
     """RMS of the smallest possible σ of course over ground on the evaluated rows of a run, rad.
 
-    The receiver measures no velocity. Errors with a time constant of seconds are modelled with that of the filter.
+    The receiver measures no velocity. Errors over seconds are modelled with the filter's own time constant.
     """
     known = assembly.boat(scenario)
     response = response_of(known)._replace(

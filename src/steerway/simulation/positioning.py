@@ -116,7 +116,7 @@ class PositioningPilot:
         self._tell = getattr(estimator, "order", lambda force: None)
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
-        """The thrusts, dt s after the previous step."""
+        """The thrusts (N), dt s after the previous step."""
         estimate = self.estimator.step(measurements, dt)
         leg = self.mission.step(estimate.north, estimate.east, dt)
         order = self.mission.now

@@ -80,7 +80,7 @@ def _manoeuvre(scenario: Scenario) -> None:
     _steps(scenario)
     _rates(scenario)
     if not assembly.boat(scenario).steers:
-        raise InputError(f"manoeuvre needs a boat that is steered, not vessel.kind {scenario.vessel.kind}")
+        raise InputError(f"manoeuvre needs a steered vessel, which kind {scenario.vessel.kind} is not")
     assembly.assemble(scenario)
 
 
@@ -208,7 +208,7 @@ def _steering(scenario: Scenario) -> None:
 
 
 def _positioning(scenario: Scenario) -> None:
-    """Orders with positions need an estimator that uses the forces; it takes no other orders."""
+    """Orders of positions need an estimator that uses the forces, and such an estimator takes no other orders."""
     kind, holds = scenario.estimator.kind, assembly.holds_places(scenario)
     if holds and kind not in (*POSITIONING_KINDS, "truth"):
         able = ", ".join((*POSITIONING_KINDS, "truth"))
@@ -238,7 +238,7 @@ def _estimators(scenario: Scenario) -> None:
         return
     if heading.kind != "tracker":
         if not assembly.boat(scenario).steers:
-            raise InputError(f"estimator.heading.kind {heading.kind} needs a boat that is steered, not {kind}")
+            raise InputError(f"estimator.heading.kind {heading.kind} needs a steered vessel, which kind {kind} is not")
         if heading.kind == "aided" and scenario.gnss.velocity_std is None:
             raise InputError("estimator.heading.kind aided needs the receiver's velocity, expected gnss.velocity_std")
         if heading.kind != "aided" and scenario.compass is None:

@@ -60,7 +60,7 @@ class Unfinished:
         """Read complete entries into `results`; an incomplete last one is overwritten. False if the file is empty."""
         first = self._file.readline()
         if first not in (expected, b""):
-            raise InputError(f"{self._path} is of other work or another version, expected that of the interrupted work")
+            raise InputError(f"{self._path} is from other work or another version, expected the file of this work")
         end = self._file.tell()
         for line in self._file:
             checksum, _, entry = line[:-1].partition(b" ")

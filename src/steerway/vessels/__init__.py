@@ -1,4 +1,4 @@
-"""Vessel models, one per file, each with its equations of motion and a class that the loop can step."""
+"""Vessel models, one per file, each with its equations of motion and a class that a simulation steps."""
 
 from typing import TYPE_CHECKING
 

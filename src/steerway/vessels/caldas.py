@@ -96,7 +96,7 @@ def _motion(state: Floats, _: Floats, curve: Floats, conditions: Floats) -> Grou
 
 
 class Caldas(CompiledVessel):
-    """The 15 m USV for the loop. Command: shaft speed (rev/s) and yaw moment (N·m). State (7,): see the module."""
+    """P3's USV for closed-loop simulation. Command: shaft speed (rev/s), yaw moment (N·m). State (7,): see module."""
 
     size = 7
     kernels = _step, _motion

@@ -126,7 +126,7 @@ def _motion(state: Floats, nonlinear: bool, conditions: Floats) -> GroundMotion:
 
 
 class CyberShip2(CompiledVessel):
-    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
+    """CyberShip II for closed-loop simulation. Command: (surge force N, sway force N, yaw moment N·m), limited.
 
     `identification` is "linear" or "nonlinear", see the module. Velocities are through the water; a current adds to
     them over ground. Raises InputError for another identification and an unknown method.

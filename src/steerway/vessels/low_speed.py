@@ -72,7 +72,7 @@ def _motion(state: Floats, inverse: Floats, damping: Floats, conditions: Floats)
 
 
 class LowSpeedVessel(CompiledVessel):
-    """The vessel for the loop. Command: a thrust (N) for each thruster.
+    """The vessel for closed-loop simulation. Command: a thrust (N) for each thruster.
 
     Raises InputError for matrices that are not (3, 3), and unless M + Mᵀ and D + Dᵀ are positive definite.
     """

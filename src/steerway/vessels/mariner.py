@@ -122,7 +122,7 @@ def _motion(state: Floats, cruise_speed: float, conditions: Floats) -> GroundMot
 
 
 class Mariner(CompiledVessel):
-    """A Mariner-class ship for the loop. Command: the rudder, rad. State (7,): see `derivatives`.
+    """A Mariner-class ship for closed-loop simulation. Command: the rudder, rad. State (7,): see `derivatives`.
 
     Velocities are through the water; a current adds to them over ground. Raises InputError for a cruise speed that is
     not positive and an unknown method.

@@ -99,7 +99,7 @@ def _motion(state: Floats, _: Floats, conditions: Floats) -> GroundMotion:
 
 
 class Motorboat(CompiledVessel):
-    """The boat for the loop. Command: steering, throttle. State (6,): see the module.
+    """A motorboat for closed-loop simulation. Command: steering, throttle. State (6,): see the module.
 
     top_speed U_max m/s, turn_rate R rad/s, surge_time T_u and yaw_time T_r in s.
     """

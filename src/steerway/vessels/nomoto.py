@@ -71,7 +71,7 @@ def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMoti
 
 
 class Nomoto(CompiledVessel):
-    """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see the module.
+    """A Nomoto vessel for closed-loop simulation. Command: the rudder, or moment. State (5,): see the module.
 
     `actuator` holds the rudder's limits, rate and lag; without a lag the rudder equals its command. Raises
     InputError when gain, time constant, speed, bias or method cannot be used.

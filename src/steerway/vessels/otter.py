@@ -246,7 +246,7 @@ def _motion(state: Floats, _: float, hull: Floats, conditions: Floats) -> Ground
 
 
 class Otter(CompiledVessel):
-    """An Otter for the loop: its load, edition, propeller lag (s) and integration method.
+    """An Otter for closed-loop simulation: its load, edition, propeller lag (s) and integration method.
 
     Command: propeller speeds left and right, rad/s. State (14,): the twelve of `derivatives` and the two propeller
     speeds, which follow their command with a first-order lag. Raises InputError as `derivatives` does, and for a

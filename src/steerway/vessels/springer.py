@@ -68,7 +68,7 @@ def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMoti
 
 
 class Springer(CompiledVessel):
-    """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
+    """Springer in a closed loop. Command: (n_d,) in rad/s. State (6,): x y (m), two states of yaw, n_d (rad/s), ψ̇.
 
     plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water. yaw:
     another boat's response, in place of a plant. Raises InputError for numbers out of range.

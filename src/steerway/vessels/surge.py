@@ -90,7 +90,7 @@ def _motion(state: Floats, _: Floats, __: Floats, conditions: Floats) -> GroundM
 
 
 class Surge(CompiledVessel):
-    """A surge-only vessel for the loop. Command: the shaft speed, rev/s. State (5,): see the module.
+    """A surge-only vessel for closed-loop simulation. Command: the shaft speed, rev/s. State (5,): see the module.
 
     mass including added mass in kg; drag linear in N·s/m and quadratic in N·s²/m². The default is P3's USV of Table I.
     Raises InputError for numbers out of range.

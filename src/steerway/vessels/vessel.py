@@ -1,7 +1,7 @@
-"""The interface between loop and vessel: actuators, environmental conditions, and the declaration for scenarios.
+"""The interface of vessels: actuators, environmental conditions, and the declaration for scenarios.
 
-A vessel object has parameters only; its state is an array kept by the loop, so that a run can be stored, resumed and
-repeated. Anything with the three methods of `Vessel` can be simulated: see docs/vessels.md.
+A vessel object has parameters only; its state is an array kept by the simulation loop, so that a run can be stored,
+resumed and repeated. Anything with the three methods of `Vessel` can be simulated: see docs/vessels.md.
 """
 
 import math
@@ -37,7 +37,7 @@ class Actuator:
 
 
 class Vessel(Protocol):
-    """A vessel that the loop can step."""
+    """A vessel that the simulation loop can step."""
 
     @property
     def actuators(self) -> tuple[Actuator, ...]:

@@ -45,11 +45,11 @@ def mission_of(items: Sequence[MissionItem], home: tuple[float, float] | None = 
         place = home if item.command == RETURN else (item.latitude, item.longitude)
         if place is None:
             raise InputError(f"item {index} returns, and there is no home position to return to")
-        if item.command not in (WAYPOINT, LOITER, RETURN) or item.frame not in _GLOBAL_FRAMES:
-            raise InputError(
-                f"item {index} has command {item.command} in frame {item.frame}, expected a waypoint ({WAYPOINT}), "
-                f"loiter ({LOITER}), return ({RETURN}) or speed ({SPEED}) by latitude and longitude"
-            )
+        if item.command not in (WAYPOINT, LOITER, RETURN):
+            commands = f"waypoint ({WAYPOINT}), loiter ({LOITER}), return ({RETURN}) or speed ({SPEED})"
+            raise InputError(f"item {index} has command {item.command}, expected {commands}")
+        if item.command != RETURN and item.frame not in _GLOBAL_FRAMES:
+            raise InputError(f"item {index} has frame {item.frame}, expected a global frame: any of {_GLOBAL_FRAMES}")
         if item.command == WAYPOINT and item.parameters[0] > 0.0:
             raise InputError(f"item {index} stays for {item.parameters[0]:g} s, expected 0 s")
         waypoint = dict(zip(("lat_deg", "lon_deg"), place, strict=True))

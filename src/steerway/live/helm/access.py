@@ -39,7 +39,7 @@ class _Connection:
     def __init__(self, transport: Any, address: Address, now: float) -> None:
         self.transport, self.address, self.since = transport, address, now
         self.knows = False  # has logged in, or needs no login
-        self.requests = 0  # in progress; an open WebSocket counts as one
+        self.requests = 0  # requests in progress; an open WebSocket counts as one
 
 
 class Places:
