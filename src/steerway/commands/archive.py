@@ -41,7 +41,9 @@ def run(
         "IN...", "Files, folders or patterns: AIS tables (CSV, Parquet, GeoParquet; also compressed), raw AIS, logs."
     ),
     out: Path = option("DIR", "Directory of the archive.", ..., "-o", "--out"),
-    buckets: int | None = option("N", "Groups of vessels; by default chosen by the size of the inputs and --memory."),
+    buckets: int | None = option(
+        "N", "Number of groups of vessels; by default chosen by the size of the inputs and --memory."
+    ),
     memory: str = option("SIZE", "Total memory of all processes, such as 4GB.", "4GB"),
     workers: int | None = option("N", "Number of processes; by default one per core."),
     scheduler: str | None = option("URL", "Scheduler of a Dask cluster to run on."),

@@ -65,7 +65,8 @@ def heading(
 ) -> None:
     """Identify a second-order heading model, for the heading MPC, from a manoeuvre with pseudo-random binary steering.
 
-    The log needs time_s at even intervals, heading_deg, and rudder_deg, yaw_moment_nm or a column named by --steering.
+    The log needs three columns: time_s at even intervals; the heading (heading_deg, or the one named by --angle); and
+    the steering input (rudder_deg, yaw_moment_nm, or the one named by --steering).
 
     Example:
 

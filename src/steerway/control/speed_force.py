@@ -79,8 +79,8 @@ class ForceLoop:
 def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> SpeedPI | ForceLoop:
     """A speed loop of a kind in CONTROLLERS, designed from the PI gains of a boat.
 
-    For the kinds other than "pi", mass and drag of the gains are the guess, `limit` is full thrust, and the bandwidth
-    is the rate d_m of the reference, which settles to 2 % in ln 50/d_m. `full_shaft`: shaft speed (rev/s) at full
+    The other kinds use mass and drag of the gains as their guess of the boat, and `limit` as full thrust. The bandwidth
+    is the rate d_m of their reference model, which settles to 2 % in ln 50/d_m. `full_shaft`: shaft speed (rev/s) at full
     thrust, if the shaft is measured. Raises InputError for an unknown kind, and for gains without a limit or without
     drag.
     """

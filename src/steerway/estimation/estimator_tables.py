@@ -11,8 +11,8 @@ class HeadingEstimatorTable(Table):
     """The filter of the heading. "tracker": compass, smoothed; "composite": compass and orders; "aided": orders, GNSS
     velocity and, if on board, the compass.
 
-    "interval": bounds of the heading for every deviation within ± 2 `deviation_std_deg`; the heading used lies at the
-    share `weight` between them. `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the deviation.
+    "interval": the lowest and the highest heading over all deviations within ± 2 `deviation_std_deg`; the heading used
+    is lowest + `weight` × (highest − lowest). `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the deviation.
     """
 
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"

@@ -24,8 +24,8 @@ class Order(NamedTuple):
 class OrderTable(Table):
     """One of the [[orders]] of a scenario, in force from `time` (s); a key that is left out keeps its previous value.
 
-    `course_deg`: a course, or a heading if `guidance.steer_by` is "heading"; `speed` in m/s. Vessels in dynamic
-    positioning are ordered a position (`north`, `east` in m) and a heading (`course_deg`).
+    `course_deg`: a course, or a heading if `guidance.steer_by` is "heading"; `speed` in m/s. A vessel in dynamic
+    positioning is given a position (`north`, `east` in m) and a heading (`course_deg`).
     """
 
     time: Annotated[NotNegative, "s"] = 0.0

@@ -105,7 +105,7 @@ class Service:
             raise  # an output failed
         except Exception:
             if not self.navigator.counts["failed"]:
-                LOG.exception("dropped after an error, later errors are only counted: %s", what)
+                LOG.exception("an input was dropped because of an error (further ones are only counted): %s", what)
             self.navigator.counts["failed"] += 1
 
     def _believed(self, rows: Iterable[InputRow]) -> Iterator[InputRow]:

@@ -102,7 +102,7 @@ def _class_of(module: str, name: str, packages: Collection[str]) -> type[Any]:
     for each in name.split("."):
         found = vars(found)[each]
     if not isinstance(found, type) or found.__module__ != module:
-        raise ValueError(f"{module}.{name} is not a class of this module")
+        raise ValueError(f"{module}.{name} is not a class defined in {module}")
     return found
 
 

@@ -132,8 +132,8 @@ def along(x: Floats) -> float:
 
 @lean_kernel
 def fastest_of(x: Floats, response: Response) -> float:
-    """The speed through the water that an order over ground leads to at the most: the declared top speed, or the
-    boat's where that is higher; a vehicle with a speed loop of its own may have power to spare.
+    """The highest speed through the water that an order over ground may lead to, m/s: the declared top speed, or the
+    present speed if it is higher, because a vehicle with a speed loop of its own may have power to spare.
     """
     return max(response.top_speed, x[WATER_SPEED])
 

@@ -21,8 +21,8 @@ LARGEST_COURSE_STD = math.radians(30.0)
 LARGEST_NIS = 6.0
 """Mean NIS of recent fixes above which the profile does not fit them; 2 is expected."""
 UNFIT, LONGEST_UNFIT = 0.75, 1.5
-"""s of unbroken rejections after which to stop: three intervals of fixes, within these bounds. The filter accepts the
-fixes after 2 s and jumps to them."""
+"""Bounds (s) of the time of unbroken rejections after which to stop; between them it is three intervals of fixes. The
+filter accepts the fixes after 2 s and jumps to them."""
 UNTIMELY = 0.7
 """s for which the receiver's time may stand still, lag or be out of order."""
 UNKNOWN = 3.0

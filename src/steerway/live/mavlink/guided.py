@@ -14,9 +14,9 @@ from steerway.live.rows import Order, State
 
 SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
 SILENCE = 2.5
-"""s without any message after which the link counts as lost. Chosen: a radio loses some; above two heartbeats, one a
-second, and below the 3 s after which ArduPilot drops an order: until then the boat follows the last one, as the
-estimate does."""
+"""s without any message after which the link counts as lost. Chosen: longer than two heartbeats (one a second),
+because a radio loses some, and shorter than the 3 s after which ArduPilot drops an order. Until then the boat follows
+the last order, and the estimate assumes so."""
 HEARTBEAT_LOST = 5.0
 """s without a heartbeat while other messages come: five of them, as is usual (mavlink.io, heartbeat protocol)."""
 _CONFIRMED = 2.5  # s in which a heartbeat shows a mode that was asked for
