@@ -80,9 +80,9 @@ def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> 
     """A speed loop of a kind in CONTROLLERS, designed from the PI gains of a boat.
 
     The other kinds use mass and drag of the gains as their guess of the boat, and `limit` as full thrust. The bandwidth
-    is the rate d_m of their reference model, which settles to 2 % in ln 50/d_m. `full_shaft`: shaft speed (rev/s) at full
-    thrust, if the shaft is measured. Raises InputError for an unknown kind, and for gains without a limit or without
-    drag.
+    is the rate d_m of their reference model, which settles to 2 % in ln 50/d_m. `full_shaft`: shaft speed (rev/s) at
+    full thrust, if the shaft is measured. Raises InputError for an unknown kind, and for gains without a limit or
+    without drag.
     """
     if kind == "pi":
         return SpeedPI(gains)

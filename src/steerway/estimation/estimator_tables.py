@@ -12,7 +12,8 @@ class HeadingEstimatorTable(Table):
     velocity and, if on board, the compass.
 
     "interval": the lowest and the highest heading over all deviations within ± 2 `deviation_std_deg`; the heading used
-    is lowest + `weight` × (highest − lowest). `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the deviation.
+    is lowest + `weight` × (highest − lowest). `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the
+    deviation.
     """
 
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
