@@ -104,7 +104,7 @@ WRONG = {
     "profile 'oter' is unknown, expected one of": ROUTE + '[estimator]\nprofile = "oter"',
     "gnss.faults[0] of kind jump has both or neither of start": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
     "environment.current.speed is nan, expected": ROUTE + "[environment.current]\nspeed = nan",
-    "begins is 'noon', expected an ISO 8601 time": 'begins = "noon"\n' + ROUTE,
+    "begins is 'noon', expected ISO 8601 such as": 'begins = "noon"\n' + ROUTE,
     "scenario test.toml is not valid TOML": "route = [",
 }
 
