@@ -244,7 +244,7 @@ class PassiveObserver:
         self._take(slice(2, 3), self._heading_interval or self._fix_interval)
 
     def _take(self, axes: slice, interval: float) -> None:
-        """Correct by the new measurement of these axes, at once or until the next measurement."""
+        """Correct these axes by their new measurement, at once or over the time until the next one."""
         error = np.zeros(3)
         error[axes] = (self._measured - self.state[PLACE : PLACE + 3] - self.state[WAVE : WAVE + 3])[axes]
         error[2] = wrap(error[2])
