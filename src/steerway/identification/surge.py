@@ -29,8 +29,7 @@ from steerway.vessels.vessel import Actuator
 LONGEST_STEP = 0.1
 """Longest step of integration, s."""
 LARGEST_SHARES = 0.1, 0.05
-"""Largest 2σ of an identified drag term, as a share of the drag at the middle speed; and of the thrust, as a share of
-it."""
+"""Largest 2σ of an identified drag term, as a share of the drag at the middle speed; and of the thrust, relative."""
 LEAST_SPREAD = 0.3
 """Least range of speeds in a log, as a share of the highest speed."""
 _LEAST_ROWS = 50
@@ -215,9 +214,7 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
 
 
 def _known_together(found: SurgeIdentification, speed: Floats, shaft: Floats) -> str:
-    """A sentence with the combined result for a log that does not separate drag from the fall of thrust; "" at one
-    speed.
-    """
+    """The combined result, if the log does not separate drag from the fall of thrust with speed; "" at one speed."""
     model, full = found.model, float(np.abs(shaft).max())
     steady = _steady(full, model.linear_drag, model.quadratic_drag, model.curve())
     if float(np.percentile(speed, 98.0) - np.percentile(speed, 2.0)) < LEAST_SPREAD * float(np.percentile(speed, 98.0)):

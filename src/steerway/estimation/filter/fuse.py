@@ -54,8 +54,7 @@ def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
 
 
 _VAGUE = 0.4
-"""1σ, m/s, below which a velocity without direction is that of a vessel at rest: slightly above
-`course.STEERAGEWAY`."""
+"""1σ, m/s, below which a velocity without direction is that of a vessel at rest: just above `STEERAGEWAY`."""
 LEAST_COUNTED = 0.003
 """Least probability of a mode that counts in the variances; for m² pairs of modes, 1/m of it. A 95 % interval need not
 contain less probable modes: if they count, the σ of the rate is 1.5 times as large in the scene `circles`. In the scene

@@ -40,9 +40,8 @@ large (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American Statistical
 STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
 """Variance of Student's t distribution with FREEDOM, at unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
-"""If the variance of a predicted fix exceeds that of its white noise by the factor DIFFUSE, a fix with an outlier
-probability below RARE is not treated as an outlier at all. Otherwise the remaining share of the vague prediction would
-outweigh the fix."""
+"""If the variance of a predicted fix is above DIFFUSE times that of its white noise, a fix with an outlier probability
+below RARE is no outlier at all. Otherwise the remaining share of the vague prediction would outweigh the fix."""
 OUTLIERS_LAST = 0.5
 """Probability that the fix after an outlier is an outlier too: even odds, as in `SAME_OFFSET` and `RETURNS`."""
 SAME_OFFSET = 0.5

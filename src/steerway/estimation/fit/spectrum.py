@@ -20,8 +20,7 @@ _COMPLETE = 0.7
 _SHORTEST, _LONGEST = 1.4, 40.0
 """Range (s) of the periods: from the roll of small craft to the longest swell in following seas."""
 _MOST, _BESIDE = 3, 6
-"""Most periods in a direction; and least number of frequencies on either side of a line, whose median is its
-background."""
+"""Most periods in a direction; least number of frequencies on either side of a line, whose median is its background."""
 
 
 class Periods(NamedTuple):

@@ -59,8 +59,8 @@ STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
 """Spacing of the start headings of the filters that seek an unknown heading; half the spacing is their 1σ."""
 FARTHEST = 2.0 * math.pi
-"""Start headings extend this far either way, rad. The compass's scale acts on the total turn since north, so that −45°
-and 315° are different starts."""
+"""Start headings extend this far either way, rad. −45° and 315° are different starts, because the compass's scale acts
+on the total turn since north."""
 UNLIKELY = 1e-6
 """Probability below which a filter is given up: it would take two readings of NIS 14 to become likely again."""
 _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
@@ -164,7 +164,7 @@ class AidedHeadingFilter:
         state[3] = model[AT.shift] * state[2]
         state[SCALE], state[WATER_SPEED] = 1.0, speed
         p = self._covariance_at_first.copy()
-        # Its states have the uncertainty of the heading, scale and deviation on which they have settled.
+        # Its states have the uncertainty of heading, scale and deviation, on which they settle.
         slope = np.zeros(STATES)
         slope[0], slope[SCALE] = gain * model[AT.output], gain * math.degrees(heading)
         slope[SINE], slope[COSINE] = gain * math.sin(heading), gain * math.cos(heading)

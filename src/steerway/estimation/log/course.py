@@ -26,8 +26,8 @@ receiver at rest looks like motion."""
 _PER_NOISE, _WHILE = 3.0, 10.0
 """For a receiver with little noise, course is output above a speed of 3/s times its noise: that of a fix, and the
 change of its slow error within 10 s. For 0.1 m, the least noise of low-cost receivers, this is 0.3 m/s. Compared on a
-log at a berth (positions of six digits, SOG of 0.03 m/s by the receiver): rows with a course are 0.7 % with a limit of
-0.3 m/s, and 67 % without a limit."""
+log at a berth (positions of six digits, SOG of 0.03 m/s by the receiver): 0.7 % of the rows have a course with a limit
+of 0.3 m/s, 67 % without."""
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 

@@ -14,8 +14,7 @@ _FINE, _COARSE = 0.02, 20.0
 (0.01 minutes are 18.5 m). With cells of 1 cm some logs of good receivers are estimated better, and one worse."""
 _APART = 10.0
 """Time, s, between the fixes that are kept of a run of equal ones. In generated records of 5 Hz with 4 decimals, 95 %
-intervals cover 93 % of the courses with 3 s and 95 % with 10 s. If none is kept, a boat moored in one cell moves about
-in it."""
+intervals cover 93 % of the courses with 3 s and 95 % with 10 s. With none, a boat moored in one cell moves in it."""
 _FEW, _SAMPLE = 10, 2000
 """Least number of fixes that show their last digit, and most that are examined."""
 _HIDDEN = 0.1

@@ -88,9 +88,7 @@ class SurgeFusion:
 
     @property
     def current(self) -> float:
-        """Speed of the current along the hull, m/s: observable only by the log's speed through the water or the
-        propeller.
-        """
+        """Current along the hull, m/s: observable only by the log's speed through the water or the propeller."""
         return self.filter.current
 
     @property

@@ -34,8 +34,8 @@ metres."""
 MANOEUVRES = 60.0
 """Mean time, s, between manoeuvres that no order explains. The value is chosen."""
 _LARGEST_GAIN = 2.5
-"""Largest ratio of the estimated gain to the declared one; the least ratio is its inverse. Chosen: with a larger ratio
-the declared boat is a different one."""
+"""Largest estimated gain over the declared one; the least is its inverse. Chosen: beyond it, the boat is not the
+declared one."""
 _SHORTEST, _LONGEST = 0.05, 2.5
 """Bounds of the estimated time constant over the declared one. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
 _LONGEST_SLIP = 2.0

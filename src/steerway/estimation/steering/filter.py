@@ -31,8 +31,8 @@ START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
 """Least time (s), least number of fixes and longest time (s) of the first straight line. Chosen: in longer a boat
 turns."""
 _START_STD = 0.1
-"""The filter starts when the 1σ of the first velocity is below this share of the usual speed. Chosen: at that speed,
-its direction is then known to 6°."""
+"""The filter starts when 1σ of the first velocity is below this share of the usual speed. Chosen: the direction is then
+known to 6°."""
 _CHANGES = 0.15
 """1σ of the difference between the velocity at the end of the first line and the mean along it, as a share of the usual
 speed. For vehicles with a speed loop of their own or a known throttle. Chosen: a boat that starts gains a share of 0.1
@@ -77,8 +77,7 @@ class SteeringFilter:
     `idle_since`, to be set before a fix: the time since which the motor is known to idle; inf if this is unknown. An
     idling boat soon drifts with current and wind alone, so that the current is known when it departs.
 
-    `driven_since`, also to be set before a fix: the time since which the motor is known to drive the boat, which is
-    then not at rest.
+    `driven_since`, also set before a fix: the time since which the motor is known to drive the boat (then not at rest).
 
     response: of the boat to orders. position_std: 1σ of a fix before it is learned, m. velocity_std: 1σ of the
     receiver's velocity, m/s. learn: whether the receiver's noise is learned from its fixes.
@@ -124,7 +123,7 @@ class SteeringFilter:
 
         yaw_rate is NaN while someone else steers, speed is NaN if it is not controlled. driven: the speed through the
         water that the throttle yields, m/s, NaN if unknown. It is used while someone else steers and `_SETTLING` s
-        more.
+        longer.
         """
         _, rate, before = last = self._orders[-1]
         at_first = math.isnan(rate) or time - self._taken < _SETTLING

@@ -30,8 +30,8 @@ which the rest of the turn dies away. A smoother sees a course from both sides, 
 more: held courses then err by 14 % more at 2.5 m of noise, and by 4 % more at 0.5 m. Ages of turns improve nothing.
 Judged by `steerway study estimator-limits`."""
 _LEAST_SHARE_SMOOTHED = 0.3
-"""Replaces `bank.LEAST_SHARE`, 0.001, in a smoother. With 0.001 there, errors of held courses are 20 % larger at 2.5 m
-of noise and 10 % larger at 0.5 m."""
+"""Replaces `bank.LEAST_SHARE`, 0.001, in a smoother. With 0.001, held courses err by 20 % more at 2.5 m of noise and by
+10 % more at 0.5 m."""
 
 
 class WeighedModel(NamedTuple):

@@ -30,8 +30,8 @@ _SHORTEST_WAVE = 2.0
 _WAVE = 3.0
 """Shortest period (s) of a line across the track from which the fit of yaw starts; without one it starts from
 `UNKNOWN_PERIODS`. Faster lines are tried as roll of the antenna. If yaw starts from all lines, a roll of 2.5 s is
-fitted as yaw, and the log evidence is 1,100 lower. Surge starts from all lines above `_SHORTEST_WAVE`, strokes of oars
-included."""
+fitted as yaw, and the log evidence is 1,100 lower. Surge starts from all lines above `_SHORTEST_WAVE`, even strokes of
+oars."""
 _SHORTEST_STAY = 2.5
 """Least mean time between steps of a receiver's error, as a multiple of the shortest period that fixes resolve: five
 intervals. Steps that are more frequent are noise. In recorded logs with steps this time is 9 to 100 intervals."""
@@ -100,8 +100,8 @@ class Part(NamedTuple):
     """Part without which this one is not tried."""
 
     def resolved(self, shortest: float) -> bool:
-        """Whether fixes that resolve periods above `shortest` (s) resolve the part's periods at two prior σ above the
-        medians.
+        """Whether fixes resolve this part's periods at two prior σ above the medians; shortest: least resolved period
+        (s).
         """
         longest = {name: prior.median * math.exp(2.0 * prior.deviation) for name, prior in self.priors.items()}
         return all(prior.periods * shortest < longest[name] for name, prior in self.priors.items())
