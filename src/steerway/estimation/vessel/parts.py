@@ -100,9 +100,7 @@ class Part(NamedTuple):
     """Part without which this one is not tried."""
 
     def resolved(self, shortest: float) -> bool:
-        """Whether fixes resolve this part's periods at two prior σ above the medians; shortest: least resolved period
-        (s).
-        """
+        """Whether fixes resolve this part's periods at two prior σ above the medians. shortest: as in `Scales`."""
         longest = {name: prior.median * math.exp(2.0 * prior.deviation) for name, prior in self.priors.items()}
         return all(prior.periods * shortest < longest[name] for name, prior in self.priors.items())
 
