@@ -48,8 +48,8 @@ class _Announcement(event.Listener):
 event.register("numba:compile", _Announcement())
 
 _COLLECTED_AFTER = 100_000
-"""Threshold of the garbage collector, in objects, while kernels are compiled. numba makes millions of lasting objects:
-with Python's 700, a twentieth of the time is spent on scanning them. Memory use is the same."""
+"""Threshold of the garbage collector, in objects, while kernels are compiled. numba makes millions of lasting objects;
+with Python's threshold of 700, scanning them takes a twentieth of the time. Memory use is the same."""
 _ROOM = 33_000
 """Frame size (words) that makes CPython allocate a stack chunk with as much room again (it doubles 16 kB until a frame
 and 8 kB fit). A call that does not fit into a chunk maps and unmaps memory; in a loop deep inside numba this takes up
@@ -64,9 +64,9 @@ def kernel(function: F) -> F:
 def lean_kernel(function: F) -> F:
     """A `kernel` for the innermost loops, which neither makes nor returns an array.
 
-    It does not count references to its array arguments and is inlined into its callers: where small arrays pass through
-    a chain of calls, counting and calling cost more than the arithmetic. A product and a sum may be rounded once.
-    Called from Python it keeps the interpreter lock, since releasing it takes longer than the call.
+    It does not count references to its array arguments and is inlined into its callers. If small arrays pass through a
+    chain of calls, counting and calling cost more than the arithmetic. A product and a sum may be rounded once,
+    together. Called from Python it keeps the interpreter lock, since releasing it takes longer than the call.
     """
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 
@@ -153,7 +153,7 @@ def _rare_collections() -> Iterator[None]:
 
 
 def _callers_first(libraries: list[Any]) -> list[Any]:
-    """Each library once, after all that call it: LLVM drops code that nothing calls at the moment it is linked."""
+    """Each library once, after all libraries that call it: when LLVM links code that nothing calls yet, it drops it."""
     return list(dict.fromkeys(reversed(libraries)))[::-1]
 
 

@@ -44,9 +44,9 @@ class Estimate(NamedTuple):
     current_east: float = math.nan
     yaw_bias: float = math.nan  # steady yaw rate without an order
     speed_gain: float = math.nan  # speed through the water over the ordered one
-    yaw_gain: float = 1.0  # of the yaw rate's response to orders, over the declared one
-    yaw_damping: float = 0.0  # of that response, beyond the declared linear one
-    yaw_time: float = 1.0  # of that response: its time constant over the declared one
+    yaw_gain: float = 1.0  # of the yaw rate's response to orders, over the declared gain
+    yaw_damping: float = 0.0  # of that response, minus the declared linear damping
+    yaw_time: float = 1.0  # time constant of that response, over the declared one
     current_std: float = 0.0  # of the current, in its least certain direction
     position_relative_std: float = math.nan  # of the position, without the receiver's slow error
     slip_time: float = 0.0  # time constant with which the motion through the water follows the bow, s

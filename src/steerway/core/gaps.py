@@ -7,10 +7,10 @@ import numpy as np
 from steerway.core.arrays import Floats
 
 LONGEST_GAP = 1800.0
-"""s without a fix after which the filter restarts. By then, with the course-rate decay of the built-in profiles (0.05
-1/s and more), the last manoeuvre has decayed and the position is uncertain by kilometres."""
+"""Time without a fix, s, after which the filter restarts. By then, with the course-rate decay of the built-in profiles
+(0.05 1/s and more), the last manoeuvre has decayed and the position is uncertain by kilometres."""
 GAP_INTERVALS = 3.0
-"""Shortest gap in the log of a single vessel, in median intervals."""
+"""Shortest gap in the log of a single vessel, as a multiple of the median interval."""
 
 
 def shortest_gap(intervals: Floats, reports: bool) -> float:

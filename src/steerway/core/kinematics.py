@@ -67,7 +67,7 @@ class WaveMotion(NamedTuple):
 
 
 SHORTLY = 1e-4
-"""s, half the step of the central difference that gives the acceleration over ground."""
+"""Half the step of the central difference for the acceleration over ground, s."""
 
 
 @kernel
@@ -97,7 +97,7 @@ def drift_angle(surge: float, sway: float) -> float:
 def turning_rate(
     north_velocity: float, east_velocity: float, north_acceleration: float, east_acceleration: float
 ) -> float:
-    """Course rate (rad/s) of a point over ground: P1 (28) without its step through the crab angle; NaN at rest."""
+    """Course rate (rad/s) of a point over ground, P1 (28) without the step through the crab angle; NaN at rest."""
     squared = north_velocity * north_velocity + east_velocity * east_velocity
     if squared == 0.0:
         return math.nan
@@ -134,5 +134,5 @@ def water_speed_for(
 
 @kernel
 def course_per_heading(water_speed: float, sog: float, crab_angle: float) -> float:
-    """dχ/dψ = (U_r/U) cos(χ − ψ); crab_angle χ − ψ in rad. In a current of half the speed it is from 2/3 to 2."""
+    """dχ/dψ = (U_r/U) cos(χ − ψ); crab_angle χ − ψ in rad. If the current has half the speed U_r, it is 2/3 to 2."""
     return water_speed / sog * math.cos(crab_angle)

@@ -22,7 +22,7 @@ except ImportError:  # Windows
 
 LOCK = ".lock"
 _LONGEST_WAIT = 120.0
-"""s, longest wait for another process: four times the compilation of the largest kernel with all that it calls."""
+"""Longest wait for another process, s: four times the compilation time of the largest kernel and its callees."""
 
 
 @contextlib.contextmanager
@@ -42,7 +42,7 @@ def only_writer(directory: str | os.PathLike[str], what: str) -> Iterator[Path]:
     """Reserve a directory, made if it is missing, for this process while the block writes `what` into it.
 
     A file `LOCK` in it names the writing process and when it began; a file left by a killed process is taken over.
-    Raises InputError, with the text of that file, if another process writes, or if nothing can be written.
+    Raises InputError if another process holds the directory (with the text of `LOCK`), or if it cannot be written.
     """
     path = made_directory(directory) / LOCK
     with contextlib.ExitStack() as stack:

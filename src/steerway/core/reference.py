@@ -60,9 +60,9 @@ def third_order(
     max_acceleration: float,
     dt: float,
 ) -> tuple[float, float, float]:
-    """(angle, rate, acceleration) after dt of the model with poles at (s + ω)(s² + 2ζωs + ω²) = 0, within limits.
+    """(angle, rate, acceleration) after dt, within limits, of the model with the poles (s + ω)(s² + 2ζωs + ω²) = 0.
 
-    The outputs are consistent, also at a limit: rate is the change of the angle, acceleration that of the rate.
+    Also at a limit, the rate is the change of the angle, and the acceleration is the change of the rate.
     """
     steps = _substeps(bandwidth, dt)
     h = dt / steps
@@ -101,7 +101,7 @@ class _Shaper(ABC):
         """Lag (s) of the angle behind a ramp command whose rate is not given."""
 
     def _before(self, command: float) -> Reference:
-        """The last reference; before it, one at rest on the first command."""
+        """The last reference; if there is none yet, a reference at rest on the first command."""
         return self.start(command) if self.reference is None else self.reference
 
     def _held(self, unknown: tuple[float, float, float]) -> Reference:

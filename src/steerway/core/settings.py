@@ -41,7 +41,7 @@ class Table(BaseModel):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """The JSON Schema, with all names of the keys that have several."""
+        """The JSON Schema; a key with several names is listed under each."""
         found = handler(core)
         properties = handler.resolve_ref_schema(found).get("properties", {})
         for first, *others in map(names_of, cls.model_fields, cls.model_fields.values()):
@@ -218,7 +218,7 @@ def _path(location: Location) -> str:
 
 
 def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
-    """The valid keys in place of a wrong one; if one is similar, only this."""
+    """The valid keys, for the error about a wrong one; only the similar key, if there is one."""
     names = [each for name, field in holder.model_fields.items() for each in names_of(name, field)]
     near = difflib.get_close_matches(str(wrong), names, 1, 0.6)
     return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
@@ -230,7 +230,7 @@ def _what(key: str | int, holder: type[BaseModel]) -> str:
 
 
 def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int], type[BaseModel], str | int | None]:
-    """The keys of pydantic's location, the model that holds the last of them, and the kind that selected this model.
+    """Of pydantic's location: the keys, the model that holds the last key, and the kind that selected this model.
 
     If a field holds one of several models, the location contains the kind as an additional part.
     """

@@ -15,7 +15,7 @@ SLOW_STD = np.array([np.nan, 1.5, 0.7, 0.7, 0.02, 0.3, 7.0, np.nan, np.nan])
 differential (SBAS), precise, RTK fixed, RTK float, dead reckoning, manual, simulated. Orders of magnitude: makers state
 2.5 m (50 %) for an autonomous receiver in the open and 0.01 m + 1 ppm for RTK."""
 USUAL_STD = float(SLOW_STD[ALONE])
-"""m, 1σ of the slow error if a receiver reports nothing."""
+"""1σ of the slow error, m, if a receiver reports neither accuracy nor kind of fix."""
 
 
 def slow_std(reported: ArrayLike) -> Any:

@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 FIX_GATE, AID_GATE = 13.8, 10.8
-"""Gates on the NIS of a fix and of a scalar: exceeded by 0.1 % of χ² with two degrees of freedom and with one."""
+"""Gates on the NIS of a fix (two degrees of freedom) and of a scalar (one): 99.9 % quantiles of χ²."""
 UNBROKEN_REJECTION = 2.0
-"""s of unbroken rejections after which the filter is taken to be wrong, not the fixes: three fixes at 1 Hz, of which
-one may be an outlier."""
+"""Time, s, of unbroken rejections after which the filter counts as wrong, not the fixes. At 1 Hz these are three fixes,
+of which one may be an outlier."""
 DIFFUSE_SPEED_STD = 20.0
-"""m/s, prior 1σ of an unknown speed: 40 kn, the speed of fast vessels."""
+"""Prior 1σ of an unknown speed, m/s: 40 kn, the speed of fast vessels."""
 DEVIATION_OF_MEDIAN = 1.4826
 """Standard deviation of a normal distribution divided by its median absolute deviation: 1/Φ⁻¹(3/4)."""
 _ROUNDING = 1e-12
-"""rad, m: tolerance for rounding if σ is 0, as with the true motion as estimate."""
+"""Tolerance, rad or m, for rounding errors if σ is 0, as it is if the true motion serves as the estimate."""
 NORMAL_95 = 1.959963984540054
 """Half the width of a 95 % interval in standard deviations: 0.975 quantile of the normal distribution."""
 _ANGLES = sorted([10.0**-k for k in range(2, 10)] + [10.0**-k / 60.0 for k in range(8)], reverse=True)
@@ -48,7 +48,7 @@ def last_digit(angles: np.ndarray) -> float:
 def decimal_step(values: np.ndarray, steps: Sequence[float], tolerance: float, share: float = 1.0) -> float:
     """The first of `steps` of which at least `share` of the values (n,) are whole multiples; NaN if none is.
 
-    `tolerance`, in steps: above rounding errors, and so small that few other values meet it by chance.
+    tolerance: in steps; larger than rounding errors, and so small that few other values are within it by chance.
     """
     for step in steps:
         parts = values / step

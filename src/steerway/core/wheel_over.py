@@ -14,7 +14,7 @@ from steerway.core.compiled import kernel
 from steerway.core.reference import third_order
 
 _MOST_POINTS = 3000
-"""Maximum number of path points, 0.02/ω apart: enough for 180° at a rate of ω/19. A slower turn is cut off."""
+"""Most points of a path, which are 0.02/ω s apart: enough for 180° at a rate of ω/19. A slower turn is cut off."""
 
 
 _AHEAD = 2.5

@@ -26,9 +26,9 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 Place = tuple[int, int]
 CONNECTING = 10.0
-"""s, longest wait for a cluster's scheduler."""
+"""Longest wait for a cluster's scheduler, s."""
 GRACE = 0.7
-"""s for a worker that is stopped to remove its unfinished files."""
+"""Time, s, in which a stopped worker removes its unfinished files."""
 
 
 def in_workers(

@@ -91,7 +91,7 @@ class FilterEstimator:
 
 
 class AtFaceValue:
-    """The last measurements without a filter: for control by true states, with which the papers compare."""
+    """The last measurements, unfiltered: for control by true states, the papers' case of comparison."""
 
     def __init__(self) -> None:
         self._last: Sequence[float] = NO_MEASUREMENTS

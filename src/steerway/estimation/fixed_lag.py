@@ -1,7 +1,7 @@
 """Fixed-lag smoothing of a stream: the estimate at a fix also uses the fixes of the seconds after it.
 
 A model of one mode is smoothed by Rauch, Tung and Striebel's recursion from the latest row back. A model of several
-modes is smoothed as a whole record is (`filter.smoother`), by a filter that runs backwards from the latest row. For one
+modes is smoothed like a whole record (`filter.smoother`): a second filter runs backwards from the latest row. For one
 mode the backward filter is less accurate than the recursion while few fixes follow.
 """
 
@@ -28,7 +28,8 @@ from steerway.estimation.running import Running
 from steerway.estimation.stream_row import HEADER, KNOWN
 
 _NEGLIGIBLE = 1e-3
-"""Weight of a structure below which it is left out: for SOG 10 m/s apart, the mean changes by less than 1 cm/s."""
+"""Weight of a structure below which it is left out. If its SOG differs by 10 m/s, the mean changes by 1 cm/s at
+most."""
 _SLACK = 1e-6  # s
 
 

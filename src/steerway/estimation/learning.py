@@ -27,11 +27,11 @@ from steerway.estimation.vessel.inferred import InferredProfile, prior_profile
 
 LOG = logging.getLogger("steerway.live")
 _WINDOW, _ROWS = 1200.0, 12_000
-"""Length of the window, s and rows: the rows of 10 Hz, eight times `selection.MANY`."""
+"""Bounds of the window: its length, s, and its rows, those of 20 minutes at 10 Hz or eight times `selection.MANY`."""
 _FIRST, _FEWEST = 60.0, 100
-"""s and fixes before the first inference: about the least that `tune` needs."""
+"""Least time, s, and least number of fixes before the first inference: about the least that `tune` needs."""
 _LATER, _LATEST = 2.0, 600.0
-"""Ratio of the times of two inferences, and longest time between them (s), in which half the window is replaced."""
+"""Ratio of the times of successive inferences, and longest time between two, s, which replaces half the window."""
 _UNKNOWN = float("nan")
 _NO_FIX = (_UNKNOWN, _UNKNOWN, 1.0)
 _AIDS = 6
@@ -44,7 +44,7 @@ class LearningFilter(FiveStateFilter):
     Args:
         start: first profile, None for the prior.
         aid: as for `FiveStateFilter`; "auto" uses the receiver's SOG and COG where they predict the fixes better.
-        background: whether inferences run in a thread; otherwise (a replay) a row waits for the inference then due.
+        background: whether inferences run in a thread; otherwise (in a replay) a row waits for a due inference.
         keep: called with every inferred profile, in the thread of the inference.
     """
 

@@ -11,7 +11,7 @@ from steerway.estimation.vessel.inferred import InferredProfile, profile_of
 from steerway.estimation.vessel.profile import Profile
 
 AnyProfile = Profile | InferredProfile | str | Path | None
-_ONE_TIME = 1e-3  # s: times of a log that differ by no more are one time, rounded
+_ONE_TIME = 1e-3  # s: times of a log that differ by no more are one time that was rounded
 
 
 def estimate(

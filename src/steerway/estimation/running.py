@@ -40,11 +40,11 @@ from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 from steerway.estimation.vessel.flat import WeighedModel
 
 FADE = 10.0
-"""s in which the estimate blends from one set of structures to the next: a few fixes of a usual receiver."""
+"""Time, s, in which the estimate blends from one set of structures to the next: a few fixes of a usual receiver."""
 _LEAST_SPEED = 1e-6  # m/s: least divisor for a speed
 LEAST_LOG_WEIGHT = -40.0
-"""Least log weight of a structure whose weight is learned, so that none is ever excluded: a structure that is lost may
-predict fixes well later. e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
+"""Least log weight of a structure whose weight is learned, so that none is ever excluded: a structure may predict fixes
+badly now and well later. e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
 
 
 class Set(NamedTuple):

@@ -149,8 +149,7 @@ def note_fix(state: Floats, estimate: Floats) -> None:
 
 @lean_kernel
 def may_slide(state: Floats) -> bool:
-    """Whether the last outage ended less than SLIDES s ago, so that the receiver's positions may still be sliding back
-    to the true place (see `outage`)."""
+    """Whether the last outage ended less than SLIDES s ago, so that positions may still slide, see `outage`."""
     return state[RETURNED] > 0.0 and state[ELAPSED] - state[RETURNED] < SLIDES
 
 

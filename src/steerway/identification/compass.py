@@ -23,7 +23,7 @@ LEAST_ROWS = 60
 _SECTORS = 8
 """Sectors of the circle, each of which must contain headings: the card has terms in ψ and in 2ψ."""
 _TOGETHER = 2.0
-"""s, correlation time of the errors of velocity: about the time over which SOG and COG are smoothed."""
+"""Correlation time of the errors of velocity, s: about the time over which SOG and COG are smoothed."""
 _LONGEST_STEP = 3.0
 """Longest interval between two estimates over which velocity is interpolated, in median intervals."""
 _NAMES = "A", "B", "C", "D", "E"

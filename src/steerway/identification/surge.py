@@ -27,18 +27,18 @@ from steerway.vessels.surge import surge_rate, surge_step
 from steerway.vessels.vessel import Actuator
 
 LONGEST_STEP = 0.1
-"""s, longest step of integration."""
+"""Longest step of integration, s."""
 LARGEST_SHARES = 0.1, 0.05
-"""Largest 2σ if identified, relative: of a drag term, to the drag at the middle speed; of the thrust, to the thrust."""
+"""Largest 2σ of an identified drag term, as a share of the drag at the middle speed; and of the thrust, relative."""
 LEAST_SPREAD = 0.3
-"""Least range of speeds in a log, relative to the highest."""
+"""Least range of speeds in a log, as a share of the highest speed."""
 _LEAST_ROWS = 50
 _SURE = 3.0
 """A lag is accepted if it is larger than this many of its standard deviations."""
 _FIRST_LAG = 0.2
-"""s, first guess of the lag."""
+"""First guess of the lag, s."""
 _NO_SLIP = 1e9
-"""m, the pitch that stands for thrust independent of speed."""
+"""Pitch, m, that stands for a thrust independent of speed."""
 _ASSUMED = (
     "Without the propeller's diameter, thrust is assumed to fall linearly with speed. The drag terms contain any "
     "difference from this, and are valid only for the speeds in this log."
@@ -214,7 +214,7 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
 
 
 def _known_together(found: SurgeIdentification, speed: Floats, shaft: Floats) -> str:
-    """The combined result for a log that does not separate drag from the fall of thrust with speed; "" at one speed."""
+    """The combined result, if the log does not separate drag from the fall of thrust with speed; "" at one speed."""
     model, full = found.model, float(np.abs(shaft).max())
     steady = _steady(full, model.linear_drag, model.quadratic_drag, model.curve())
     if float(np.percentile(speed, 98.0) - np.percentile(speed, 2.0)) < LEAST_SPREAD * float(np.percentile(speed, 98.0)):

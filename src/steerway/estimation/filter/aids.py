@@ -17,9 +17,9 @@ from steerway.estimation.filter.weigh import DECADES, LEAST_OUTLIER
 from steerway.estimation.vessel.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 
 _OUTLIER_RATE = 1e-3
-"""Share of aids that are outliers, as the prior median of the share of fixes."""
+"""Share of aids that are outliers: equal to the prior median of this share for fixes."""
 _LEAST_SPEED = 0.1
-"""m/s, below which a heading is not used: its Jacobian is 1/U."""
+"""Least speed, m/s, at which a heading is used: its Jacobian is 1/U."""
 
 
 @inlined_kernel
@@ -49,7 +49,7 @@ def take_aid(bank: Bank, model: Model, aids: Floats, which: int) -> float:
             row[i] = value
         for j in range(SPEED, n):
             s += h[j] * row[j]
-        # an outlier has an error of any size, equally probable in every decade, as for fixes; the predicted spread
+        # an outlier may have any size, equally probable in every decade, as for fixes; the predicted spread
         # keeps the density finite for an instrument without noise
         widest = math.sqrt(innovation * innovation + s + LEAST_OUTLIER**2 * variance)
         outlier = _OUTLIER_RATE / (2.0 * DECADES * widest)

@@ -25,7 +25,7 @@ def inverse(a: Floats, out: Floats, lower: Floats) -> float:
 
 @called_kernel
 def factor(a: Floats, lower: Floats) -> float:
-    """lower ← L with a = L Lᵀ (n, n). Of `a`, the diagonal and what is below it are read.
+    """lower ← L with a = L Lᵀ (n, n). Reads the lower triangle of `a`.
 
     Returns log det a, or NaN where a is not positive definite.
     """
@@ -53,7 +53,7 @@ def factor(a: Floats, lower: Floats) -> float:
 
 @called_kernel
 def invert_factor(lower: Floats, out: Floats) -> None:
-    """lower ← L⁻¹ and out ← (L Lᵀ)⁻¹, where `lower` holds L (n, n) before."""
+    """lower ← L⁻¹ and out ← (L Lᵀ)⁻¹. On entry, `lower` is L (n, n)."""
     n = len(lower)
     for j in range(n):
         lower[j, j] = 1.0 / lower[j, j]

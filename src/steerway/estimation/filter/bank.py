@@ -17,20 +17,21 @@ from steerway.estimation.filter.motion import predict
 from steerway.estimation.filter.relative import from_likeliest, shifted
 
 LONGEST_STEP = 3.0
-"""s, about the duration of a yaw manoeuvre (prior median 2 s). A longer interval is predicted in several steps: up to
-12 s in equal ones of at most this length; beyond, in steps that double from both ends towards the middle, where the
-probabilities of the modes are nearly steady. Short steps just before a fix let a manoeuvre begin shortly before it."""
+"""Longest single step, s: about the duration of a yaw manoeuvre (prior median 2 s). Longer intervals are predicted in
+several steps: up to 12 s in equal ones of at most this length. Beyond, they double from both ends towards the middle,
+where the probabilities of the modes are nearly steady. Short steps just before a fix let a manoeuvre begin shortly
+before it."""
 _LOST = 2.0
-"""rad²: variance of the course above which the course is lost. For uniform directions it is π²/3."""
+"""Variance of the course, rad², above which the course is lost. Uniform directions have π²/3."""
 SAME_STEP = 1e-4
 """Relative difference up to which two steps count as equal: far below the error of the time of a fix."""
 START_SPEED_STD = 10.0
-"""m/s: σ of the velocity along either axis after the first fix. Two σ are 39 kn."""
+"""1σ of the velocity along either axis after the first fix, m/s. Two σ are 39 kn."""
 
 LEAST_SHARE = 1e-3
-"""Share of a mode in the mixture from which a mode starts a step: a mode of this share counts half, rarer ones less.
-Were shares not reduced, an improbable mode of large covariance (an emergency) would widen all others at every step: the
-likelihood is lower, and errors of SOG are 2 % larger on steady courses. With 0.01, manoeuvres are followed late."""
+"""Small shares of modes in the mixture from which a mode starts a step are reduced: this share counts half, smaller
+ones less. Otherwise an improbable mode of large covariance (an emergency) would widen all others at every step; the
+likelihood would be lower, and errors of SOG 2 % larger on steady courses. With 0.01, manoeuvres are followed late."""
 
 
 @called_kernel
@@ -215,9 +216,9 @@ def forget_direction(x: Floats, p: Floats) -> None:
 
 
 SHORT = 1.0
-"""s: a step up to this length is never divided, since its turn stays well below a radian."""
+"""Step, s, up to which no step is divided, since its turn stays well below a radian."""
 _LONGEST, _LARGEST_TURN, _LARGEST_CHANGE = 30.0, 0.03, 0.05
-"""s: longest step of a vessel under way; rad: largest turn, and largest relative change of speed in a step.
+"""Longest step of a vessel under way, s; its largest turn, rad; and its largest relative change of speed.
 `tests/test_estimate.py` compares the estimates with steps of 1 s on generated reports."""
 _SLACK = 1e-3
 """Fraction of a step by which an interval may exceed a whole number of steps."""

@@ -14,8 +14,8 @@ from steerway.core.compiled import lean_kernel
 from steerway.estimation.filter.vectors import Sym2, Vec2, density
 
 _NARROW, _FAR = 0.2, 25.0
-"""In σ of the predicted fix: a cell that is narrower, or whose near end is farther off, is replaced by the added
-variance. The density hardly changes within a narrow cell, and is below 10⁻¹³⁰ in a far one."""
+"""Least width of a cell, and largest distance of its near end, in σ of the predicted fix. For other cells the added
+variance is used. The density hardly changes within a narrow cell, and is below 10⁻¹³⁰ in a far one."""
 REGULAR = 0.03
 """Variance added to a predicted fix, over q²/12 (σ of 0.05 q): without noise, it keeps the covariance regular."""
 
@@ -79,7 +79,7 @@ def written(off: Vec2, s: Sym2, width: Vec2) -> Cell:
 def step_density(off: Vec2, scale: Sym2, width: Vec2) -> float:
     """Density (1/m²) of a cell after a step: Student's t distribution of this scale (m²) in either coordinate.
 
-    With the added variance, small steps would be likelier than a vessel that stays in its cell.
+    With the added variance, a small step would be more probable than no step of a vessel that stays in its cell.
     """
     return student_density(off.n, scale.nn, width.n) * student_density(off.e, scale.ee, width.e)
 

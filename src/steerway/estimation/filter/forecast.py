@@ -46,10 +46,10 @@ NODES = 48
 compares them with Monte Carlo, change by less than 10⁻⁴ of the spread."""
 SPEED_SHARE, SPEED_ROOM = 0.5, 1.0
 """Bound of the 1σ that accelerations add to a speed: this share of the speed, plus this many m/s. A random walk would
-have no bound. AIS of the Solent, vessels at 2.5 m/s or more, ten minutes ahead: with 0.3 and 0.5 m/s the 95 % ellipses
-hold 94 % (even MMSI) and 88 % (odd MMSI) of the positions, with 0.5 and 1 m/s 96 and 95 %."""
+have no bound. Compared on AIS of the Solent, for vessels at 2.5 m/s or more, ten minutes ahead: 95 % ellipses contain
+94 % (even MMSI) and 88 % (odd MMSI) of the positions with 0.3 and 0.5 m/s, and 96 and 95 % with 0.5 and 1 m/s."""
 DRIFT_TIME = 200.0
-"""s, time constant of the velocity of a drifting vessel: gusts and eddies last some minutes."""
+"""Time constant of the velocity of a drifting vessel, s: gusts and eddies last some minutes."""
 _NO_PROCESS = np.zeros(1, PROCESS)
 
 

@@ -10,7 +10,7 @@ from steerway.estimation.filter.model import COURSE, EAST, NORTH, ON_COURSE, ON_
 SOG_VARIANCE, COURSE_VARIANCE, RATE_VARIANCE = 5, 6, 7
 """Columns of `fuse`."""
 COURSE_STD = 0.6
-"""rad; a course of larger σ is not stated. Uniform directions have three times this σ, π/√3."""
+"""Largest 1σ, rad, of a course that is output. Uniform directions have three times this σ, π/√3."""
 QUICK_SPEED, QUICK_SPEED_TIME, QUICK_RATE, QUICK_RATE_TIME = 0.02, 6.0, 0.5 * math.pi / 180.0, 3.0
 """Wander of any vessel: σ of the speed relative to the speed, its time constant (s), σ of the course rate (rad/s) and
 its time constant. Medians of the priors, for a craft of 1.5 m/s."""
@@ -54,11 +54,11 @@ def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
 
 
 _VAGUE = 0.4
-"""m/s, a little above `course.STEERAGEWAY`: a velocity without direction of less σ is that of a vessel at rest."""
+"""1σ, m/s, below which a velocity without direction is that of a vessel at rest: just above `STEERAGEWAY`."""
 LEAST_COUNTED = 0.003
 """Least probability of a mode that counts in the variances; for m² pairs of modes, 1/m of it. A 95 % interval need not
-hold modes less probable: counted, they make the σ of the rate 1.5 times as large in the scene `circles`. With 0.01 the
-interval holds 78 % of the rates in the scene `spins`, with this 90 %."""
+contain less probable modes: if they count, the σ of the rate is 1.5 times as large in the scene `circles`. In the scene
+`spins`, the interval contains 78 % of the rates with 0.01, and 90 % with 0.003."""
 
 
 @called_kernel
@@ -113,7 +113,7 @@ def add_unresolved_speed(processes: Records, apart: float, out: Floats) -> None:
 
 @called_kernel
 def add_unresolved_rate(processes: Records, apart: float, out: Floats) -> None:
-    """As `add_unresolved_speed`, for the course rate."""
+    """Do the same as `add_unresolved_speed` for the course rate."""
     out[RATE_VARIANCE] += unresolved_variance(processes, ON_RATE, apart, QUICK_RATE, QUICK_RATE_TIME)
 
 

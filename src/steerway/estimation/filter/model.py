@@ -61,12 +61,12 @@ class Receiver(Protocol):
     outlier_rate: float  # share of fixes that are outliers
     poor_rate: float  # share of fixes that are poor
     poor_noise: float  # standard deviation of a poor fix over that of a good one
-    poor_time: float  # s for which fixes stay poor; 0 where every fix is poor or good by itself
+    poor_time: float  # s for which fixes stay poor; 0 if fixes are poor independently of one another
     time_variance: float  # of the time at which a fix was measured, s²
     late_variance: float  # further variance of that time for a poor fix, s²
     step_rate: float  # steps of the error in a second
     step_variance: float  # of a step north or east, m²
-    followed_after: float  # s for which outliers that agree are refused at least
+    followed_after: float  # least time, s, for which outliers that agree are refused
     quantum_north: float  # last digit of a written fix, m; 0 where fixes are not rounded
     quantum_east: float
 
@@ -83,7 +83,7 @@ class Step(Protocol):
 
     dt: float  # length, s
     way: float  # distance that a unit of speed covers
-    left: float  # what remains of a unit of speed
+    left: float  # share of a unit of speed that remains
     ll: float  # noise of the distance along the course (l) and of the speed (u)
     lu: float
     uu: float

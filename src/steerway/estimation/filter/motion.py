@@ -13,10 +13,10 @@ from steerway.core.linear_algebra import fill_lower
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Step
 
 _SLOW = 1e-6
-"""m/s: least speed for a ratio of speeds, by which a prediction scales the velocity across the course."""
+"""Least speed, m/s, in the ratio of speeds by which a prediction scales the velocity across the course."""
 _SPINS_BELOW = 2.0
-"""m/s, above which the noise of the course rate in an emergency falls: unreduced, it would accelerate a vessel more
-across the course than is expected along it (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
+"""Speed, m/s, above which the noise of the course rate in an emergency is reduced. Otherwise it would accelerate a
+vessel more across the course than along it (the speed is `structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
 
 
 class Arc(NamedTuple):

@@ -13,9 +13,9 @@ _STEADY = 3.0
 """Speed over its σ, or over the σ across the course, above which velocities are compared, averaged and corrected as
 speeds and courses, not as vectors. A course of this limit has a σ of a third of a radian."""
 _ROUND, _SMALL = 0.5, 5.0
-"""Ratio of the variances along and across the course above which a velocity is known as a vector, as after a start; and
-speed over its σ across the course above which it is corrected as speed and course all the same. The course then has a σ
-of a fifth of a radian, and the two corrections differ by a tenth of a σ."""
+"""Ratio of the variances along and across the course above which a velocity is corrected as a vector, as after a start.
+Second: speed over its σ across the course above which it is nevertheless corrected as speed and course. The course then
+has a σ of a fifth of a radian, and the two corrections differ by a tenth of a σ."""
 
 
 @lean_kernel

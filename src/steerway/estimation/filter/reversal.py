@@ -17,10 +17,11 @@ from steerway.estimation.vessel.aids import IS_ANGLE, STATE_OF
 
 _LEFT_BY_TURNS = 0.1
 """Factor on the second moment of the rate on a held course, for the backward filter. Nearly all of that moment stems
-from the short time after turns; at other times it would let the course wander. With 1, smoothed courses of scenes have
-6 % larger errors and rates 2 %; with 0.003, rates 3 %. Applied to speed manoeuvres too, it worsens emergency stops."""
+from the short time after turns; at other times it would let the course wander. With 1, errors in scenes are 6 % larger
+for smoothed courses and 2 % for rates; with 0.003, they are 3 % larger for rates. If the factor is applied to speed
+manoeuvres too, emergency stops are estimated worse."""
 _ANY_RATE = 1.0
-"""rad²/s²: second moment of a rate that is a random walk in all modes, (57 °/s)²."""
+"""Second moment, rad²/s², of a rate that is a random walk in all modes: (57 °/s)²."""
 
 
 class Reversal(NamedTuple):

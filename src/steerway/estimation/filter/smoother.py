@@ -31,8 +31,8 @@ _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes, over that of the likeliest pair, below which it is left out, both before and after
 their states are compared. With 0.001, smoothed scenes are no better and take a fifth more time."""
 _NEAR = 0.45
-"""rad: largest difference of two courses that are compared as courses although one of them is uncertain. The distance,
-which is linear in the course, is then too long by a tenth."""
+"""Largest difference, rad, of two courses that are compared as courses although one of them is uncertain. The distance
+across, which is linear in the course, is then a tenth too long."""
 _LEAST_SPEED = 1e-6  # m/s: least divisor for a speed
 
 
@@ -262,8 +262,9 @@ def forwards(reversal: Reversal, x: Floats, out: Floats) -> None:
 def step_between(x: Floats, p: Floats, reversal: Reversal, bank: Bank, room: Room) -> float:
     """Variance (m²) that a possible step of the receiver adds between the positions of the two filters at a row.
 
-    The step may be one of the receiver's error, or one that only one filter follows yet. Its size is the excess of the
-    distance between both positions over the expected one. The result is a harmonic mean between no step and a step.
+    The step may be one of the receiver's error, or one that only one of the filters has followed so far. Its size is
+    the excess of the distance between both positions over the expected one. The result is a harmonic mean between no
+    step and a step.
     """
     m, weight, receiver = len(bank.x), room.weight, reversal.model.receiver[0]
     happens, size = 1.0 - math.exp(-receiver.step_rate * bank.run[0].since), receiver.step_variance

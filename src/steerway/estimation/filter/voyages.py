@@ -24,15 +24,16 @@ from steerway.estimation.log.place import MOMENTS, mixed
 from steerway.estimation.log.run import Track
 
 VOYAGES = 500
-"""Number of voyages of all structures: σ errs by 3 %, the mean by 4 % of σ, and ten minutes ahead take 0.04 s."""
+"""Number of voyages of all structures: σ errs by 3 %, the mean by 4 % of σ, and a forecast of ten minutes takes 0.04
+s."""
 STEP = 1.0
-"""s: longest step of a voyage, straight at its mean speed and course. Short yaws last about as long."""
+"""Longest step of a voyage, s, which is straight at its mean speed and course. Short yaws last about as long."""
 SHORTEST_RETURN = 60.0
-"""s: least time constant of the return to a speed of the record. On the developing half of the logs of `steerway study
-unseen-logs`, 95 % regions five minutes ahead hold 88 % of the positions without this limit, and 92 % with it."""
+"""Least time constant, s, of the return to a speed of the record. On the developing half of the logs of `steerway study
+unseen-logs`, 95 % regions five minutes ahead contain 88 % of the positions without this limit and 92 % with it."""
 RECORD_TIME = 600.0
-"""s: the prior of the speed returned to, uniform between rest and twice the present speed, counts as much as a record
-of this length. With half an hour, no coverage changes by 1 %."""
+"""Weight of the prior of the speed to which voyages return, as the length of a record, s. The prior is uniform between
+rest and twice the present speed. With half an hour, no coverage changes by 1 %."""
 
 
 def forecasts(

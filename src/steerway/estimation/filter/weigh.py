@@ -40,18 +40,18 @@ large (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American Statistical
 STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
 """Variance of Student's t distribution with FREEDOM, at unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
-"""Variance of a predicted fix over that of its white noise, above which a fix with an outlier probability below RARE is
-not treated as an outlier at all: the share of the vague prediction that remains otherwise would outweigh the fix."""
+"""If the variance of a predicted fix is above DIFFUSE times that of its white noise, a fix with an outlier probability
+below RARE is no outlier at all. Otherwise the remaining share of the vague prediction would outweigh the fix."""
 OUTLIERS_LAST = 0.5
 """Probability that the fix after an outlier is an outlier too: even odds, as in `SAME_OFFSET` and `RETURNS`."""
 SAME_OFFSET = 0.5
 """Probability that the second of two outliers has the same error as the first."""
 RUN_FOLLOWED = 4
-"""Number of outliers in a row that agree, 4 s at 1 Hz, after which they count as a step of the receiver. The position
-then follows them, once they have lasted as long as the receiver's `followed_after`."""
+"""Number of successive outliers that agree (4 s at 1 Hz) after which they count as a step of the receiver. The position
+follows them once they have lasted for the receiver's `followed_after`."""
 NONE = Sym2(0.0, 0.0, 0.0)
 RETURNS = 0.5
-"""Probability, over the share of outliers, that the receiver returns by the step that was followed last."""
+"""Probability that the receiver undoes the step that was followed last, as a multiple of the share of outliers."""
 
 
 class Expected(NamedTuple):

@@ -3,8 +3,8 @@
 Fisher scoring within a trust region. The information is that of the prior plus the sum of outer products of the rows'
 scores (E. K. Berndt, B. H. Hall, R. E. Hall and J. A. Hausman, Annals of Economic and Social Measurement 3(4), 1974).
 Between differentiations every step, up or down, updates the scores by its secant (C. G. Broyden, Mathematics of
-Computation 19, 1965). Scoring stalls where the outer products exceed the curvature, and at a kink of the likelihood, as
-where a fix is an outlier on one side only. Then each number is varied alone.
+Computation 19, 1965). Scoring stalls where the outer products exceed the curvature. It also stalls at a kink of the
+likelihood, for instance where a fix is an outlier on one side only. Then each number is varied alone.
 """
 
 import math

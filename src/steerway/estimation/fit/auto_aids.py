@@ -23,9 +23,9 @@ from steerway.estimation.vessel.aids import AIDS, COG, SOG
 AUTO = "auto"
 VELOCITY = ("sog", "cog")
 _NOISES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
-"""σ (m/s) that is tried for SOG and COG, all equally probable: from a Doppler velocity to a poor receiver's."""
+"""1σ (m/s) tried for SOG and COG, all equally probable: from that of a Doppler velocity to that of a poor receiver."""
 _NO_ERROR = {"sog_error_std": 1e-3, "sog_error_time": 2.0, "cog_error_std": 1e-3, "cog_error_time": 2.0}
-"""Numbers of a lasting error that does not matter: a σ of a twentieth of the least of `_NOISES`."""
+"""Numbers of a negligible lasting error: its σ is a twentieth of the least of `_NOISES`."""
 _BLOCKS, _BLOCK = 4, 400
 """Pieces of the log that are compared, and fixes in each. They bound the time of the comparison."""
 
@@ -70,7 +70,7 @@ def with_noise(structure: Structure, noise: float) -> Structure:
 
 
 def velocity_parts(profile: object) -> tuple[str, ...]:
-    """Those of SOG and COG that are parts of the profile's structures; empty for a profile without structures."""
+    """Which of SOG and COG are parts of the profile's structures; empty for a profile without structures."""
     structures = getattr(profile, "structures", ())
     return tuple(name for name in VELOCITY if any(name in each.parts for each in structures))
 

@@ -15,8 +15,8 @@ from steerway.estimation.vessel.structures import log_share, model_of, priors_of
 
 _NO_OUT = np.empty((0, FUSED + 2))
 _SETTLING = 10
-"""Fixes after a start that do not count, because the prior of the start is no part of the structure; at most a third of
-a record. So fitted, SOG of simulated logs of 4 to 29 fixes errs 0.4 and 0.7 times as much as with the prior medians."""
+"""Fixes after a start that do not count in a fit, because the prior of the start is no part of the structure; at most a
+third of a record. In simulated logs of 4 to 29 fixes, SOG errs 0.4 and 0.7 times as much as with prior medians."""
 DRAWS, _WIDTH = 6, 0.6
 """Posterior samples that represent the parameter uncertainty of a short record, and their spread relative to the normal
 approximation. The 95 % interval of the course rate covers 90 to 96 % of the rows of the scenes `drifting`, `docking`
@@ -27,7 +27,7 @@ is off by 0.025, and rounding (1e-10) changes it less. With 0.05, fits end up to
 _STEEPEST = 100.0
 """Score of a row above which its density is taken to jump: an outlier at any distance scores at most about 20."""
 FURTHEST = 6.0
-"""Bound of the search around a prior median, in prior standard deviations: the prior has 2·10⁻⁹ beyond."""
+"""Bound of the search around a prior median, in prior σ. The prior probability beyond it is 2·10⁻⁹."""
 
 
 class Fit(NamedTuple):

@@ -23,8 +23,8 @@ from steerway.estimation.vessel.structures import model_of, parameters_of
 FEW, MANY = 500, 1500
 """Rows of the first and the last fits: a few minutes and half an hour of fixes. They bound the time of an inference."""
 FEWEST = 200
-"""Least rows for a fit: ten for each number of the plain structure. With 150, one of four simulated logs with fixes 20
-and 30 s apart loses 12 of log evidence. With 300 nothing is gained, at 1.7 times the cost."""
+"""Least number of rows for a fit: ten for each number of the plain structure. With 150, one of four simulated logs with
+fixes 20 and 30 s apart loses 12 of log evidence. With 300, a fit takes 1.7 times as long and gains nothing."""
 OPEN = 10_000
 """Most fixes of a record for which posterior samples (`posterior.DRAWS`) replace the fitted numbers; they cost time
 with every fix. Without them, 95 % intervals of a boat at constant speed in 1,001 fixes cover 79 to 89 %."""
@@ -44,10 +44,10 @@ FINALISTS = 3
 BETTER = 3.0
 """Difference of log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 UNRESOLVED_SURGE = 1e-3
-"""m/s, surge given to waves whose surge the log does not show: too small to change an estimate."""
+"""1σ of the surge, m/s, of waves whose surge the log does not show: too small to change an estimate."""
 _BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
-"""Up to this ratio of the variance of fixes to that of their rounding, only these parts are tried. Others fit the
-pattern of rounding as motion or obstructions (140 generated records: SOG errs by 0.19 m/s with them, else by 0.06)."""
+"""Up to this ratio of the variance of fixes to that of their rounding, only these parts are tried. Other parts fit the
+pattern of rounding as motion or obstructions: in 140 generated records SOG errs by 0.19 m/s with, 0.06 without."""
 _OTHERWISE = ("error", "steps")
 """Errors of the receiver that the plain structure fits as motion: their fits start from the second best vessel too."""
 LEAST_WEIGHT = 0.02

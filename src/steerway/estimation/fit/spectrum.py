@@ -13,14 +13,14 @@ from steerway.estimation.vessel.parts import UNKNOWN_PERIODS
 _SPAN, _FEWEST = 100.0, 32
 """Length (s) of a segment, and its least number of fixes. 100 s resolve a period of 5 s to a quarter of a second."""
 _SMOOTH = 4.0
-"""s on either side over which velocity is averaged to define the track; slower variation is treated as motion of the
-vessel. Half the period of usual waves."""
+"""Time, s, on either side over which velocity is averaged to define the track. Slower variation is treated as motion of
+the vessel. The time is half the period of usual waves."""
 _COMPLETE = 0.7
 """Least share of its fixes that a segment must have."""
 _SHORTEST, _LONGEST = 1.4, 40.0
 """Range (s) of the periods: from the roll of small craft to the longest swell in following seas."""
 _MOST, _BESIDE = 3, 6
-"""Most periods in a direction; least number of frequencies on either side of a line whose median is its background."""
+"""Most periods in a direction; least number of frequencies on either side of a line, whose median is its background."""
 
 
 class Periods(NamedTuple):

@@ -39,8 +39,8 @@ _FAR_HALVES = np.array(
     ]
 )
 _NOISES = np.array((1.1, 0.78, 1.1, 0.97, 0.38, 0.91, 0.59, 1.0, 1.1, 0.07, 1.6, 1.1, 0.92, 1.0, 1.0, 1.0))
-"""The first number, the noise of a fix, of each start: as a ratio to the noise by third differences (`white_std`),
-which motion makes larger and a receiver's filter smaller."""
+"""The first number, the noise of a fix, of each start: as a ratio to the noise by third differences (`white_std`).
+Motion makes this noise larger, and a receiver's filter makes it smaller."""
 
 
 def scales_of(record: Rows) -> Scales:

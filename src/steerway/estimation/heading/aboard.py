@@ -24,24 +24,24 @@ PLAIN_COMPASS = CompassModel(0.0, 0.0, 1.0, 1.0, 0.0)
 _VEHICLE_STD = math.radians(0.5)
 """Process noise of the heading, rad/√s: gusts and waves turn a boat by 4° in a minute."""
 _BIAS = (0.1, 0.02)
-"""1σ at the start and random walk (1/√s) of the input's bias, as shares of the limit. `HeadingTuning` starts with 20 of
-the Springer's 300 rpm, 0.07."""
+"""1σ at the start and random walk (1/√s) of the input's bias, as shares of the limit. For comparison: `HeadingTuning`
+starts with 20 of the Springer's 300 rpm, 0.07."""
 _UNORDERED = 0.1
 """1σ of the change of speed in 1 s, as a share of the usual speed, while no speed is ordered. After 100 s the σ of the
 change is the usual speed."""
 _LEAST_SPEED = 0.1
-"""Share of the usual speed below which the boat's speed is not proportional to the ordered one: its thrust, which
-balances drag with the square of speed, is a hundredth of the usual there, less than the force of wind."""
+"""Share of the usual speed below which the boat's speed is not proportional to the ordered one: there its thrust, which
+grows with the square of the speed, is a hundredth of the usual one and less than the force of wind."""
 _SLIP, _SLIP_TIME = 0.2, 3.0
 """Sideslip in the sharpest turn, rad (11°), and the time for which it lasts, s."""
 _MISJUDGED = 0.5
 """1σ of the error of an ordered change of speed, as a share of the change: the boat's speed table may err by half."""
 _MISTURNED, _MISTURNED_TIME = 0.5, 1.0
-"""1σ of the error of the modelled yaw rate, as a share of it, and the time for which the error lasts, s. Drag that
-grows with the square of the rate halves a sharp turn, and a compass shows it within a second."""
+"""1σ of the error of the modelled yaw rate, as a share of it, and the time for which the error lasts, s. Drag grows
+with the square of the rate and halves the rate of a sharp turn; a compass shows this within a second."""
 _HARMONICS = 0.1
-"""Random walk (°/√s) of the sine and cosine terms of the compass's deviation, for the harmonics beside them, which
-change with the heading. Chosen from 0.02 to 0.2 by the share within 2σ in six runs."""
+"""Random walk (°/√s) of the sine and cosine terms of the compass's deviation. It covers the higher harmonics, which
+change with the heading. Chosen among 0.02 to 0.2 by the share of errors within 2σ in six runs."""
 _SURE = math.radians(20.0)
 """1σ of the heading above which it counts as unknown; two σ are 40°."""
 
@@ -114,7 +114,7 @@ class HeadingAboard:
             self._filter = DeviationBounds(yaw, 2.0 * deviation_std, compass_std, _VEHICLE_STD)
         self.heading = self.yaw_rate = math.nan
         self._since = 0.0  # s since the last velocity
-        self._given = self._ordered = self._turning = 0.0  # shares of the limit; the last lags as the yaw rate does
+        self._given = self._ordered = self._turning = 0.0  # shares of the limit; the last one lags like the yaw rate
         self._pole = max(min(yaw.poles), 0.0)  # of 1 s
         self._cruise, self._speed, self._ordered_speed = speed, at_first, at_first
 

@@ -59,8 +59,8 @@ STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
 """Spacing of the start headings of the filters that seek an unknown heading; half the spacing is their 1σ."""
 FARTHEST = 2.0 * math.pi
-"""Start headings extend this far either way: the compass's scale acts on the total turn since north, so that −45° and
-315° are different starts."""
+"""Start headings extend this far either way, rad. −45° and 315° are different starts, because the compass's scale acts
+on the total turn since north."""
 UNLIKELY = 1e-6
 """Probability below which a filter is given up: it would take two readings of NIS 14 to become likely again."""
 _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
@@ -100,7 +100,7 @@ class HeadingTuning:
 
 
 PRODUCT = HeadingTuning()
-"""The default. `steerway study springer-mission` judges it in worlds that differ from its model."""
+"""The default tuning. `steerway study springer-mission` tests it on simulated boats that differ from its model."""
 SCALE_ONLY = HeadingTuning(1e-7, 1e-6, (0.0, 0.0), (0.3, 0.0), (0.0, 0.0), (0.0, 0.0), water_speed=(0.0, 0.0))
 """For P4's own world, in which only the compass is unknown: vehicle, propellers and noise are known."""
 
@@ -157,7 +157,7 @@ class AidedHeadingFilter:
     def _begin(self, heading: float, speed: float) -> _Beginning:
         state = np.zeros(STATES)
         state[0] = math.degrees(heading) / self._model[AT.output]
-        # The compass has settled on the heading, with a scale of 1.
+        # The compass is assumed to have settled on the heading, with a scale of 1.
         model = self._model
         gain = model[AT.b] / (1.0 - model[AT.a1] - model[AT.shift] * model[AT.a2])
         state[2] = gain * math.degrees(heading)

@@ -150,7 +150,7 @@ def _advance(bank: _Bank, models: Floats, difference: float, readings: Floats) -
 
 
 SIGMAS = 3.0
-"""Distance of the scale from the box, in its σ, that gives an alarm: by chance 0.13 % on either side (normal)."""
+"""Distance of the scale from the box, in its σ, above which there is an alarm: by chance 0.13 % on either side."""
 LARGEST_STD = 0.05
 """1σ of the scale above which no alarm is given; three σ are 15 % of the gain."""
 

@@ -84,7 +84,7 @@ class CompassModel(NamedTuple):
 
     @property
     def lag(self) -> float:
-        """Seconds by which the reading of a steadily turning heading is late."""
+        """Time (s) by which the reading lags a steadily turning heading."""
         delayed = self.shift * self.a2
         return TICK * (self.a1 + 2.0 * delayed) / (1.0 - self.a1 - delayed)
 

@@ -16,22 +16,22 @@ from steerway.core.statistics import DEVIATION_OF_MEDIAN
 Table = TypeVar("Table", Fixes, Motion)
 
 STANDSTILL = 0.3
-"""m/s of the receiver's SOG below which it is at rest: the steerageway of the profiles."""
+"""SOG of the receiver, m/s, below which it counts as at rest: the steerageway of the profiles."""
 LEAST_SPEED = 1.0
-"""m/s of the receiver's SOG above which rows are compared by default. At low speed receivers filter COG harder or hold
-it (u-blox UBX-18010854, UBX-CFG-ODO `cogMaxSpeed`)."""
+"""SOG of the receiver, m/s, above which rows are compared. At low speed receivers filter COG harder or hold it (u-blox
+UBX-18010854, UBX-CFG-ODO `cogMaxSpeed`)."""
 SWING = 4.0
-"""s over which velocities are averaged to remove the swing of a rolling antenna: craft under 15 m roll in 2 to 4 s."""
+"""Time, s, of averaging velocity to remove the swing of a rolling antenna: craft under 15 m roll in 2 to 4 s."""
 LONGEST_LAG = 5.0
 """Largest lag (s, either way) that is searched: receivers of recorded logs are late by 0.15 to 4 s."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _COVERED = 0.9
-"""Least number of rows of a lag, as a share of the most that any lag has: a shift loses rows at the record's ends."""
+"""Least number of rows of a lag, as a share of the largest number of any lag: a shift loses rows at the ends."""
 _GROSS = 10.0
-"""Multiple of the median difference at which differences are clipped in the search of a lag, against jumps of position
-or speed. In a recorded log, 20 of 20,000 rows jumped by 25 m/s and more, and moved the lag by 3 s."""
+"""In the search for a lag, differences are clipped at this multiple of their median, because position or speed may
+jump. In a recorded log, 20 of 20,000 rows jumped by 25 m/s and more, and moved the lag by 3 s."""
 _NEAR = 2.0
-"""Most s between a row and the estimate that it is compared with: two rows at 1 Hz."""
+"""Longest time, s, between a row and the estimate that it is compared with: two rows at 1 Hz."""
 
 
 @dataclass(frozen=True)

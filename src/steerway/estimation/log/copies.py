@@ -61,10 +61,10 @@ def _under_way(north: Floats, east: Floats, digits: tuple[float, float]) -> Bool
 _STEPS_BESIDE = 2, 3, 4
 """Numbers of steps before and after a repeat over which a vessel has to move; in more it may stop and go."""
 REST, REST_SPEED = 10.0, 0.3
-"""s and m/s (`course.STEERAGEWAY`): a vessel is at rest if 10 s before and after it is within this speed's reach."""
+"""Time, s, and speed, m/s (`course.STEERAGEWAY`): at rest, a vessel moves no faster in this time before and after."""
 HELD = 1.0
-"""s for which the repeats at the end of a record count as copies: loggers repeat for less, and a boat that stays longer
-at one place has stopped."""
+"""Longest time, s, for which repeats at the end of a record count as copies. Loggers repeat for less; a boat that stays
+at one place for longer has stopped."""
 TURNED = 1e-4
 """Ratio of a step along one axis to that along the other below which it is 0. As meridians converge, a step due north
 goes a little east in the plane: by this ratio after 0.7 km at 60° of latitude."""

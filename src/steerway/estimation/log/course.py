@@ -21,13 +21,13 @@ from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
 
 STEERAGEWAY = 0.3
-"""m/s, the speed above which every receiver's course is stated if its σ is small. Below, the slow error of a receiver
-at rest looks like motion."""
+"""Speed, m/s, above which the course of every receiver is output if its σ is small. Below it, the slow error of a
+receiver at rest looks like motion."""
 _PER_NOISE, _WHILE = 3.0, 10.0
-"""1/s and s: for a receiver with little noise, course is stated above a speed of 3/s times its noise (that of a fix,
-and the change of its slow error within 10 s). For 0.1 m, the least noise of low-cost receivers, this is 0.3 m/s. At a
-berth, positions of six digits, with SOG of 0.03 m/s by the receiver, have a course in 0.7 % of the rows with a limit of
-0.3 m/s, and in 67 % with none."""
+"""For a receiver with little noise, course is output above a speed of 3/s times its noise: that of a fix, and the
+change of its slow error within 10 s. For 0.1 m, the least noise of low-cost receivers, this is 0.3 m/s. Compared on a
+log at a berth (positions of six digits, SOG of 0.03 m/s by the receiver): 0.7 % of the rows have a course with a limit
+of 0.3 m/s, 67 % without."""
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 
@@ -48,7 +48,7 @@ def run_model(record: Rows, model: Model, bank: Bank, asked: Asked) -> None:
 
 
 def least_course_speed(structures: Sequence[Weighed], steerageway: float = STEERAGEWAY) -> float:
-    """m/s below which weighted structures state no course: `steerageway`, or less for a receiver with little noise."""
+    """Speed (m/s) below which structures output no course: `steerageway`, or less for a receiver with little noise."""
     total = sum(each.weight for each in structures)
     variance = sum(each.weight * _noise_variance(each.model) for each in structures) / total
     return min(steerageway, _PER_NOISE * math.sqrt(variance))

@@ -1,4 +1,4 @@
-"""Rows after an outage: receivers slide to the true place, and positions alone do not tell a slide from motion.
+"""Rows after an outage: receivers slide to the true place, which positions alone cannot distinguish from motion.
 
 After a loss of reception receivers may be off by tens of metres and return to the true place within a quarter of a
 minute. The positions then move although the vessel does not. Until the slide is over, the velocity before the outage
@@ -21,8 +21,8 @@ SHORTEST = 10.0
 _INTERVALS = 5.0
 """Shortest outage in usual intervals; shorter gaps are missing fixes."""
 SLIDES = 20.0 - 1e-3
-"""s after an outage in which a receiver may slide, less the error of clocks. A recorded slide took 10 s, and the
-estimate follows some seconds late."""
+"""Time, s, after an outage in which a receiver may slide, minus the error of clocks. A recorded slide took 10 s, and
+the estimate follows some seconds late."""
 _SHARE = 0.3
 """Share of the squared difference that is added to the variance; with 0.26, 1.96 σ are just the difference."""
 _FASTER, _BY = 2.0, 1.0

@@ -52,7 +52,7 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.estimation.vessel.structures import parameters_of
 
 UNKNOWN_SPEED = 3.0
-"""m/s, largest σ of a speed that is stated after a start: about a third of the prior's, `bank.START_SPEED_STD`."""
+"""Largest 1σ, m/s, of a speed that is output after a start: about a third of the prior 1σ, `bank.START_SPEED_STD`."""
 _BLOCK, _OVERLAP = 20_000, 2_000
 """Predictions in a block, which bounds the memory, and predictions after it from which the smoother starts: minutes,
 long enough to forget every motion."""

@@ -7,11 +7,11 @@ from steerway.core.arrays import Floats
 _GAP = 2.5
 """A step longer than this many usual ones is a gap; a late or rounded stamp is off by one step."""
 _WINDOW = 150
-"""Fixes on either side whose stamps determine the time of a fix, by a least-squares line. With 301 stamps, errors
-spread evenly over an interval leave 0.02 of it in the time, and 0.02 % in the interval itself."""
+"""Fixes on either side whose stamps determine the time of a fix, by a least-squares line. With 301 stamps whose errors
+spread evenly over an interval, the time errs by 0.02 intervals, and the interval by 0.02 %."""
 _IRREGULAR, _FEWEST = 0.3, 40
-"""Least departure of a stamp's step from the interval, as a part of it, that counts as irregular; and least number of
-such steps. Clocks of receivers err by less than a hundredth."""
+"""Least difference between a step of the stamps and the interval, as a share of the interval, that counts as irregular;
+and least number of such steps. Clocks of receivers err by less than a hundredth."""
 _WITHIN = 0.9
 """Least share of the stamps within a usual step of their regular times: few fixes are received later than that."""
 _AROUND = 3

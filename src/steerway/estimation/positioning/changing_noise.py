@@ -33,8 +33,8 @@ def saturated(speed: float, low: float, high: float) -> float:
 class TimeVaryingNoise:
     """Densities of the surge, sway and yaw acceleration for an estimated velocity: s (1 + c/f(û)^power), P2 (19).
 
-    `power` 1 is the formula, 2 the text beside it. `scale` s for surge and sway, `yaw` for the turn, 1 in (19).
-    Equal `low` and `high` make the noise constant.
+    With `power` 1 this is the formula, with 2 the text beside it. `scale` s for surge and sway, `yaw` for the turn, 1
+    in (19). Equal `low` and `high` make the noise constant.
     """
 
     coefficient: float = 2.5

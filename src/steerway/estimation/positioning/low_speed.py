@@ -97,7 +97,7 @@ def jacobian(x: Floats, model: Floats, out: Floats) -> None:
 
 @kernel
 def advance_mean(x: Floats, force: Floats, model: Floats, dt: float, middle: Floats) -> None:
-    """x ← x after dt by Runge and Kutta's fourth-order method; `middle` receives that at dt/2. No angle is wrapped.
+    """x ← x after dt by Runge and Kutta's fourth-order method; middle ← x after dt/2. No angle is wrapped.
 
     The mean follows f itself; the printed x ← A x + B u (26) with a continuous A is not a step in time.
     """

@@ -62,7 +62,8 @@ class ObserverGains:
     def of_inertia(cls, inertia: ArrayLike) -> Self:
         """Gains for fixes about a second apart and a compass at 10 Hz, without a wave filter.
 
-        In proportion to the diagonal of M (3, 3); the shares have the least error of CyberShip II in a varying force.
+        They are proportional to the diagonal of M (3, 3), by factors with the least error of CyberShip II in a varying
+        force.
         """
         surge, sway, yaw = array_of("inertia", inertia, (3, 3)).diagonal().tolist()
         return cls(
@@ -72,7 +73,7 @@ class ObserverGains:
         )
 
     def out_of_order(self) -> str:
-        """What violates 1/T_b ≪ K3/K4 < ω₀ < ω_c, which makes the observer passive; empty if nothing does.
+        """What violates 1/T_b ≪ K3/K4 < ω₀ < ω_c, the condition of a passive observer; empty if it holds.
 
         ≪ means a fifth or less.
         """
@@ -244,7 +245,7 @@ class PassiveObserver:
         self._take(slice(2, 3), self._heading_interval or self._fix_interval)
 
     def _take(self, axes: slice, interval: float) -> None:
-        """Correct by the new measurement of these axes, at once or until the next measurement."""
+        """Correct these axes by their new measurement, at once or over the time until the next one."""
         error = np.zeros(3)
         error[axes] = (self._measured - self.state[PLACE : PLACE + 3] - self.state[WAVE : WAVE + 3])[axes]
         error[2] = wrap(error[2])

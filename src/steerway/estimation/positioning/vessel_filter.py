@@ -84,10 +84,10 @@ class FixNoise(Protocol):
 class VesselNoise:
     """Noise of the vessel and its environment. All 1σ or spectral densities, SI.
 
-    `acceleration`: densities of the unmodelled surge, sway and yaw acceleration, m²/s³ (rad²/s³).
-    `force_std`, `force_time`: Gauss–Markov force in north, east, yaw (N, N, N·m; s). `wave_std`, `wave_frequency`,
-    `wave_damping`: what waves add to a fix in either direction, m, rad/s, relative.
-    `position_std` m of one fix, `heading_std` rad of one reading; `start_std` of each of the first six states.
+    `acceleration`: densities of the unmodelled surge, sway and yaw acceleration, m²/s³ (rad²/s³). `force_std`,
+    `force_time`: Gauss–Markov force in north, east, yaw (N, N, N·m; s). `wave_std`, `wave_frequency`, `wave_damping`:
+    the displacement by waves in either direction, m, rad/s, relative. `position_std` m of one fix, `heading_std` rad of
+    one reading; `start_std` of each of the first six states.
     """
 
     acceleration: tuple[float, float, float] = (1e-6, 1e-6, 1e-7)

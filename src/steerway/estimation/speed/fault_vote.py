@@ -20,24 +20,24 @@ CONFLICT = 5.2
 """Least mean difference, in its σ, for a vote: about one false vote in 10⁶ readings. The normal distribution has 2·10⁻⁷
 beyond it in both tails; two windows are judged."""
 SHORT, LONG = 2.0, 5.0
-"""s over which differences are averaged: a short window for steps, a long one for drifts. `steerway study
+"""Windows, s, over which differences are averaged: a short one for steps, a long one for drifts. `steerway study
 adaptive-speed` judges these and the numbers below."""
 LAG = 10.0
-"""s between the two windows whose offsets a vote compares."""
+"""Time, s, between the two windows whose offsets a vote compares."""
 THIRD_DRIFT = 0.01
 """Least 1σ of the third instrument's own drift over LAG, in the instruments' unit (m/s)."""
 MODEL_SHARE = 0.1
-"""1σ of the third instrument's drift over LAG, as a part of the change of speed."""
+"""1σ of the third instrument's drift over LAG, as a share of the change of speed."""
 REMEMBERED = 15.0
 """Time constant (s) with which a larger drift of the third instrument is forgotten."""
 SHORT_LAG, INERTIAL_DRIFT = 3.0, 0.012
-"""s between the two windows of the integrated acceleration, and 1σ of its own drift over them (m/s)."""
+"""Time, s, between the two windows of the integrated acceleration, and 1σ of its own drift in this time, m/s."""
 SUDDEN = 0.7
-"""Least part of a difference that is newer than SHORT_LAG, for the accelerometer to be used."""
+"""The accelerometer votes only if at least this share of a difference is newer than SHORT_LAG."""
 SURE = 6.0
-"""Least size of this part in its σ: a noisy mean beside a slow ramp does not count as a step."""
+"""Least size of this newer part, in its σ: a noisy mean during a slow ramp does not count as a step."""
 CLEAR = 3.0
-"""Least log likelihood ratio of the two for a decision: odds of 20 to 1."""
+"""Least log likelihood ratio of the two instruments for a decision: odds of 20 to 1."""
 _ROWS = 1024
 """Readings kept of each instrument: enough for LAG and LONG at 68 Hz."""
 

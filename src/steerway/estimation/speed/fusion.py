@@ -88,7 +88,7 @@ class SurgeFusion:
 
     @property
     def current(self) -> float:
-        """Speed of the current along the hull, m/s: observable by the log's water track or the propeller only."""
+        """Current along the hull, m/s: observable only by the log's speed through the water or the propeller."""
         return self.filter.current
 
     @property

@@ -1,4 +1,4 @@
-"""What steering by course needs of a boat whose orders are known: motion through the water, current, response."""
+"""Estimation for a boat whose orders are known: motion through the water, current, and response to orders."""
 
 from typing import TYPE_CHECKING
 

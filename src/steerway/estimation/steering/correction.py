@@ -29,25 +29,26 @@ from steerway.estimation.steering.motion import (
 )
 
 OUTLIER = math.log(0.01 / (2.0 * math.pi * 30.0**2))
-"""Logarithm of the density of a wrong fix: one in a hundred, within some 30 m. Chosen: reflected
-signals err by tens of metres."""
+"""Log density (1/m²) of an outlier: one fix in 100, off by some 30 m. Chosen: reflections cause errors of tens of
+metres."""
 MANOEUVRES = 60.0
-"""s between motions that no order explains, where the response does not fit: the mean. Chosen."""
+"""Mean time, s, between manoeuvres that no order explains. The value is chosen."""
 _LARGEST_GAIN = 2.5
-"""Largest gain of a response over the declared one, and the inverse of the least. Chosen: beyond it the boat is
-another than declared."""
+"""Largest estimated gain over the declared one; the least is its inverse. Chosen: beyond it, the boat is not the
+declared one."""
 _SHORTEST, _LONGEST = 0.05, 2.5
-"""Limits of a time constant over the declared one. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
+"""Bounds of the estimated time constant over the declared one. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
 _LONGEST_SLIP = 2.0
-"""s. Chosen: small boats slip for 0.2 to 1 s."""
+"""Largest time constant of the sway, s. Chosen: small boats slip for 0.2 to 1 s."""
 _ASTERN = 2.0
-"""Standard deviations from which on a speed through the water is one astern: by chance one in 44 (normal, one tail)."""
+"""A negative speed through the water beyond this many of its σ counts as motion astern. By chance, a speed of 0 is
+beyond them once in 44 times (normal, one tail)."""
 GOOD, MANOEUVRED, REFUSED = range(3)
 
 
 @lean_kernel
 def _correct_scalar(x: Floats, p: Floats, h: Floats, residual: float, variance: float, gain: Floats) -> None:
-    """Kalman's correction by one number z = h x + noise, in place; gain (21,) is scratch."""
+    """Kalman's correction by one number z = h x + noise, in place; gain (21,) is workspace."""
     spread = variance
     for i in range(STATES):
         total = 0.0
@@ -95,7 +96,7 @@ def _seen_pair(p: Floats, hn: Floats, he: Floats, a: float, b: float, variance: 
 
 @lean_kernel
 def _position_rows(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
-    """Position north and east that a receiver gives, m, with the rows of their Jacobian."""
+    """Predicted position north and east of the receiver's fix, m; hn and he (21,) become the rows of its Jacobian."""
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
     hn[NORTH] = hn[ERROR_N] = he[EAST] = he[ERROR_E] = 1.0
     hn[HEADING], he[HEADING] = pivot * s, -pivot * c
@@ -104,9 +105,7 @@ def _position_rows(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[flo
 
 @lean_kernel
 def _velocity_rows(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
-    """Velocity north and east over ground of where the receiver is, m/s; hn and he (21,) become the rows of their
-    Jacobian.
-    """
+    """The receiver's velocity over ground, north and east, m/s; hn and he (21,) become the rows of its Jacobian."""
     c, s, u, sway = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED], x[SWAY] - pivot * x[YAW_RATE]
     hn[CURRENT_N] = he[CURRENT_E] = 1.0
     hn[WATER_SPEED], he[WATER_SPEED] = c, s
@@ -118,7 +117,7 @@ def _velocity_rows(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[flo
 
 @kernel
 def velocity_of(x: Floats, p: Floats, pivot: float) -> tuple[float, float, float, float]:
-    """Velocity north and east over ground of where the receiver is, and its 1σ along and across it, m/s."""
+    """The receiver's velocity over ground, north and east, and the 1σ along and across this velocity, m/s."""
     hn, he = np.zeros(STATES), np.zeros(STATES)
     north, east = _velocity_rows(x, pivot, hn, he)
     nn, ne, ee = _pair_covariance(p, hn, he, 0.0)
@@ -156,9 +155,9 @@ def take_position(
 ) -> tuple[int, float]:
     """(GOOD, MANOEUVRED or REFUSED; NIS of the most probable hypothesis) of a fix; all hypotheses are corrected.
 
-    states (m, 21), covariances (m, 21, 21), log weights (m,): in place. interval since the fix before, s; speed (m/s)
-    and rate (rad/s) the size of an unordered manoeuvre; pivot as of `Response`. What is most probable is taken: the
-    motion as predicted, a manoeuvre that no order explains, or a wrong fix.
+    states (m, 21), covariances (m, 21, 21) and log weights (m,) are changed in place. interval: s since the fix before.
+    speed (m/s) and rate (rad/s): size of a manoeuvre that no order explains. pivot: see `Response`. The most probable
+    explanation is used: the motion as predicted, such a manoeuvre, or an outlier.
     """
     m = len(states)
     variance = std * std
@@ -201,7 +200,7 @@ def take_position(
 def take_velocity(
     states: Floats, covariances: Floats, weights: Floats, north: float, east: float, std: float, pivot: float
 ) -> bool:
-    """Whether a velocity over ground (m/s) fits the most probable hypothesis; then all are corrected by it."""
+    """Correct all hypotheses by a velocity over ground (m/s) if it fits the likeliest one. Returns whether it does."""
     m = len(states)
     variance = std * std
     gain, hn, he = np.empty(STATES), np.zeros(STATES), np.zeros(STATES)
@@ -226,9 +225,7 @@ def take_velocity(
 
 @kernel
 def take_number(states: Floats, covariances: Floats, weights: Floats, number: float, std: float, what: int) -> float:
-    """Correct all hypotheses by a measurement of HEADING (rad), YAW_RATE (rad/s) or WATER_SPEED (m/s); NIS of the most
-    probable one.
-    """
+    """Correct all hypotheses by HEADING (rad), YAW_RATE (rad/s) or WATER_SPEED (m/s). Returns the NIS of the best."""
     m = len(states)
     gain, h = np.empty(STATES), np.zeros(STATES)
     h[what] = 1.0
@@ -258,9 +255,9 @@ def take_number(states: Floats, covariances: Floats, weights: Floats, number: fl
 
 @kernel
 def fold(states: Floats, covariances: Floats, linear: float) -> None:
-    """Headings in [−π, π), speeds through the water ahead: a boat that goes astern points the other way, one about
-    at rest keeps its heading. Gains limited, and the damping of the yaw rate, `linear` as declared: a boat that does
-    not answer would be found to be unstable.
+    """Wrap headings to [−π, π), and turn a boat that clearly moves astern round, so that it moves ahead. Gains and time
+    constants are limited. So is the damping of the yaw rate, whose declared value is `linear`: otherwise a boat that
+    does not answer orders would be estimated as unstable.
     """
     for k in range(len(states)):
         x, p = states[k], covariances[k]

@@ -1,7 +1,7 @@
 """SteeringFilter: motion through the water, current and response to orders, by a bank of hypotheses of the current.
 
-One position tells speed and course over ground, not which of it is current. Every hypothesis of the current is an
-extended Kalman filter of `motion`; the first turns show which is right.
+Positions determine the velocity over ground, but not which part of it is current. Every hypothesis of the current is an
+extended Kalman filter of `motion`. The first turns show which hypothesis is right.
 """
 
 import math
@@ -28,58 +28,59 @@ from steerway.estimation.steering.start import (
 )
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
-"""s and fixes of the first straight line, and s at most. Chosen: in longer a boat turns."""
+"""Least time (s), least number of fixes and longest time (s) of the first straight line. Chosen: in longer a boat
+turns."""
 _START_STD = 0.1
-"""1σ of the first velocity, in shares of the usual speed, that is waited for. Chosen: its direction is
-then known to 6° at that speed."""
+"""The filter starts when 1σ of the first velocity is below this share of the usual speed. Chosen: the direction is then
+known to 6°."""
 _CHANGES = 0.15
-"""1σ of the difference between the velocity at the end of that line and its average, in shares of the usual speed, for
-a vehicle with a speed loop of its own or a known throttle. Chosen: a boat that gathers way changes it by 0.1 in 1 s."""
+"""1σ of the difference between the velocity at the end of the first line and the mean along it, as a share of the usual
+speed. For vehicles with a speed loop of their own or a known throttle. Chosen: a boat that starts gains a share of 0.1
+in 1 s."""
 _LOST = 3.0
-"""s of refused fixes after which they are believed: the receiver's position has jumped. Chosen: longer than
-`core.statistics.UNBROKEN_REJECTION`, as the orders give the motion."""
+"""Time, s, of unbroken refusals after which the fixes are used: the receiver's position has jumped. Chosen: longer than
+`core.statistics.UNBROKEN_REJECTION`, because the orders determine the motion meanwhile."""
 _LEAST_STD, _MOST_STD, _FIRST_SLOW = 0.01, 3.0, 0.1
-"""m: limits of what is learned of the receiver, and its slow error before it is learned. Chosen:
-receivers from real-time kinematics to one under trees."""
+"""Bounds of the learned 1σ of the receiver's white noise and slow error, and the 1σ of its slow error before it is
+learned; m. Chosen: the bounds range from real-time kinematics to a receiver under trees."""
 MODEL_TIME, MODEL_SHARE = 0.05, 0.05
-"""s, and share, of the usual speed: position and velocity are not known better than the model of the motion.
-Chosen after a ship's sideslip of 4°, 0.07 of the speed, was estimated as current."""
+"""Least 1σ of a measured position (s, times the usual speed) and velocity (share of the usual speed): the model of the
+motion is no better. Chosen after a ship's sideslip of 4°, 0.07 of the speed, was estimated as current."""
 _LATELY, _WORST, _LARGEST_MISFIT = 0.1, 50.0, 9.0
-"""Part of a fix in the mean NIS, the largest that counts, and the mean above which the hypotheses are made anew.
-Chosen: 9.2 is the 99 % quantile of χ² with 2 degrees of freedom for a single fix."""
+"""Weight of one fix in the running mean of the NIS; the NIS at which one fix is clipped; and the mean above which the
+hypotheses are made again. Chosen: for a single fix, 9.2 is the 99 % quantile of χ² with 2 degrees of freedom."""
 _REST, _UNKNOWN_STD = 0.25, 1.5
-"""Share of the usual speed below which a boat without an order is at rest in the water, by its estimate or 1.4 time
-constants of its speed after its motor began to idle; and 1σ (rad) that its heading has there at the least. Chosen: of
-uniform directions it is π/√3 = 1.8.
+"""Share of the usual speed below which a boat without an order counts as at rest in the water (an idling one after 1.4
+time constants of its speed); and least 1σ of the heading at rest, rad. Chosen: uniform directions have π/√3 = 1.8.
 """
 _GATHERED = 1.4
-"""Time constants of its speed after which a boat whose motor drives it has gathered way. Chosen: 75 % of it."""
+"""A driven boat counts as moving after this many time constants of its speed. Chosen: it then has 75 % of its speed."""
 _UNSTEADY, _SETTLING = 0.25, 5.0
-"""1σ of the speed beside its response, as a share, of a vehicle whose own speed loop begins, and s for which it does.
-Chosen: the loop of a motorboat by ArduPilot's Rover begins without thrust, and loses a third of its speed."""
+"""While a vehicle's own speed loop begins: 1σ of the speed about its response, as a share of the usual one, and how
+long, s, this lasts. Chosen: ArduPilot's Rover begins without thrust, and a motorboat loses a third of its speed."""
 _DRIVEN_NOISE = 0.12
-"""1σ of the speed beside the one that the throttle makes, as a share of the usual speed. Chosen."""
+"""1σ of the speed about the one that the throttle yields, as a share of the usual speed. The value is chosen."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
-"""σ of a measured yaw rate (rad/s), and the error of its time (s). Chosen: half of the interval at which
-vehicles send it.
+"""1σ of a measured yaw rate, rad/s, and the error of its time, s. Chosen: the latter is half the interval at which
+vehicles send the yaw rate.
 """
 _COMPASS_STD = math.radians(2.0)
-"""rad of a compass beside its deviation. Chosen."""
+"""1σ of a compass reading beside its deviation, rad. The value is chosen."""
 _LEARNED = 0.02
-"""Part of a reading in the mean NIS of an instrument, by which its variance is larger than said where that is above 1.
-Chosen: fifty readings."""
+"""Weight of one reading in an instrument's mean NIS. If this mean is above 1, it multiplies the instrument's variance.
+Chosen: the mean is over some fifty readings."""
 
 
 class SteeringFilter:
     """The filter of one boat; times are s of any one clock.
 
-    `idle_since`, to be set before a fix: the time since which the motor is known to idle, inf where it is not. At rest
-    in the water the boat then moves with current and wind alone, so that the current is known when it departs.
+    `idle_since`, to be set before a fix: the time since which the motor is known to idle; inf if this is unknown. An
+    idling boat soon drifts with current and wind alone, so that the current is known when it departs.
 
-    `driven_since`, likewise, the time since which it is known to drive the boat: that is then not at rest.
+    `driven_since`, also set before a fix: the time since which the motor is known to drive the boat (then not at rest).
 
-    response: what the boat makes of orders. position_std (m): of a fix, where learning begins. velocity_std (m/s): of
-    the receiver's velocity. learn: whether the receiver's noise is learned from its fixes.
+    response: of the boat to orders. position_std: 1σ of a fix before it is learned, m. velocity_std: 1σ of the
+    receiver's velocity, m/s. learn: whether the receiver's noise is learned from its fixes.
     """
 
     def __init__(self, response: Response, position_std: float = 0.3, velocity_std: float = 0.1, *, learn: bool = True):
@@ -91,15 +92,15 @@ class SteeringFilter:
         self.refused_for = 0.0  # s since the last fix that fitted
         self.idle_since = self.driven_since = math.inf
         self._taken = -math.inf  # when orders began
-        self._drifts = False  # at rest in the water, since the motor idles
+        self._drifts = False  # whether the boat is at rest in the water because the motor idles
         self._parameters = response.packed
         unsteady = max(response.speed_noise, _UNSTEADY if response.over_ground else 0.0)
         self._at_first = response._replace(speed_noise=unsteady).packed
         self._driven = response._replace(speed_noise=_DRIVEN_NOISE, over_ground=False).packed
-        self._is_by_throttle = False  # the speed of the last order is the one that the throttle makes
+        self._is_by_throttle = False  # whether the last ordered speed is the one that the throttle yields
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
-        self._misfit = 2.0  # NIS in the mean of the last fixes
+        self._misfit = 2.0  # mean NIS of the latest fixes
         self._recent: deque[tuple[float, float, float]] = deque()
         self._begun = -math.inf  # when the hypotheses were made
         self._orders: deque[tuple[float, float, float]] = deque([(-math.inf, math.nan, math.nan)])
@@ -110,7 +111,7 @@ class SteeringFilter:
         self._deviations: tuple[float, float] | None = None
         self._drift: tuple[float, float] | None = None  # velocity over ground of a boat at rest in the water
         self._measured_rate = math.nan  # the last yaw rate
-        self._larger = {HEADING: 1.0, YAW_RATE: 1.0}  # the variance of an instrument over what is said
+        self._larger = {HEADING: 1.0, YAW_RATE: 1.0}  # ratio of an instrument's variance to the assumed one
 
     @property
     def started(self) -> bool:
@@ -118,10 +119,11 @@ class SteeringFilter:
         return len(self._mixture.states) > 0
 
     def order(self, time: float, yaw_rate: float, speed: float, driven: float = math.nan) -> None:
-        """What is ordered from now on: yaw rate (rad/s) as the boat settles at, speed through the water (m/s).
+        """Set the orders in force from `time` on: steady yaw rate (rad/s) and speed through the water (m/s).
 
-        NaN where someone else steers, or the speed is not controlled. driven: the speed through the water that the
-        throttle makes, m/s, NaN where that is not known. It counts while someone else steers, and at first afterwards.
+        yaw_rate is NaN while someone else steers, speed is NaN if it is not controlled. driven: the speed through the
+        water that the throttle yields, m/s, NaN if unknown. It is used while someone else steers and `_SETTLING` s
+        longer.
         """
         _, rate, before = last = self._orders[-1]
         at_first = math.isnan(rate) or time - self._taken < _SETTLING
@@ -156,7 +158,7 @@ class SteeringFilter:
         heading: float = math.nan,
         yaw_rate: float = math.nan,
     ) -> int:
-        """Use a fix of a time: m, m/s, rad and rad/s, NaN for what is not measured. GOOD, MANOEUVRED or REFUSED."""
+        """Use a fix and other measurements (m, m/s, rad, rad/s; NaN for none). Returns GOOD, MANOEUVRED or REFUSED."""
         self._remember(time, north, east)
         if not self.started:
             self._begin(time, START_TIME)
@@ -176,7 +178,7 @@ class SteeringFilter:
             self.response.pivot,
         )
         if kind == REFUSED and self.refused_for == 0.0:
-            self._recent = deque([(time, north, east)])  # after a jump, those before it tell no velocity
+            self._recent = deque([(time, north, east)])  # a line through fixes before a jump misleads
         self.refused_for = self.refused_for + interval if kind == REFUSED else 0.0
         if kind != REFUSED:
             self._misfit += _LATELY * (min(nis, _WORST) - self._misfit)
@@ -199,13 +201,13 @@ class SteeringFilter:
         return kind
 
     def _parameters_at(self, time: float) -> Response:
-        """The response until a time after the last fix."""
+        """The parameters of the response for a prediction from the last fix to this time."""
         if self._is_by_throttle:
             return self._driven
         return self._at_first if time - self._taken < _SETTLING else self._parameters
 
     def _read(self, number: float, std: float, what: int) -> None:
-        """Use a reading of compass or gyro, NaN for none; its variance is learned where it is larger than said."""
+        """Use a reading of compass or gyro, NaN for none. Its variance is learned, but is at least the assumed one."""
         if not math.isfinite(number):
             return
         larger = max(1.0, self._larger[what])
@@ -213,20 +215,18 @@ class SteeringFilter:
         self._larger[what] += _LEARNED * (min(larger * nis, _WORST) - self._larger[what])
 
     def _way(self, time: float) -> float:
-        """1σ of the speed through the water (m/s) that is left of the usual one where the motor is known to idle; inf
-        where it is not, and before the boat is at rest.
-        """
+        """1σ (m/s) of the speed through the water of a boat at rest with an idling motor; inf if it is not."""
         if math.isfinite(self._orders[-1][1]):
             return math.inf
         left = math.exp(min((self.idle_since - time) / self.response.speed_time, 0.0))
         return left * self.response.speed if left < _REST else math.inf
 
     def _is_driven(self, time: float) -> bool:
-        """Whether the boat has gathered way by its motor."""
+        """Whether the motor has driven the boat for long enough that it is not at rest."""
         return time - self.driven_since > _GATHERED * self.response.speed_time
 
     def _drift_or_depart(self, time: float) -> None:
-        """In a drift there is no speed through the water but what is left; at first that tells hypotheses apart."""
+        """Set the speed through the water of a drifting boat to what remains of it; note when the drift ends."""
         way, drifted = self._way(time), self._drifts
         self._drifts = self.started and math.isfinite(way)
         if drifted and not self._drifts:
@@ -237,9 +237,9 @@ class SteeringFilter:
             drifting(self._mixture.states, self._mixture.covariances, way)
 
     def _forget_heading(self) -> None:
-        """Without an order and at rest in the water nothing tells the heading.
+        """Make the heading unknown if the boat has no order and is at rest in the water: then no fix shows it.
 
-        The current does not change: a boat whose velocity over ground does is under way, and the hypotheses begin anew.
+        The current hardly changes. If the velocity over ground does, the boat is under way: hypotheses are made again.
         """
         slow = _REST * self.response.speed
         if math.isfinite(self._orders[-1][1]) or np.any(self._mixture.states[:, WATER_SPEED] > slow):
@@ -259,7 +259,7 @@ class SteeringFilter:
             self._mixture = Mixture(*found)
 
     def at(self, time: float) -> Estimate:
-        """The motion at a time, by the orders since the last fix; the heading is that through the water."""
+        """The motion at a time, predicted from the last fix by the orders since then."""
         if not self.started:
             return NOTHING_KNOWN
         best = self._mixture.best
@@ -270,7 +270,7 @@ class SteeringFilter:
         return estimate_of(x, p, *self._deviations, age, pivot)
 
     def _moved(self, best: int, time: float) -> Floats:
-        """The state at a time, from the state asked for last where that was earlier."""
+        """The state at a time, predicted from the last fix or from the time of the last call, if that was earlier."""
         before, x = self._ahead
         if not before <= time:
             before, x = self._time, self._mixture.states[best]
@@ -287,9 +287,9 @@ class SteeringFilter:
             self._recent.popleft()
 
     def _begin(self, time: float, least: float) -> None:
-        """Hypotheses by a straight line through the last fixes; none before they span `least` s.
+        """Make the hypotheses from a straight line through the last fixes, once these span `least` s.
 
-        Anew where fixes do not fit for long: the position has jumped, or all hypotheses have gone astray.
+        They are made again if fixes do not fit for long: the position has jumped, or all hypotheses are wrong.
         """
         fixes = np.array(self._recent)
         line = None
@@ -315,7 +315,7 @@ class SteeringFilter:
         self._deviations = None
 
     def _learn(self) -> None:
-        """The receiver's noise is what its fixes show."""
+        """Set the receiver's noise to the one that its fixes show."""
         if not math.isnan(self._noise.white):
             self.position_std = min(_MOST_STD, max(self._least_std, self._noise.white))
         if not math.isnan(self._noise.slow):

@@ -28,11 +28,11 @@ from steerway.estimation.steering.motion import (
 )
 
 _IMPROBABLE = -9.0
-"""Log weight at which a hypothesis is dropped: 1.2·10⁻⁴ of the most probable one's. Chosen: its mean moves
-by less than that part of the distance."""
+"""Log weight, relative to the most probable hypothesis, below which one is dropped: a ratio of 1.2·10⁻⁴. Chosen:
+without it, the mean moves by less than this share of the distance to it."""
 _RATE_SHARE = 0.15
-"""Share of its course rate that a hull's slip adds or takes in and out of a turn, 1σ. Chosen on ten seeds of the
-example `otter-mission`: in turns of 5 °/s and more the error was 1.1 °/s RMS where σ was 0.3."""
+"""1σ of the course rate that the hull's changing slip adds at the beginning and end of a turn, as a share of the course
+rate. Chosen on ten seeds of `otter-mission`: in turns of 5 °/s and more the error was 1.1 °/s RMS, but σ 0.3."""
 
 
 class Mixture(NamedTuple):
@@ -48,8 +48,8 @@ class Mixture(NamedTuple):
         return int(np.argmax(self.weights))
 
     def pruned(self, near: float) -> "Mixture":
-        """The mixture without improbable hypotheses, and without those like a more probable one: current within `near`
-        (m/s), heading within 0.05 rad.
+        """The mixture without improbable hypotheses and without those near a more probable one: within `near` (m/s) of
+        its current and 0.05 rad of its heading.
         """
         top = self.weights.max()
         kept: list[int] = []
@@ -62,13 +62,13 @@ class Mixture(NamedTuple):
         return Mixture(self.states[kept], self.covariances[kept], weights)
 
     def heading_std(self) -> float:
-        """1σ of the heading (rad) of all hypotheses about the best one's."""
+        """1σ (rad) of the heading of all hypotheses about the heading of the best one."""
         share = np.exp(self.weights)
         apart = np.array([wrap(each - self.states[self.best, HEADING]) for each in self.states[:, HEADING]])
         return math.sqrt(float(np.sum(share * (self.covariances[:, HEADING, HEADING] + apart**2))))
 
     def current_std(self) -> float:
-        """1σ in the direction in which the current is known least, that of all hypotheses about the best one's."""
+        """1σ (m/s) of the current of all hypotheses about that of the best one, in its least certain direction."""
         share = np.exp(self.weights)
         apart = self.states[:, CURRENT_N : CURRENT_E + 1] - self.states[self.best, CURRENT_N : CURRENT_E + 1]
         within = self.covariances[:, CURRENT_N : CURRENT_E + 1, CURRENT_N : CURRENT_E + 1]
@@ -88,7 +88,7 @@ def over_ground(x: Floats) -> tuple[float, float]:
 
 
 def estimate_of(x: Floats, p: Floats, heading_std: float, current_std: float, age: float, pivot: float) -> Estimate:
-    """The estimate that a state and its covariance give, `age` s behind the fix, of a boat's `pivot` (m)."""
+    """The estimate of a state and its covariance, `age` s after the fix; pivot: see `Response`."""
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
     u, rate = x[WATER_SPEED], x[YAW_RATE]
     north, east, along, across = velocity_of(x, p, pivot)

@@ -1,23 +1,24 @@
 """Motion of a boat whose orders are known: through the water along its bow, carried by a current.
 
-States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c ρ]: position (m), current (m/s), speed through the
-water along the bow (m/s), heading of the bow (rad), its rate (rad/s), gain of the response to orders (1: as declared),
-bias of the rate and what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant
-over the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of
-the gyro (rad/s) and deviation of the compass (rad); share of the current that the speed's loop makes up. The rate
-answers an ordered rate u by
-τ T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ: Nomoto's first-order model with Norrbin's damping
-(Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3);
-d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of the speed. The moment of the wind,
-and of the leeway that it makes, keeps its direction in the earth, so that what one leg shows of it holds on the next.
-A vehicle's own yaw-rate loop may have an integral i, which makes up what the rate lacks: ḃ = i (u − r), so that what a
-turn has left in it turns the boat beyond the turn's end; the bias is as uncertain as the integral.
-So the uncertainty of the rate grows in an ordered turn as far as the response is uncertain, and not between turns. The
-speed tends to k times an ordered one, less ρ times the current along the bow: a loop that holds the speed over ground
-has ρ = 1, one that holds the throttle 0. A hull that turns keeps its motion until the water turns it, v̇ = −v/s − U_r r:
-in a turn the boat slips outwards by s U_r r. The position is that of the pivot point, which moves along the bow but for
-that sway, as the receiver gives it: it wanders with what of the receiver's error is slower than the slow error. The
-deviation of the compass changes with the heading. A covariance is kept whole.
+States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c ρ]: position (m); current (m/s); speed through the
+water along the bow (m/s); heading of the bow (rad); yaw rate (rad/s); gain of its response to orders (1: as declared);
+bias of the yaw rate, and what the wind adds to it (rad/s); linear damping minus the declared one; time constant over
+the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of the
+gyro (rad/s); deviation of the compass (rad); share of the current that the vehicle's own speed loop compensates.
+
+The yaw rate answers an ordered rate u by Nomoto's first-order model with Norrbin's damping (Fossen, Handbook of Marine
+Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3), with d = d_0 − m U_r²:
+τ T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ.
+The Munk moment of a slender hull grows with the square of the speed, hence m. The moment of wind and leeway keeps its
+direction in the earth: its estimate from one leg holds on the next. A vehicle's own yaw-rate loop may have an integral
+i, which compensates errors of the rate: ḃ = i (u − r). After a turn it turns the boat on. The bias is as uncertain as
+the integral. The rate becomes more uncertain in an ordered turn, as the response is uncertain, and not between turns.
+
+The speed tends to k times an ordered one, minus ρ times the current along the bow. For a loop that holds the speed over
+ground ρ is 1, for one that holds the throttle 0. In a turn, a hull keeps its motion until the water turns it,
+v̇ = −v/s − U_r r: the boat slips outwards by s U_r r. The position is that of the pivot point, whose only motion across
+the bow is this sway. It includes errors of the receiver that are slower than the slow error. The deviation of the
+compass changes with the heading. Covariances are full matrices, not upper triangles.
 """
 
 import math
@@ -51,21 +52,21 @@ STATES = 21
     MADE_UP,
 ) = range(STATES)
 _LONGEST_STEP = 0.25
-"""s of one step, and share of the response's time constant that it may have in addition. Chosen: at 15°/s a
-boat turns by 4° in a step."""
+"""Longest step of a prediction, s. A vessel with a time constant above 5 s gets longer steps, see `steps_of`. Chosen:
+at 15 °/s a boat turns by 4° in a step."""
 HELM_TIME = 2.0
-"""s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process. Chosen: a
-helmsman's turn lasts some seconds."""
+"""Time constant, s, of the yaw rate under unknown orders, a first-order Gauss–Markov process. Chosen: a helmsman's turn
+lasts some seconds."""
 ERROR_TIME = 5.0
-"""s, time constant of the receiver's slow error: two receivers of one boat drift apart by 0.05 m in 1 s
-and 0.25 m in 10 s. Chosen between the two."""
+"""Time constant, s, of the receiver's slow error. Chosen between 1 and 10 s: two receivers of one boat drift apart by
+0.05 m in 1 s and by 0.25 m in 10 s."""
 LEAST_SLIP = 1e-3
-"""s: with a shorter time constant the boat has no sway."""
+"""Time constant of the sway, s, below which the boat has no sway."""
 
 
 @lean_kernel
 def yaw_bias(x: Floats) -> float:
-    """The yaw rate (rad/s) that a boat settles at without an order: its own and the wind's, at unit damping."""
+    """The steady yaw rate (rad/s) without an order, at unit damping: the bias plus the part that the wind adds."""
     return x[BIAS] + x[WIND_E] * math.cos(x[HEADING]) - x[WIND_N] * math.sin(x[HEADING])
 
 
@@ -73,8 +74,8 @@ def yaw_bias(x: Floats) -> float:
 def responding(
     x: Floats, order: float, response: Response, dt: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """What becomes in dt of a unit of the rate, as (rate, angle), and of a unit of order; the order with all that adds
-    to it; and what a unit of the relative time constant changes, as (rate, angle).
+    """Seven numbers of a step of dt: (rate, angle) after it for a unit of rate; (rate, angle) for a unit of order; the
+    order plus all that adds to it; and the change of (rate, angle) for a unit of the relative time constant.
     """
     if not math.isfinite(order):
         left = math.exp(-dt / HELM_TIME)
@@ -97,7 +98,7 @@ def responding(
 
 @lean_kernel
 def move(x: Floats, order: float, speed: float, response: Response, dt: float) -> None:
-    """The state after a short dt under an ordered yaw rate and speed; NaN for one that is not known."""
+    """Advance the state by a short dt, in place, under an ordered yaw rate and speed; NaN for an unknown order."""
     left, angle_left, to_rate, to_angle, steady, _, _ = responding(x, order, response, dt)
     turned = x[YAW_RATE] * angle_left + steady * to_angle
     mean = x[HEADING] + 0.5 * turned
@@ -126,7 +127,7 @@ def move(x: Floats, order: float, speed: float, response: Response, dt: float) -
 
 @lean_kernel
 def along(x: Floats) -> float:
-    """The current along the bow."""
+    """The component of the current along the bow, m/s."""
     return x[CURRENT_N] * math.cos(x[HEADING]) + x[CURRENT_E] * math.sin(x[HEADING])
 
 
@@ -140,14 +141,14 @@ def fastest_of(x: Floats, response: Response) -> float:
 
 @lean_kernel
 def steps_of(response: Response, dt: float) -> int:
-    """As many steps as keep each short: in `_LONGEST_STEP`, of a slow vessel in a share of its time constant."""
+    """Number of steps for dt: each at most `_LONGEST_STEP`, or a twentieth of the time constant if that is longer."""
     longest = _LONGEST_STEP * max(1.0, 0.2 * response.time)
     return max(1, math.ceil(dt / longest - 1e-9))
 
 
 @lean_kernel
 def in_force(orders: Floats, k: int, now: float, stop: float) -> tuple[int, float]:
-    """The order in force now, of `orders` as of `predict_bank` and from the k-th on, and the time until which it is."""
+    """(index of the order in force at `now`, k or later, and until when it holds); orders: see `predict_bank`."""
     while k + 1 < len(orders) and orders[k + 1, 0] <= now:
         k += 1
     return k, min(stop, orders[k + 1, 0]) if k + 1 < len(orders) else stop
@@ -155,7 +156,7 @@ def in_force(orders: Floats, k: int, now: float, stop: float) -> tuple[int, floa
 
 @kernel
 def moved_by_orders(x: Floats, orders: Floats, response: Response, start: float, stop: float) -> Floats:
-    """One state (21,) from time start to stop under orders as of `predict_bank`."""
+    """One state (21,) predicted from time start to stop under these orders, see `predict_bank`."""
     after = x.copy()
     k = 0
     now = start

@@ -9,10 +9,10 @@ from steerway.estimation.steering.filter import SteeringFilter
 
 
 class SteeringEstimator:
-    """Measurements in, estimate out; `order` after each step tells what was ordered.
+    """The steering filter as an `Estimator`. Call `order` after each step.
 
-    gain: yaw rate (rad/s) that the boat settles at for a unit of the autopilot's output. slow_std: 1σ (m) of the
-    receiver's slow error, see `core.slow_error`.
+    gain: steady yaw rate (rad/s) for one unit of the autopilot's output. slow_std: 1σ (m) of the receiver's slow error,
+    see `core.slow_error`.
     """
 
     def __init__(self, filter: SteeringFilter, gain: float = 1.0, slow_std: float = USUAL_STD):
@@ -38,5 +38,5 @@ class SteeringEstimator:
         return estimate._replace(position_std=math.hypot(estimate.position_relative_std, self._slow_std))
 
     def order(self, yaw: float, speed: float) -> None:
-        """What the actuators made of the autopilot's output, and the ordered speed through the water (m/s, or NaN)."""
+        """Set the applied output of the autopilot, and the ordered speed through the water (m/s, or NaN)."""
         self.filter.order(self._now, self._gain * yaw, speed)

@@ -42,23 +42,24 @@ from steerway.estimation.steering.motion import (
 from steerway.estimation.steering.response import Response
 
 _IDENTIFIED, _TIMES = 300.0, 100.0
-"""s, and time constants of the yaw rate, in which the response may drift by their first deviations; the bias in
-ten times that. Chosen."""
+"""Time in which gain, damping and time constant may drift by their 1σ at the start: the longer of this many s and this
+many time constants of the yaw rate. The bias takes ten times as long. The values are chosen."""
 _IN_TURN = 0.2
-"""1σ of the yaw rate beside its response in a turn, in shares of the rate and of `time_std`: 0 for a boat without a
-yaw-rate loop of its own. Chosen: in corners of 120° to 150° a boat whose motor had little thrust turned by 3 to 7 °/s
-less than estimated, and left the corner by 0.2 m more."""
+"""1σ of the yaw rate about its response in a turn, as a share of the rate times `time_std`. For a boat without a
+yaw-rate loop of its own this is 0. Chosen: in corners of 120° to 150° a boat whose motor had little thrust turned by 3
+to 7 °/s less than estimated, and left the corner by 0.2 m more."""
 _BEHIND = 1.0
-"""s by which a vehicle's yaw rate lags its order. The integral of its own yaw-rate loop may be absent or twice as large
-as declared; what it adds in this time is uncertain. Chosen: four times as long gains nothing."""
+"""Time, s, by which a vehicle's yaw rate lags its order. What the integral of its own yaw-rate loop adds in this time
+is uncertain: the integral may be absent or twice as large as declared. Chosen: four times as long gains nothing."""
 DEVIATION_STD = math.radians(10.0)
-"""rad of a compass, 1σ. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""
+"""1σ of the deviation of a compass, rad. Chosen: equal to that of the crab angle in `estimation.vessel.aids.TABLE`."""
 _DEVIATES = 1.0
-"""rad of heading by which a deviation is another, a factor of e. Chosen: cards have terms of one circle and of two."""
+"""Change of heading, rad, over which the correlation of a deviation falls by a factor of e. Chosen: deviation cards
+have terms in ψ and in 2ψ."""
 _GYRO_WALK = math.radians(0.01)
-"""Random walk of the bias of a gyro, rad/s per √s. Chosen."""
+"""Random walk of the bias of a gyro, rad/s per √s. The value is chosen."""
 _UNLIKE = 0.2
-"""Share of the sway that is not as modelled. Chosen."""
+"""1σ of the error of the modelled sway, as a share of it. The value is chosen."""
 
 
 @lean_kernel
@@ -73,9 +74,7 @@ def predict(
     f: Floats,
     work: Floats,
 ) -> None:
-    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (21,
-    21) of scratch.
-    """
+    """Predict by a short dt, in place. wander: variance of the slow error, m². f and work: workspace (21, 21)."""
     known = math.isfinite(order)
     left, angle_left, to_rate, to_angle, steady, slower_rate, slower_angle = responding(x, order, response, dt)
     rate, water, sway = x[YAW_RATE], x[WATER_SPEED], x[SWAY]
@@ -126,8 +125,8 @@ def predict(
 
 @lean_kernel
 def _slide(x: Floats, f: Floats, water: float, sway: float, turned: float, c: float, s: float, dt: float) -> None:
-    """Rows of F of the sway and the position, those of the heading being complete; x after the step of dt, speeds
-    before it; c and s of the mean heading.
+    """Fill the rows of F for sway and position; the row of the heading is complete. x is the state after the step of
+    dt, the speeds are those before it, and c and s are cosine and sine of the mean heading.
     """
     slips = max(x[SLIP], LEAST_SLIP)
     kept = math.exp(-dt / slips)
@@ -181,20 +180,20 @@ def _is_own(f: Floats, i: int) -> bool:
 
 @lean_kernel
 def rate_density(known: bool, response: Response) -> float:
-    """Spectral density of what moves the yaw rate beside a known order, or without one, rad²/s³."""
+    """Spectral density (rad²/s³) of the noise of the yaw rate, under a known order or without one."""
     aside = (response.wander if known else response.manual) * response.rate
     return 2.0 * aside * aside / (max(response.time, 0.3) if known else HELM_TIME)
 
 
 @lean_kernel
 def _identified(response: Response) -> float:
-    """s in which gain, damping and time constant may drift by their first deviations."""
+    """Time (s) in which gain, damping and time constant may drift by their 1σ at the start."""
     return max(_IDENTIFIED, _TIMES * response.time)
 
 
 @lean_kernel
 def bias_density(response: Response) -> float:
-    """Spectral density of the drift of the rate's bias and of the wind's part of it, rad²/s³."""
+    """Spectral density (rad²/s³) of the drift of the yaw rate's bias, and of the part that the wind adds to it."""
     return (response.bias_std * response.rate) ** 2 / (10.0 * _identified(response))
 
 
@@ -210,7 +209,7 @@ def _add_noise(
     p[YAW_RATE, YAW_RATE] += q * dt
     p[HEADING, YAW_RATE] += 0.5 * q * dt * dt
     p[YAW_RATE, HEADING] = p[HEADING, YAW_RATE]
-    # In a turn the boat loses speed and slips sideways, which neither lasts.
+    # In a turn the boat loses speed and slips sideways; neither lasts.
     turning, speed_time = min(1.0, abs(x[YAW_RATE]) / rate), response.speed_time
     unsteady = response.speed_noise * response.speed * (1.0 if has_speed else 2.0)
     slip = response.slip * x[WATER_SPEED] * turning
@@ -229,7 +228,7 @@ def _add_noise(
         p[BIAS, BIAS] += dt * _BEHIND * added * added
     for k in (BIAS, WIND_N, WIND_E):
         p[k, k] += dt * bias_density(response)
-    # A receiver that wanders in seconds wanders in minutes too: by the same density.
+    # A receiver's error that wanders within seconds also wanders within minutes, with the same density.
     for k in (NORTH, EAST):
         p[k, k] += wander * 2.0 * dt / ERROR_TIME
     for k in (ERROR_N, ERROR_E):
@@ -238,7 +237,7 @@ def _add_noise(
 
 @lean_kernel
 def _add_slip_and_instruments(x: Floats, p: Floats, turned: float, response: Response, dt: float) -> None:
-    """Noise of the sway and its time, of the bias of the gyro, and of the deviation in a turn of this angle."""
+    """Add the noise of the sway, its time constant and the gyro's bias, and of the deviation after this turn (rad)."""
     slips = x[SLIP]
     if slips > LEAST_SLIP:
         unlike = _UNLIKE * slips * x[WATER_SPEED] * turned / dt
@@ -265,7 +264,7 @@ def predict_bank(
 ) -> None:
     """All states (m, 21) and covariances (m, 21, 21) from time start to stop, in place.
 
-    orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
+    orders: (k, 3), rows of time, and the yaw rate and speed in force from then on. The first also holds before.
     """
     f, work = np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
     k = 0

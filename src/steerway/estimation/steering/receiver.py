@@ -1,7 +1,7 @@
 """The errors of a receiver from its fixes alone: white noise, and a slow error that wanders in seconds.
 
-White noise is what third differences show, in which the boat's motion is small; the slow error is what is left beside
-it of the fixes around a smooth path of `_PATH` s.
+White noise is estimated from third differences, in which the boat's motion is small. The slow error is the part of the
+residuals about a smooth path of `_PATH` s that white noise does not explain.
 """
 
 import math
@@ -11,28 +11,29 @@ from collections.abc import Collection
 import numpy as np
 
 _KEPT, _LEAST = 200, 12
-"""Third differences of which the median is taken, and how many there have to be. Chosen: the noise is then
-known to 5 and 21 % at best, 1/(2 ln 2 √n)."""
+"""Number of third differences of which the median is taken, and the least number. Chosen: the noise is then known to 5
+and 21 % at best, 1/(2 ln 2 √n)."""
 _REGULAR = 0.2
-"""Relative difference of intervals above which fixes are not evenly spaced. Chosen: one lost fix is 1."""
+"""Relative difference of intervals above which fixes are unevenly spaced. Chosen: one lost fix is a difference of 1."""
 _SPREAD = 20.0 * 2.0 * math.log(2.0)
-"""Median of the squared third difference of two axes over the variance: Σ of the binomials' squares, times that of
-χ²₂.
+"""Ratio of the median of the squared third difference, summed over two axes, to the variance of the white noise: the
+sum of the squared binomial coefficients, 20, times the median of χ²₂.
 """
 _PATH, _EVERY, _PATHS = 10.0, 2.0, 15
-"""s of a path, a parabola in either axis; s between two; how many are kept. Chosen: of 38 s most
-are straight."""
+"""Length of a path, s, which is a parabola in either axis; time between two paths, s; and number of paths kept. Chosen:
+most stretches of 38 s are straight."""
 _SURE = 1.2
-"""Ratio to the white noise above which there is a slow error: of 30 records of 60 s of white noise alone 1 at 1 Hz and
-none at 5 Hz shows one; with a factor of 1, 14 and 12 do."""
+"""Ratio of the residuals to the white noise above which there is a slow error. In 30 records of 60 s of white noise
+alone, 1 at 1 Hz and none at 5 Hz shows a slow error; with a ratio of 1, 14 and 12 do."""
 _LEFT = 0.3
-"""Share of the variance of a slow error that such a path leaves. Chosen: of a first-order Gauss-Markov process of 5 s
-it is 0.23 with fixes at 1 Hz, 0.17 at 10 Hz (trace of residual projection times covariance), so that `slow` is low:
-0.6 of 0.25 m beside white noise of 0.05 m at 5 Hz, 0.3 at 1 Hz (median of 30 records of 60 s; 0.74, 0.34 with 0.2)."""
+"""Share of the variance of a slow error that remains in the residuals. For a first-order Gauss–Markov process of 5 s it
+is 0.23 with fixes at 1 Hz and 0.17 at 10 Hz (trace of residual projection times covariance). Chosen above both, so that
+`slow` is low: for 0.25 m beside white noise of 0.05 m it is 0.6 of the true value at 5 Hz and 0.3 at 1 Hz (median of 30
+records of 60 s); with a share of 0.2 it is 0.74 and 0.34."""
 
 
 class ReceiverNoise:
-    """`add` fixes; `white` and `slow` are 1σ of one axis, m, NaN before there are enough."""
+    """Estimates `white` and `slow` of white noise and slow error: 1σ of one axis, m, NaN until fixes are enough."""
 
     def __init__(self) -> None:
         self.white = self.slow = math.nan
@@ -42,7 +43,7 @@ class ReceiverNoise:
         self._next_path = -math.inf
 
     def add(self, time: float, north: float, east: float) -> None:
-        """A fix: s, m."""
+        """Add a fix: time (s), position (m)."""
         if self._fixes and not 0.0 < time - self._fixes[-1][0] < _PATH:
             self._fixes.clear()
         self._fixes.append((time, north, east))

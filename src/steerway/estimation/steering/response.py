@@ -4,19 +4,18 @@ from typing import NamedTuple
 
 
 class Response(NamedTuple):
-    """The response of a boat to orders, and how uncertain it is; SI, rad. Deviations are 1σ.
+    """The response of a boat to orders, and how uncertain it is; SI, rad. Every `_std` is 1σ.
 
-    time T (s), linear d_0, munk m (s²/m²) and quadratic n (s/rad) of the yaw rate; rate: the largest that is ordered;
-    speed: usual through the water, top_speed the largest; speed_time: its time constant, s; wander: of the yaw rate
-    beside the response, as a share of `rate`; wind_std: of what the wind adds to the bias, north and east, as a share
-    of `rate`; current: of its components at the start, in shares of the speed, and current_noise, spectral density of
-    its changes, m²/s³; speed_noise: 1σ of the speed through the water beside its
-    response, and speed_gain_std of that, in shares; slip: lost share of the speed in a turn at `rate`; manual: yaw
-    rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
-    the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
-    moves along the bow, in a turn too, lies ahead of the one whose position is measured; time_std: of T, and of
-    what an ordered speed is beyond the largest, as a share; integral i (1/s): of the vehicle's own yaw-rate loop;
-    slip_time and slip_std: of the sway, s.
+    Yaw rate: `time` T (s), `linear` d_0, `munk` m (s²/m²), `quadratic` n (s/rad) and `integral` i (1/s) as in `motion`;
+    `rate`: the largest ordered one; `wander`: 1σ about the response; `bias_std`: of its bias; `wind_std`: of what the
+    wind adds to the bias, north and east; `manual`: 1σ under an unknown helmsman. These four are shares of `rate`.
+    Speed through the water: `speed`: the usual one, and `top_speed`: the largest; `speed_time`: its time constant (s);
+    `speed_noise`: 1σ about the response, as a share of `speed`; `slip`: share of it that is lost in a turn at `rate`.
+    `over_ground`: whether an ordered speed is one over ground along the bow, as for vehicles with a speed loop of
+    their own. `time_std`: of T, and of an ordered speed above the largest, both as shares.
+    Current: `current`: 1σ of its components at the start, as a share of `speed`; `current_noise`: spectral density of
+    its changes (m²/s³). Sway: `slip_time`: its time constant (s), with `slip_std`.
+    `pivot`: distance (m) from the point whose position is measured forward to the point that moves along the bow.
     """
 
     time: float

@@ -1,4 +1,4 @@
-"""The first hypotheses: what current and which heading the first fixes may mean."""
+"""The first hypotheses: currents and headings that are consistent with the first fixes."""
 
 import math
 from collections.abc import Sequence
@@ -34,20 +34,22 @@ from steerway.estimation.steering.response import Response
 
 _DIRECTIONS = 8
 _SHARES = 0.45, 0.9
-"""Directions of currents that are tried, or headings at rest, and sizes in shares of the usual speed. Chosen: a heading
-has half of the distance between two directions for its 1σ."""
+"""Number of directions that are tried, for currents and for headings at rest; and sizes of the currents, as shares of
+the usual speed. Chosen: the 1σ of a heading is half the spacing of the directions."""
 _MOVING, _SLOW = 4.0, 0.15
-"""Standard deviations, and share of the usual speed, from which on a velocity may be one through the water.
-Chosen: the deviations are as of `course.steerageway.COURSE_GAINED`."""
+"""A boat counts as moving if its velocity over ground exceeds both this many of its σ and this share of the usual
+speed. Chosen: the number of σ is that of `course.steerageway.COURSE_GAINED`."""
 _REST_STD, _CURRENT_STD = 0.05, 0.1
-"""1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
-speed. Chosen: where 0, 0.1 or 0.2 m/s of a drift of 1 m/s was wind, a boat of 2 m/s finds the current to 0.12, 0.12 and
-0.13 m/s RMS 5 s after it departs, all within 2σ; with half of it to 0.10, 0.11 and 0.14, 92 %.
+"""For a boat at rest: 1σ of its speed through the water, and 1σ of the difference between current and drift, as shares
+of the usual speed. Chosen for a boat of 2 m/s that drifts at 1 m/s, of which 0, 0.1 or 0.2 m/s is due to wind. 5 s
+after it departs, the error of the current is 0.12, 0.12 and 0.13 m/s RMS, always within 2σ. With half of both values,
+it is 0.10, 0.11 and 0.14 m/s, 92 % within 2σ.
 """
 _GYRO_STD = math.radians(0.3)
-"""rad/s of the bias of a gyro. Chosen: vehicles calibrate theirs at the start."""
+"""1σ of the bias of a gyro at the start, rad/s. Chosen: vehicles calibrate their gyros when they are switched on."""
 _MADE_UP_STD = 0.5
-"""1σ of the share of the current that a vehicle's own speed loop makes up. Chosen: some hold their throttle."""
+"""1σ, at the start, of the share of the current that a vehicle's own speed loop compensates. Chosen: some vehicles hold
+their throttle, which compensates nothing."""
 _DRIFTS, _STANDS = 1.0, 3.0
 """Costs (−log probability) of a boat that moves with the current alone, and of one that stands still over ground by
 stemming it. Chosen: weights of 0.37 and 0.05."""
@@ -78,15 +80,15 @@ def hypotheses(
 ) -> tuple[Floats, Floats, Floats]:
     """(states (m, 21), covariances (m, 21, 21), log weights (m,)) for a first position (m) and velocity (m/s).
 
-    A moving boat: for currents of all directions the motion through the water that is left. A boat at rest in the
-    water: any heading. `way`: 1σ of the speed through the water (m/s) of a boat whose motor idles, which is then known
-    to be at rest in the water: its drift is the current. See `drifting`. is_driven: whether the motor drives the boat,
-    which is then hardly at rest. changes: 1σ of the change of the velocity since the fixes that gave it, m/s.
+    For a moving boat there is one hypothesis for each current; the rest of the velocity is motion through the water.
+    For a boat at rest in the water there is one for each heading. way: 1σ of the remaining speed through the water
+    (m/s) if the motor idles, see `drifting`; the drift is then the current. is_driven: whether the motor drives the
+    boat, which is then hardly at rest. changes: 1σ of the change of velocity since its fixes, m/s.
     """
     directions = [math.tau * k / _DIRECTIONS for k in range(_DIRECTIONS)]
     moving = math.hypot(*velocity) > max(_MOVING * velocity_std, _SLOW * response.speed)
     velocity_std = math.hypot(velocity_std, changes)
-    # At rest in the water: the current is what is seen.
+    # At rest in the water, the current is the velocity over ground.
     rests = _STANDS if is_driven else _DRIFTS if moving else 0.0
     found = [((velocity[0], velocity[1]), 0.0, a, rests) for a in directions]
     stands = 0.0 if moving or is_driven else _STANDS
@@ -114,8 +116,8 @@ def hypotheses(
 
 
 def drifting(states: Floats, covariances: Floats, way: float) -> None:
-    """States (m, 21) and covariances (m, 21, 21), in place, of a boat whose motor idles: what is left of its speed
-    through the water is 0 but for a 1σ of `way` (m/s), and its velocity over ground the current.
+    """Set the speed through the water of a boat whose motor idles to 0, with a 1σ of `way` (m/s). States (m, 21) and
+    covariances (m, 21, 21) are changed in place.
     """
     for k in (WATER_SPEED, SWAY):
         states[:, k] = covariances[:, k] = covariances[..., k] = 0.0
@@ -123,7 +125,7 @@ def drifting(states: Floats, covariances: Floats, way: float) -> None:
 
 
 def departing(covariances: Floats, response: Response) -> None:
-    """Covariances (m, 21, 21), in place, of a boat that no longer drifts: how far its drift was wind is uncertain."""
+    """Widen the covariances (m, 21, 21), in place, when a drift ends: an unknown part of the drift was due to wind."""
     for k in (CURRENT_N, CURRENT_E):
         covariances[:, k, k] += (_CURRENT_STD * response.speed) ** 2
     covariances[:, WATER_SPEED, WATER_SPEED] += (_REST_STD * response.speed) ** 2
@@ -142,7 +144,7 @@ def forget_speed_gain(states: Floats, covariances: Floats, response: Response) -
 def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf) -> tuple[Floats, Floats, Floats]:
     """(states, covariances, log weights) as of `hypotheses`, for a state (21,) and covariance (20, 21) at rest.
 
-    Its velocity over ground becomes the current, in a drift it is that; what is known of its response is kept.
+    The velocity over ground becomes the current, unless the boat drifts already. The response stays as estimated.
     """
     drifts = math.isfinite(way)
     c, s, u = math.cos(x[HEADING]), math.sin(x[HEADING]), 0.0 if drifts else x[WATER_SPEED]
@@ -168,12 +170,12 @@ def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf)
 
 
 def _at_rest(response: Response, way: float) -> tuple[float, float]:
-    """1σ of the current beside the velocity over ground, and of the speed through the water, m/s."""
+    """For a boat at rest: 1σ of current minus velocity over ground, and of the speed through the water, m/s."""
     return (0.0, way) if math.isfinite(way) else (_CURRENT_STD * response.speed, _REST_STD * response.speed)
 
 
 def _spread(x: Floats, p: Floats, place_std: float, velocity_std: float, response: Response, way: float) -> None:
-    """Current and motion through the water are uncertain, less so their sum."""
+    """Fill a first covariance: current and motion through the water are uncertain, their sum is less so."""
     speed, c, s = x[WATER_SPEED], math.cos(x[HEADING]), math.sin(x[HEADING])
     for k in (NORTH, EAST):
         p[k, k] = place_std**2

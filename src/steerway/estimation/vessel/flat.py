@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from steerway.estimation.vessel.profile import Profile
 
 FOLLOWED_AFTER = 2.0
-"""s for which fixes that agree on another place are rejected: a jump of one second is not a step of the receiver."""
+"""Time, s, for which fixes that agree on another place are rejected: a jump of one second is no step of the
+receiver."""
 _LARGEST_START_RATE = math.radians(20.0)
 """Largest 1σ (rad/s) of the course rate at the start: a small craft in a hard turn."""
 _AGES, _AGES_SMOOTHED = (0.8,), (0.8, 0.3, 0.1)
@@ -29,8 +30,8 @@ which the rest of the turn dies away. A smoother sees a course from both sides, 
 more: held courses then err by 14 % more at 2.5 m of noise, and by 4 % more at 0.5 m. Ages of turns improve nothing.
 Judged by `steerway study estimator-limits`."""
 _LEAST_SHARE_SMOOTHED = 0.3
-"""Replaces `bank.LEAST_SHARE` in a smoother; 0.001 raises errors of held courses by 20 % at 2.5 m of noise, 10 % at 0.5
-m."""
+"""Replaces `bank.LEAST_SHARE`, 0.001, in a smoother. With 0.001, held courses err by 20 % more at 2.5 m of noise and by
+10 % more at 0.5 m."""
 
 
 class WeighedModel(NamedTuple):

@@ -30,8 +30,8 @@ WIDEST_INTERVAL = 10.0
 """Ratio of the ends of a 95 % interval above which a number is not determined, not even its order of magnitude."""
 _NOISES = tuple(0.025 * 2.0 ** (0.5 * k) for k in range(17))
 """White noise (m) of the prior's receivers, equally probable: from RTK to a receiver under trees, in factors of √2.
-With factors of two an Otter's SOG errs up to 1.7 times as much, because a noise set to 0.8 of its value makes fixes
-look like emergencies. With factors of four it errs 2.4 times as much."""
+With factors of 2, an Otter's SOG errs up to 1.7 times as much, because fixes look like emergencies if the noise is set
+to 0.8 of its value. With factors of 4, it errs 2.4 times as much."""
 _SUM = 1e-6
 """Largest error of the sum of weights, which may be written by hand with six digits."""
 
@@ -84,7 +84,7 @@ class InferredProfile(ProfileFile):
 
     name: str = "inferred"
     steerageway: float = positive_number(STEERAGEWAY)
-    """m/s, below which no course is stated."""
+    """Speed, m/s, below which no course is output."""
     structures: tuple[WeighedStructure, ...] = Field(min_length=1)
 
     recognises: ClassVar[bool] = True

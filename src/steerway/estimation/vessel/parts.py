@@ -29,11 +29,12 @@ _SHORTEST_WAVE = 2.0
 """Shortest period (s) of waves in a fit: shorter ones, under 6 m long (g T²/2π), move no vessel to and fro."""
 _WAVE = 3.0
 """Shortest period (s) of a line across the track from which the fit of yaw starts; without one it starts from
-`UNKNOWN_PERIODS`. Faster lines are tried as roll of the antenna. With all lines, a roll of 2.5 s is fitted as yaw, with
-1,100 less of log evidence. Surge starts from all lines above `_SHORTEST_WAVE`, strokes of oars included."""
+`UNKNOWN_PERIODS`. Faster lines are tried as roll of the antenna. If yaw starts from all lines, a roll of 2.5 s is
+fitted as yaw, and the log evidence is 1,100 lower. Surge starts from all lines above `_SHORTEST_WAVE`, even strokes of
+oars."""
 _SHORTEST_STAY = 2.5
-"""Least mean time between steps of a receiver's error, in shortest periods that fixes resolve: five intervals. Steps
-that are more frequent are noise. In recorded logs with steps this time is 9 to 100 intervals."""
+"""Least mean time between steps of a receiver's error, as a multiple of the shortest period that fixes resolve: five
+intervals. Steps that are more frequent are noise. In recorded logs with steps this time is 9 to 100 intervals."""
 _SEEN = 0.3
 """Least step of a receiver's error, in last digits of a written fix; a smaller step hardly shows. With no limit,
 smoothed SOG of a track ten digits long errs by a sixth, well beyond its σ. With 0.1, SOG of drifting boats errs twice
@@ -99,7 +100,7 @@ class Part(NamedTuple):
     """Part without which this one is not tried."""
 
     def resolved(self, shortest: float) -> bool:
-        """Whether fixes resolving periods above `shortest` (s) resolve this part's at two prior σ above the medians."""
+        """Whether fixes resolve this part's periods at two prior σ above the medians. shortest: as in `Scales`."""
         longest = {name: prior.median * math.exp(2.0 * prior.deviation) for name, prior in self.priors.items()}
         return all(prior.periods * shortest < longest[name] for name, prior in self.priors.items())
 

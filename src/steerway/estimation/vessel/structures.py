@@ -18,8 +18,8 @@ START_PROBABILITY, START_RATE_STD = (0.55, 0.2, 0.15, 0.09, 0.01), 0.2
 """Probabilities of the modes at the start, and 1σ of the course rate, rad/s (two σ are 23 °/s). A fit leaves out the
 first rows (`fit.posterior`)."""
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
-"""Size of accelerations in an emergency, m/s² (a planing craft that stops) and rad/s² (a small craft that spins), and
-its mean duration, s."""
+"""In an emergency: acceleration, m/s² (a planing craft that stops); yaw acceleration, rad/s² (a small craft that
+spins); and mean duration, s."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course: no preference."""
 STRAIGHT = 2.0

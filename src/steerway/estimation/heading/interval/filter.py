@@ -18,7 +18,7 @@ from steerway.estimation.heading.models import STATE_VARIANCE
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
 WIDEST = 1e6
-"""Bounds that are farther apart (deg) have diverged: 2,800 turns."""
+"""Width of the bounds, deg, above which they have diverged: 2,800 turns."""
 
 
 def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Floats:
@@ -48,7 +48,7 @@ class IntervalFilter:
 
     Args:
         box: (14, 2) from `box_of`.
-        parts: cut a1 and a2 into so many parts each; the bounds are the hull over all sub-boxes.
+        parts: number of parts into which each of a1 and a2 is cut; the bounds are the hull over all sub-boxes.
         vehicle_variance: of each vehicle state at the start.
 
     `low`, `high` bound the heading at the end of the last step. After `diverged` they are NaN, never clipped. Raises

@@ -42,7 +42,7 @@ Moves = tuple[tuple[Pair, Pair], tuple[Pair, Pair], tuple[Pair, Pair], tuple[Pai
 H1, H2, FIRST, SECOND = range(4)
 """The heading's two parts, the compass's two states."""
 GAMMA_1, GAMMA_2, SLOW, FAST = range(4)
-"""Coordinates: c1 = γ1 ψ + r e1 + q e2 and c2 = γ2 ψ + e1 + e2, with r and q at SLOW and FAST."""
+"""Indices of γ1, γ2, r and q in the coordinates: c1 = γ1 ψ + r e1 + q e2 and c2 = γ2 ψ + e1 + e2."""
 SETTLING = 400
 """Ticks after which the compass's covariance is steady: the TCM2's changes by a part in 10⁸ from tick 300 to 400."""
 

@@ -19,9 +19,9 @@ from steerway.core.errors import InputError
 from steerway.estimation.heading.model_bank import ModelBank, corners
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
-"""Time constants of the means, s; the networks shipped are trained on them."""
+"""Time constants of the means, s. The networks of this package were trained with them."""
 WEIGHTS = {"weight": "weight.npz", "innovations": "weight_innovations.npz", "correction": "correction.npz"}
-"""Networks shipped: of the weight; of the weight from innovations alone; of a correction of the nominal heading."""
+"""Networks: of the weight; of the weight by innovations alone; of a correction of the nominal heading."""
 
 
 def weighted(low: float, high: float, weight: float) -> float:
