@@ -20,7 +20,7 @@ _FINE = 0.1  # m, added to the resolution: a last digit far below this is no bet
 _FAST = 20.0  # Hz; a higher rate does not raise the score
 _SAMPLE = 500
 OWN_SHARE = 0.5
-"""Least share of its fixes with an instrument's value for which the source of the positions keeps its own values."""
+"""The source of the positions keeps its own values of an instrument if at least this share of its fixes has them."""
 
 
 @dataclass(frozen=True)

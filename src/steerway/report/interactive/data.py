@@ -15,7 +15,7 @@ from steerway.core.statistics import FIX_GATE
 from steerway.report.drawing import on_axis, thinned
 
 Column = tuple[np.ndarray, *tuple[Any, ...]]
-"""Values, name of their code, and its numbers."""
+"""A column: its values, the name of their code, and the numbers of this code."""
 MOST_ROWS = 60_000
 """A longer log is thinned evenly: two hours at 8 Hz are drawn row by row."""
 
@@ -125,7 +125,7 @@ def script_json(value: object) -> str:
 
 
 def _scale(latitude: float) -> tuple[float, float]:
-    """Units of the projection for a metre east and north: it is of a sphere, metres are on the ellipsoid."""
+    """Units of the projection (of a sphere) per metre east and north on the ellipsoid."""
     meridian, prime_vertical = radii(latitude)
     return SEMI_MAJOR_AXIS / (prime_vertical * math.cos(latitude)), SEMI_MAJOR_AXIS / (meridian * math.cos(latitude))
 
