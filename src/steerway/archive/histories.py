@@ -32,8 +32,8 @@ _DARK_SPEED, _DARK_DISTANCE = 1.0, 2000.0
 _TURN_RATE, _TURN_LEAST = math.radians(0.1), math.radians(45.0)
 _EXCURSION, _EXCURSION_TIME, _BACK = 500.0, 7200.0, 0.3
 """Distance (m), time (s) and ratio of a jump. A report is a jump if (1) the distances to it and back both exceed this
-distance, (2) to it and back takes at most this time, and (3) the reports before and after it are closer together than
-this ratio times the shorter distance."""
+distance, (2) the report before, the jump and the report after come within this time, and (3) the reports before and
+after it are closer together than this ratio times the shorter distance."""
 _LIMIT, _RUN = 4.0, 5
 """Combined σ above which a transmitted value is wrong; number of wrong reports in a row that make an event."""
 _SOG_STD, _SOG_MARGIN = 0.2, 0.5

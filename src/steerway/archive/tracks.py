@@ -66,7 +66,7 @@ latitude, because no radius of curvature exceeds 6400 km."""
 _CONFIRMING = 3
 """Number of reports that confirm a tentative track. Two are too few, because any two reports fit some velocity."""
 _AMONG = 2
-"""Reports assigned to other tracks in the meantime that make a confirmed track another ship."""
+"""A newly confirmed track is another ship if other tracks took at least this number of reports in the meantime."""
 _OTHER_HULL = 15.0
 """Added to the negative log-likelihood of a report whose hull size differs from the track's. Hulls are sent apart from
 positions and can be mixed up, so a different hull does not exclude a track."""
@@ -209,7 +209,8 @@ def begin(track: np.record, state: State, time: float, mobile: int, use: int) ->
 
 @called_kernel
 def vacant(vessel: np.record, tracks: np.ndarray) -> int:
-    """A slot for a new tentative track: a free one, else of the tentative, else confirmed, track silent longest."""
+    """A slot for a new tentative track: a free one; else that of the longest silent tentative track, else confirmed
+    track."""
     best, rank, last = -1, 4, math.inf
     for s in range(len(tracks)):
         use = int(tracks[s].use)

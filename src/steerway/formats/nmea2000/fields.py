@@ -124,4 +124,4 @@ MESSAGES = {
 }
 """Messages that are read, by PGN."""
 ANGLES = ("COG", "Heading")
-"""Fields in JSON whose size shows if its angles are in degrees or radians."""
+"""Fields in JSON whose values show whether the angles of the log are in degrees or radians."""

@@ -35,7 +35,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
     """The block: names, lengths and codes of the columns, and the base64 of their compressed bytes.
 
     Positions are relative to the first, times are steps, so that single precision is a millimetre and a millisecond.
-    Other columns are 16-bit steps, of their range or of the logarithm, finer than a line is wide.
+    Other columns are 16-bit counts of steps of their range, or of their logarithm; a step is finer than a line.
     """
     x, y = mercator(motion.latitude, motion.longitude)
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
