@@ -121,7 +121,7 @@ def tolerated_current(boat: Boat) -> float:
 
 
 def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, towards: float) -> SteeringLoop:
-    """The loop of a boat with the steering filter, on a northward leg; the current (m/s) sets `towards` (rad).
+    """The loop of a boat with the steering filter, on a northward leg; the current (m/s) flows to `towards` (rad).
 
     speed: desired speed over ground, m/s.
     """
