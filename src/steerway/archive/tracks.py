@@ -61,8 +61,8 @@ under way, for each class of intervals, the first of which is STEADY."""
 _REACH, _REACH_PER_SECOND = 300.0, 25.0
 """Reach of a ship: a distance (m), plus a speed (m/s) times the time since its last accepted report."""
 _NEAR = _REACH / 6.4e6
-"""Sum of the differences in latitude and longitude, rad. If it is smaller, points are less than `_REACH` apart at any
-latitude, because no radius of curvature exceeds 6400 km."""
+"""Sum of the differences in latitude and longitude, rad. Below it, points are less than `_REACH` apart at any latitude,
+because no radius of curvature exceeds 6400 km."""
 _CONFIRMING = 3
 """Number of reports that confirm a tentative track. Two are too few, because any two reports fit some velocity."""
 _AMONG = 2

@@ -44,8 +44,7 @@ def evaluated(run: Run) -> np.ndarray:
 
 
 def numbers(run: Run, passages: Sequence[Passage] = ()) -> dict[str, float]:
-    """Results of a run by name; NaN if no row can be evaluated. Without an estimated heading, its results are
-    omitted."""
+    """Results of a run by name; NaN if no row can be evaluated. Results of an unestimated heading are omitted."""
     rows = evaluated(run)
     error = errors(run)
     cross = run["leg_cross_track"]

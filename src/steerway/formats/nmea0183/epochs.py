@@ -200,8 +200,7 @@ def _put(row: Floats, value: Floats, overrule: bool) -> None:
 
 @part_of_kernels
 def _make_true(value: Floats, memory: Floats) -> None:
-    """Make a magnetic heading true by the variation in its sentence, else by the last in RMC; else it stays
-    magnetic."""
+    """Make a magnetic heading true by the variation in its sentence, else in the last RMC; else it stays magnetic."""
     variation, source = value[field.VARIATION], OWN_VARIATION
     if math.isnan(variation):
         variation, source = memory[LAST_VARIATION], RMC_VARIATION
