@@ -2,7 +2,8 @@
 
 With the five-state filter this is the course loop of `control.bandwidth`. With the steering filter this is the linear
 loop on a leg: line of sight, reference model, heading controller, and the steady Kalman filter of the states across the
-leg. The loop is assessed for the boat's declared gain and damping, and with either or both off by the filter's 1σ.
+leg. The loop is assessed for the boat's declared gain and damping, and with either or both off by the filter's
+uncertainty.
 """
 
 import math
