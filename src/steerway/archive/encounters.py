@@ -16,15 +16,15 @@ from steerway.core.earth import NAUTICAL_MILE, radii
 from steerway.core.errors import InputError
 
 STEP = 60.0
-"""s between the times at which pairs are searched; between them, both vessels move at constant velocity."""
+"""Time from one search for pairs to the next, s. Both vessels are assumed to keep their velocity in between."""
 _LONGEST_INTERVAL = 600.0
-"""s; the longest interval between two estimates of a vessel in which its position is interpolated."""
+"""Longest interval between two estimates of a vessel in which its position is interpolated, s."""
 _APART_AGAIN = 900.0
-"""s that a pair must be farther apart than the distance before its next approach counts as a new encounter."""
+"""Time (s) for which a pair must be farther apart than the distance before its next approach is a new encounter."""
 _FASTEST = 30.0
-"""m/s (58 kn); encounters of faster vessels can be missed."""
+"""Highest speed that the search allows for, m/s (58 kn). Encounters of faster vessels can be missed."""
 _EARTH_RADIUS = 6.371e6
-"""m, mean (IUGG). Chords at this radius are at most 0.5 % shorter than distances on the ellipsoid."""
+"""Mean radius of the earth (IUGG), m. Its chords are at most 0.5 % shorter than distances on the ellipsoid."""
 _COLUMNS = ("mmsi", "track", "time_s", "lat_deg", "lon_deg", "sog_mps", "sog_std_mps", "position_std_m", "status")
 
 
@@ -146,7 +146,7 @@ def _approaches(
 
 
 def _std(columns: dict[str, np.ndarray], row: np.ndarray, after: np.ndarray, away: Floats) -> np.ndarray:
-    """1σ (m) of an interpolated position: the larger position σ, and speed σ times `away`, s to the nearer estimate."""
+    """1σ (m) of an interpolated position, from position and speed σ; `away`: time (s) to the nearer estimate."""
     position = np.maximum(columns["position_std_m"][row], columns["position_std_m"][after])
     return np.hypot(position, np.nan_to_num(columns["sog_std_mps"][row]) * away)
 

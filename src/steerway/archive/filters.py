@@ -46,7 +46,7 @@ _SLOTS, _SLOTS_PER_SECOND = 128, 7.0
 seconds, as in AIS, each get a slot of their own."""
 _LEAST_DENSITY = 1e-300
 _ANYWHERE = 1e10
-"""m², position variance of (100 km)²: farther than any report within reach."""
+"""Position variance, m². Its 1σ of 100 km is more than the distance of any report within reach."""
 _ALONE = np.ones(1)
 """Weights of one structure."""
 

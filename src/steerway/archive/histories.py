@@ -19,22 +19,23 @@ from steerway.core.records import OK, REJECTED
 
 EVENTS = ("jump", "moved", "another ship", "gap", "dark period", "turn", "speed", "course")
 """Kinds of events. `value`: for a jump, a move or another ship the distance (m) from the estimate or last position; for
-a gap or dark period the distance (m) between its ends; for a turn the angle (degrees, starboard positive); for the last
-two the largest difference, transmitted minus estimated (m/s or degrees)."""
+a gap or dark period the distance (m) between its ends; for a turn the angle (degrees, starboard positive); for a wrong
+speed or course the largest difference, transmitted minus estimated (m/s or degrees)."""
 _JUMP, _MOVED, _ANOTHER, _GAP, _DARK, _TURN, _SPEED, _COURSE = range(8)
 MODES = ("unknown", "stop", "trip")
 _UNKNOWN, _STOP, _TRIP = range(3)
 
 STOP_RADIUS, STOP_TIME = 250.0, 900.0
-"""m, s: a vessel that stays within the radius for the time has stopped."""
+"""Radius (m) and time (s) of a stop: a vessel that stays within the radius for this time has stopped."""
 _DARK_SPEED, _DARK_DISTANCE = 1.0, 2000.0
-"""m/s, m: a gap is a dark period if the vessel was faster before it, or is farther away after it."""
+"""Speed (m/s) and distance (m): a gap is dark if the vessel was faster before it, or is farther away after it."""
 _TURN_RATE, _TURN_LEAST = math.radians(0.1), math.radians(45.0)
 _EXCURSION, _EXCURSION_TIME, _BACK = 500.0, 7200.0, 0.3
-"""m, s, ratio: a report is a jump if the distances to it and back both exceed the first, within the second, and the
-reports before and after it are closer together than the third times the shorter distance."""
+"""Distance (m), time (s) and ratio of a jump. A report is a jump if (1) the distances to it and back both exceed this
+distance, (2) the report before, the jump and the report after come within this time, and (3) the reports before and
+after it are closer together than this ratio times the shorter distance."""
 _LIMIT, _RUN = 4.0, 5
-"""Combined σ above which a transmitted value is wrong, and the number of such reports in a row that make an event."""
+"""Combined σ above which a transmitted value is wrong; number of wrong reports in a row that make an event."""
 _SOG_STD, _SOG_MARGIN = 0.2, 0.5
 _COG_STD, _COG_MARGIN, _COG_LEAST_SPEED = math.radians(3.0), math.radians(5.0), 2.0
 

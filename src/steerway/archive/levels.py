@@ -23,7 +23,7 @@ PROFILES = ("ais", "ais-class-a", "ais-class-b")
 """Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
 
 _CHANGE_STD = 2.0
-"""m/s per axis, 1σ of the change of velocity by a manoeuvre since the last report."""
+"""1σ (m/s per axis) of the change of velocity that a manoeuvre may have made since the last report."""
 _RESTING = range(STEADY, LEVELS, 2)
 """Levels of a vessel at rest: speed_noise acts in all directions, at any speed."""
 _TURNING_AT_REST = 1e-5

@@ -26,11 +26,11 @@ from steerway.estimation.vessel.profile import Profile
 UNIT_ROWS = 400_000
 """Target number of rows per unit; below 200,000, reading and writing cost more than filtering."""
 _BYTES_A_ROW, _BYTES_A_WORKER = 700, 250e6
-"""Memory per row of a unit, and memory of an idle worker."""
+"""Memory per row of a unit, and memory of an idle worker, bytes."""
 Tell = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and the current step."""
 _MOST_LOSSES = 3
-"""Lost workers after which a unit is given up, with the later days of its bucket."""
+"""Number of lost workers after which a unit is given up, together with the later days of its bucket."""
 _AIDS = ("sog", "cog", "heading")
 _SETTINGS = ("version", "kernels", "buckets", "profiles", "aid", "smooth", "rate")
 

@@ -20,7 +20,7 @@ from steerway.formats.ais_tables import MOBILES
 
 UNFINISHED = "unfinished.parquet"
 COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
-"""s, upper limits of the classes of intervals that are counted."""
+"""Upper limits of the classes of intervals that are counted, s."""
 CELLS = len(MOBILES) * (LEVELS - STEADY)
 """Cells of the consistency table: class of vessel × interval (`tracks.INTERVALS`) × at rest or under way."""
 _STATUS, _EVENT, _MODE = (pl.Series(names, dtype=pl.Enum(names)) for names in (STATUSES, EVENTS, MODES))

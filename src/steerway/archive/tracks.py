@@ -39,10 +39,11 @@ TRACK = record_of(
     " latitude longitude"
 )
 """A slot. `use`: as above. `number` of the track, from 0. `last`: time of the last accepted report, with its position.
-`now`: time to which the filter is predicted. `hits`: reports while tentative; `since`: reports that other tracks had
-taken by the first of them. `hull`: 0 if none was reported. `mobile`: class of the vessel. `known`, `underway`: 1 if the
-velocity is known, and if the vessel is under way. `refused_from`: time of the first of unbroken rejections, else
-infinite; `resets`: 1 after these have moved the position. `latitude`, `longitude`: origin of the plane (rad)."""
+`now`: time to which the filter is predicted. `hits`: reports while tentative; `since`: number of reports that other
+tracks had taken when its first report came. `hull`: 0 if none was reported. `mobile`: class of the vessel. `known`,
+`underway`: 1 if the velocity is known, and if the vessel is under way. `refused_from`: time of the first of unbroken
+rejections, else infinite; `resets`: 1 after these have moved the position. `latitude`, `longitude`: origin of the plane
+(rad)."""
 VESSEL = record_of("current next taken")
 """A vessel: slot of the last report, number of the next track, number of reports assigned to confirmed tracks."""
 NOTHING, JUMP, MOVED, ANOTHER = range(4)
@@ -51,21 +52,21 @@ NOTHING, JUMP, MOVED, ANOTHER = range(4)
 CURRENT_TRACK = -1
 
 INTERVALS = (20.0, 100.0)
-"""s between reports, limits of the classes of the steady levels."""
+"""Limits of the classes of intervals between reports, s. Each class has its own steady noise levels."""
 COMPETING, MANOEUVRING, STEADY = range(3)
 LEVELS = STEADY + 2 * (len(INTERVALS) + 1)
 """Noise levels: COMPETING for several tracks under one MMSI; MANOEUVRING; and two levels of steady motion, at rest and
 under way, for each class of intervals, the first of which is STEADY."""
 
 _REACH, _REACH_PER_SECOND = 300.0, 25.0
-"""m, and m/s (49 kn): a report farther from the last accepted one than this allows is not of the same ship."""
+"""Reach of a ship: a distance (m), plus a speed (m/s) times the time since its last accepted report."""
 _NEAR = _REACH / 6.4e6
-"""rad, sum of the differences in latitude and longitude: below it, points are less than `_REACH` apart at any latitude,
+"""Sum of the differences in latitude and longitude, rad. Below it, points are less than `_REACH` apart at any latitude,
 because no radius of curvature exceeds 6400 km."""
 _CONFIRMING = 3
-"""Reports that confirm a tentative track; any two reports would fit some velocity."""
+"""Number of reports that confirm a tentative track. Two are too few, because any two reports fit some velocity."""
 _AMONG = 2
-"""Reports assigned to other tracks in the meantime that make a confirmed track another ship."""
+"""A newly confirmed track is another ship if other tracks took at least this number of reports in the meantime."""
 _OTHER_HULL = 15.0
 """Added to the negative log-likelihood of a report whose hull size differs from the track's. Hulls are sent apart from
 positions and can be mixed up, so a different hull does not exclude a track."""
@@ -208,7 +209,8 @@ def begin(track: np.record, state: State, time: float, mobile: int, use: int) ->
 
 @called_kernel
 def vacant(vessel: np.record, tracks: np.ndarray) -> int:
-    """A slot for a new tentative track: a free one, else of the tentative, else confirmed, track silent longest."""
+    """A slot for a new tentative track: a free one; else that of the longest silent tentative track, else confirmed
+    track."""
     best, rank, last = -1, 4, math.inf
     for s in range(len(tracks)):
         use = int(tracks[s].use)

@@ -25,9 +25,9 @@ from steerway.estimation.filter.model import RUN
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 
 LOOKAHEAD = 3600.0
-"""s of the next day that smoothing uses; a fix influences the estimates of the minutes before it only."""
+"""Part of the next day that smoothing uses, s; a fix influences only the estimates of the minutes before it."""
 _AT_ONCE = 1e-4
-"""s; a report closer than this to an output time takes the place of the output row."""
+"""Tolerance of an output time, s: a report closer to it takes the place of the output row."""
 _ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile", "digit")
 _LEAST_EVENTS = 1000
 
@@ -229,7 +229,7 @@ def _by_track(mmsi: NDArray[np.int64], track: NDArray[np.int64]) -> tuple[np.nda
 def _smoothed(
     rows: UnitRows, found: Found, following: pl.DataFrame, filters: Filters, state: BucketState, work: Work
 ) -> np.ndarray:
-    """The estimate smoothed, with LOOKAHEAD of the next day. Pieces end at gaps and where a ship moved."""
+    """The estimate smoothed, also with LOOKAHEAD s of the next day. Pieces end at gaps and where a ship moved."""
     ahead = _rows(following, work)
     later = _with_vessels(state, np.unique(ahead.mmsi), filters)
     beyond = _filtered(ahead, filters, BucketState(*(np.copy(each) for each in vars(later).values())), True)

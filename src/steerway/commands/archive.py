@@ -42,7 +42,7 @@ def run(
     ),
     out: Path = option("DIR", "Directory of the archive.", ..., "-o", "--out"),
     buckets: int | None = option(
-        "N", "Number of groups of vessels; by default by the size of the inputs and --memory."
+        "N", "Number of groups of vessels; by default chosen from the size of the inputs and --memory."
     ),
     memory: str = option("SIZE", "Total memory of all processes, such as 4GB.", "4GB"),
     workers: int | None = option("N", "Number of processes; by default one per core."),

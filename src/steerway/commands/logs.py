@@ -186,7 +186,7 @@ def compare(
     """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed, or with the truth.
 
     If a column's name does not state its unit, the unit assumed is printed. --truth prints the errors of position, SOG,
-    COG and course rate, and the share of them within ± 2σ: 95 % if σ is calibrated.
+    COG and course rate, and the share of errors within ± 2σ, which is 95 % if σ is calibrated.
 
     Examples:
 

@@ -42,8 +42,8 @@ def simulate(
     Writes run.parquet (truth, measurements, estimate, commands) and index.html; with --seeds one row per seed.
 
     With --live the scenario's pilot, route and duration are not used. The boat runs in real time until you stop it. It
-    circles until it receives commands: over MAVLink, in GUIDED mode as ArduPilot's Rover takes them, or for its
-    propellers. The receiver sends GGA and RMC to tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port,
+    circles until it receives commands: MAVLink commands in GUIDED mode, as for ArduPilot's Rover, or propeller
+    commands. The receiver sends GGA and RMC to tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port,
     serial:… or stdout:. MAVLink addresses: udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with
     ?cruise=2 for the speed in m/s at full thrust. With -o, run.parquet contains the true motion at every fix.
 
@@ -131,7 +131,7 @@ def _campaign(scenario: "Scenario", n: int, dask: str | None, out: Path, resume:
 def advise(
     profile: str = argument("PROFILE|SCENARIO.toml", "A built-in profile or a file."),
     bandwidth: float | None = option(
-        "RAD/S", "Bandwidth of the autopilot, rad/s; without it, print the largest that fits."
+        "RAD/S", "Bandwidth of the autopilot, rad/s; without it, the largest that fits is printed."
     ),
     speed: float | None = option("M/S", "Lowest speed over ground, m/s."),
     rate: float = option("HZ", "Rate of the fixes, Hz.", 5.0),
@@ -141,7 +141,7 @@ def advise(
 ) -> None:
     """Check that an autopilot is not too fast for the course estimate.
 
-    A course estimated from positions lags; the lag grows with the position errors and as the boat slows down. If the
+    A course estimated from positions lags: more with larger position errors, and more at lower speeds. If the
     autopilot's bandwidth exceeds the estimate's, the course oscillates. PROFILE is a filter profile or a scenario.
 
     Examples:

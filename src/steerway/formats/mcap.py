@@ -103,7 +103,7 @@ def _records(file: BinaryIO) -> Iterator[Any]:
 
 
 def _unpacked(chunk: Any, most: int) -> bytes:
-    """The unpacked records of a chunk, if compressed at most `most` + 1 bytes of them."""
+    """The unpacked records of a chunk; at most `most` + 1 bytes of them if the chunk is compressed."""
     if chunk.compression == "zstd":
         import zstandard
 

@@ -20,7 +20,7 @@ _FINE = 0.1  # m, added to the resolution: a last digit far below this is no bet
 _FAST = 20.0  # Hz; a higher rate does not raise the score
 _SAMPLE = 500
 OWN_SHARE = 0.5
-"""Least share of its fixes with an instrument's value for which the source of the positions keeps its own values."""
+"""The source of the positions keeps its own values of an instrument if at least this share of its fixes has them."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
     resolution = _resolution(placed)
     roughness = _roughness(placed, usual)
     fineness = 1.0 / (_FINE + np.nan_to_num(resolution) + np.nan_to_num(roughness))
-    with_speed = np.isfinite(placed.sog).mean()  # prefers, of equal sources, the one that also reports speed
+    with_speed = np.isfinite(placed.sog).mean()  # among equal sources, prefers the one that also reports speed
     score = min(1.0 / usual, _FAST) * covered * fineness * (1.0 + 0.1 * with_speed)
     longest = float(gaps.max()) if len(gaps) else 0.0
     return Quality(

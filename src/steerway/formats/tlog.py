@@ -98,9 +98,8 @@ def _row(message: Any) -> tuple[float, ...]:
 
 
 def _fixes(name: str, table: Floats, clocks: Sequence[float]) -> Fixes:
-    """Fixes at the times in their messages. Times since the vehicle's start are converted to Unix time.
-
-    The offset comes from `clocks` (its start in Unix s), or without any from the shortest delay of reception.
+    """Fixes at the times in their messages. Times since the vehicle's start are converted to Unix time, with the start
+    (Unix s) in `clocks`; if `clocks` is empty, with the shortest delay of reception.
     """
     received, own, latitude, longitude, sog, cog, std = table.T
     offset = np.median(clocks) if clocks else np.min(received - own)

@@ -48,7 +48,7 @@ def refuse_radians(columns: dict[str, Column], latitude: np.ndarray, longitude: 
 
 
 def in_seconds(numbers: np.ndarray, factor: float | None) -> np.ndarray:
-    """Times (n,) in s, converted by a factor. If it is None, their size shows the unit: s, ms, µs or ns since 1970."""
+    """Times (n,) in s, converted by a factor. None: their size shows the unit, which is s, ms, µs or ns since 1970."""
     if factor is None:
         known = np.abs(numbers[np.isfinite(numbers)])
         factor = unit_by_size(float(np.median(known)) if len(known) else 0.0)

@@ -33,7 +33,7 @@ def _gpx(record: Record, file: BinaryIO) -> None:
 
 
 class Writer(NamedTuple):
-    """A writer of one format. write(record, file); compresses: `.gz` can be added; tracks: only fixes and estimates."""
+    """A writer of one format. write(record, file); compresses: `.gz` can be added; tracks: fixes and estimates only."""
 
     write: Callable[[Any, Any], None]
     compresses: bool = True

@@ -74,8 +74,8 @@ def statistics(values: np.ndarray) -> dict[str, float]:
 def statistics_table(tracks: Sequence[NamedTrack]) -> list[dict[str, Any]]:
     """Statistics of every track's differences from the first: track, quantity, unit, n, rms, median, p95, max.
 
-    within_2sigma_pct: share of the differences within ± 2σ of the track (of the position: of its coordinates), NaN
-    where it has no σ.
+    within_2sigma_pct: share of the differences within ± 2σ of the track (for positions: share of the coordinates), NaN
+    for a track without σ.
     """
     rows = []
     for track in tracks[1:]:

@@ -29,10 +29,10 @@ _WORDS = {
     CONTRADICTED: "the receiver's own SOG differs from the estimate by more than 5 standard deviations",
 }
 _SPAN = 2.0
-"""s between the fixes of a position difference: averages noise, but not manoeuvres."""
+"""Time between the two fixes of a position difference, s: it averages noise, but not manoeuvres."""
 _ALLOWED, _LEAST = 5.0, 3
-"""Standard deviations by which the two may differ (chance exceeds them in less than one of 100,000 rows), and fewest
-rows in an episode."""
+"""Largest difference that is no disagreement, in standard deviations, and fewest rows in an episode. Chance exceeds
+this difference in less than one of 100,000 rows."""
 _APART = 2
 """Largest step, in rows, between neighbouring rows of one episode."""
 _BRIEFLY = {
@@ -140,8 +140,8 @@ def _disagreements(fixes: Fixes, motion: Motion, mmsi: int | None) -> list[Episo
 
 
 def _contradictions(fixes: Fixes, motion: Motion, mmsi: int | None) -> list[Episode]:
-    """Episodes in which the receiver's own SOG differs. Up to `SLIDES` s after an outage σ also covers a sliding
-    position, which would hide a difference: the median σ limits it there.
+    """Episodes in which the receiver's own SOG differs. Up to `SLIDES` s after an outage, σ is widened for a sliding
+    position and would hide a difference: there, σ is limited to its median.
     """
     at = np.searchsorted(motion.time, fixes.time - 1e-4).clip(0, len(motion) - 1)
     apart, deviation = np.abs(motion.sog[at] - fixes.sog), motion.sog_std[at].copy()

@@ -1,8 +1,8 @@
 """Magnetic compasses: true heading with deviation, bias and noise.
 
 `DynamicCompass` is the TCM2 as identified: x(k+1) = A x(k) + B ψ(k) + ω, z = C x + υ at 40 Hz, angles in degrees; P4
-(5)–(8). Its second state is the first, one tick late. Its gain multiplies the angle and so depends on the number of
-turns: the paper's compass reads unwrapped headings. A real compass has a `deviation` card instead.
+(5)–(8). Its second state is its first, one tick late. Its gain multiplies the angle, so readings depend on the number
+of turns: the paper's compass reads unwrapped headings. A real compass has a `deviation` card instead.
 """
 
 import math

@@ -5,8 +5,8 @@ lever arm from the vessel's origin and moves with roll and pitch. A whole record
 loop (`Gnss.start`) draw the same numbers in the same order: the same seed gives the same fixes.
 
 Positions are north and east (m) in the scene's tangent plane. `earth.displaced` converts them to latitude and longitude
-about `origin`. Its scale error is N tan(latitude)/R, N m to the north: 0.02 % after 500 m at 63°, 0.4 % after 12 km.
-For a long scene put the origin on the equator, where the scale error vanishes.
+about `origin`. Its scale error N m north of the origin is N tan(latitude)/R: 0.02 % after 500 m at 63°, 0.4 % after 12
+km. For a long scene put the origin on the equator, where the scale error vanishes.
 """
 
 import math
@@ -31,7 +31,7 @@ from steerway.sensors.gnss_errors import GOOD, LOST, Errors, Fault, FaultTable
 from steerway.sensors.instrument import SLACK, Clock, epochs
 
 _LEAST_WHITE = 0.01
-"""Smallest 1σ (m) of white noise that a filter assumes: that of real-time kinematics."""
+"""Smallest 1σ (m) of white noise that a filter assumes: the noise of real-time kinematics."""
 _NO_ERROR = 0.0, 60.0
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
 

@@ -39,8 +39,8 @@ class Fault:
     average, and never overlaps itself. A displacement of `size` m points in `direction` (rad from true north), in a
     random one if None.
 
-    Raises InputError for an unknown kind, unless exactly one of `start` and `per_hour` is given, and for a negative
-    number.
+    Raises InputError for an unknown kind or a negative number, and unless exactly one of `start` and `per_hour` is
+    given.
     """
 
     kind: str

@@ -97,7 +97,7 @@ class AccelerometerStream:
 
 
 class AccelerometerTable(InstrumentTable):
-    """An accelerometer along the hull; `leak_std`, `leak_time`: 1σ and time constant of gravity measured in pitch."""
+    """An accelerometer along the hull; `leak_std`, `leak_time`: 1σ and time constant of the gravity along the hull."""
 
     measures: ClassVar[str] = "acceleration"
     rate: Annotated[Rate, "Hz"] = 50.0

@@ -118,7 +118,7 @@ class InstrumentTable(Table):
         """The stream's measurement for a vessel's motion; None when none is due."""
 
 
-SLACK = 1e-3  # of a period: sums of time steps have rounding errors
+SLACK = 1e-3  # tolerance, in periods: sums of time steps have rounding errors
 
 
 class Clock:

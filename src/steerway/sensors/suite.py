@@ -14,10 +14,9 @@ from steerway.sensors.kinds import INSTRUMENTS
 
 
 class Suite:
-    """A receiver and further instruments, by name or in the order of `kinds.INSTRUMENTS`; None for one not aboard.
-
-    Attributes: `gnss`; `aboard`, the further instruments by name; each of them by its name, None if not aboard. Raises
-    InputError for an unknown name.
+    """A receiver and further instruments, by name or in the order of `kinds.INSTRUMENTS`; None: not aboard. Attributes:
+    `gnss`; `aboard`, the further instruments by name; each of them by its name, None if not aboard. Raises InputError
+    for an unknown name.
     """
 
     def __init__(self, gnss: Gnss, *in_order: Any, **named: Any):

@@ -2,7 +2,8 @@
 
 With the five-state filter this is the course loop of `control.bandwidth`. With the steering filter this is the linear
 loop on a leg: line of sight, reference model, heading controller, and the steady Kalman filter of the states across the
-leg. The boat's gain and damping are tried as declared, and off by the uncertainty that the filter assumes.
+leg. The loop is assessed for the boat's declared gain and damping, and with either or both off by the filter's
+uncertainty.
 """
 
 import math
@@ -40,10 +41,10 @@ _VELOCITY_STD = 0.1
 _SHORTLY = 20.0
 """Largest time constant (s) of a receiver's error that is fast enough to enter the loop."""
 _FORGOTTEN = 600.0
-"""Time constant of the current, s. Without one the filter is not steady: a leg does not separate current and
-heading."""
+"""Time constant of the current, s. With a constant current the filter has no steady state, because a straight leg does
+not distinguish current and heading."""
 _IDENTIFIED = 1.0 / 3.0
-"""Ratio of the damping's σ after turns to its initial σ (measured on the demo's mission: up to a half)."""
+"""Ratio of the damping's σ after turns to its initial σ. On the demo's mission it is up to a half."""
 _OFF_LEG, _HEADING, _RATE = range(3)  # true states: cross-track error, heading minus the steady one, yaw rate
 _OWN_OFF_LEG, _CURRENT, _OWN_HEADING, _OWN_RATE, _BIAS, _ERROR = range(3, 9)  # of the estimate; current across the leg
 _REFERENCE, _REFERENCE_RATE, _REFERENCE_ACCELERATION = range(9, 12)
@@ -121,7 +122,7 @@ def tolerated_current(boat: Boat) -> float:
 
 
 def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, towards: float) -> SteeringLoop:
-    """The loop of a boat with the steering filter, on a northward leg; the current (m/s) sets `towards` (rad).
+    """The loop of a boat with the steering filter, on a northward leg; the current (m/s) flows to `towards` (rad).
 
     speed: desired speed over ground, m/s.
     """

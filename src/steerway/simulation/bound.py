@@ -43,7 +43,7 @@ _SLOWEST = 20.0
 def course_bound(scenario: Scenario, run: Run) -> float:
     """RMS of the smallest possible σ of course over ground on the evaluated rows of a run, rad.
 
-    The receiver measures no velocity. Errors over seconds are modelled with the filter's own time constant.
+    The receiver measures no velocity. Its errors over seconds have the time constant that the filter assumes.
     """
     known = assembly.boat(scenario)
     response = response_of(known)._replace(

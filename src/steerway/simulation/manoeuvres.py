@@ -25,7 +25,7 @@ from steerway.simulation.loop import Run
 APPROACH = 60.0
 """Time (s) on a straight course in which a boat with a speed loop reaches its cruise speed."""
 EXECUTES = 4
-"""Executes of a zigzag: four give two overshoots to either side."""
+"""Number of helm orders (executes) of a zigzag: four give two overshoots to either side."""
 CIRCLES = 1.5
 """Turns of a turning circle; the last half turn is steady."""
 _FORM = re.compile(r"(?:(zigzag):([\d.]+)/([\d.]+)|(turning-circle|pull-out):(-?[\d.]+))")

@@ -44,7 +44,7 @@ def evaluated(run: Run) -> np.ndarray:
 
 
 def numbers(run: Run, passages: Sequence[Passage] = ()) -> dict[str, float]:
-    """Results of a run by name; NaN if no row can be evaluated. Those of the heading only if a heading is estimated."""
+    """Results of a run by name; NaN if no row can be evaluated. Results of an unestimated heading are omitted."""
     rows = evaluated(run)
     error = errors(run)
     cross = run["leg_cross_track"]
@@ -70,7 +70,7 @@ def numbers(run: Run, passages: Sequence[Passage] = ()) -> dict[str, float]:
 
 
 def _coverage(run: Run) -> dict[str, float]:
-    """Percentage of rows with the true value within ± 2σ of the estimate; for the position, of its coordinates."""
+    """Percentage of rows (for positions: of coordinates) with the true value within ± 2σ of the estimate."""
     error = errors(run)
     both = np.stack([error["north"], error["east"]])
     found = {"position": share_within(both, run["estimated_position_std"])}

@@ -28,9 +28,9 @@ KINDS = ("vessel-filter", "tekf", "passive-observer")
 class PositioningEstimatorTable(Table):
     """Noise assumed by the estimators "vessel-filter", "tekf" and "passive-observer".
 
-    For "vessel-filter", 1σ of: position_std a fix, heading_std_deg a compass reading, force_std the environment's force
-    north and east and moment (estimated if not 0; time constant force_time), wave_std the wave motion in a fix (at
-    wave_frequency). For "tekf": process_noise, a factor on the Q of P2 (19).
+    For "vessel-filter", each a 1σ: position_std of a fix; heading_std_deg of a compass reading; force_std of the
+    environment's force (north, east) and moment, estimated if not 0, with time constant force_time; wave_std of the
+    wave motion in a fix, with frequency wave_frequency. For "tekf": process_noise, a factor on the Q of P2 (19).
     """
 
     position_std: Annotated[Positive, "m"] = 0.1

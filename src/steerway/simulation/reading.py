@@ -33,7 +33,7 @@ MOST_STEPS = 20_000_000
 
 
 def load_scenario(path: str | Path, changes: Mapping[str, object] | None = None) -> Scenario:
-    """A scenario from a TOML file, checked down to the last block. Raises InputError, one sentence.
+    """A scenario from a TOML file, checked by building every block. Raises InputError, one sentence.
 
     changes: values that replace those of the file; None keeps the file's.
     """

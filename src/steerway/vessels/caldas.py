@@ -114,8 +114,8 @@ class Caldas(CompiledVessel):
 
 
 _YAW_BANDWIDTH = 2.0
-"""Bandwidth of the heading loop, rad/s: K_p = M3 ω² must exceed 6.41 u² kN·m/rad. With 1 rad/s the loop is unstable
-above 7 m/s; with 2 rad/s K_p is 1.8 times the value needed at the top speed of 10.6 m/s."""
+"""Bandwidth ω of the heading loop, rad/s. Its gain K_p = M3 ω² must exceed 6.41 u² kN·m/rad. With 1 rad/s the loop is
+unstable above 7 m/s; with 2 rad/s K_p is 1.8 times the value needed at the top speed of 10.6 m/s."""
 
 
 class CaldasTable(ShaftKeys):

@@ -1,7 +1,7 @@
 """CyberShip II: a 1:70 model of a supply vessel, 1.255 m and 23.8 kg, driven by forces in surge, sway and yaw.
 
-Two identifications. "linear": P2 Tables I and II with x_g = 0.0425 m, which its printed gains and the vessel's public
-simulator imply (0.046 m in Table I); for dynamic positioning, with linear damping and without Coriolis forces.
+There are two identifications. "linear" is for dynamic positioning: P2 Tables I and II, with linear damping and without
+Coriolis forces. Its x_g is 0.0425 m, as P2's gains and the vessel's public simulator imply; Table I prints 0.046 m.
 "nonlinear": R. Skjetne, T. I. Fossen and P. V. Kokotović (2005), Adaptive maneuvering, with experiments, for a model
 ship in a marine control laboratory, Automatica 41(2).
 

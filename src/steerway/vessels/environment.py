@@ -1,8 +1,8 @@
 """Current, wind and waves: simple, repeatable models.
 
 An `Environment` holds the parameters. Its `start` returns a `Sea`, which supplies the conditions (current and forces,
-see `vessel`) and the wave motion of the antenna at every step. Directions are in rad from true north: current and waves
-go towards theirs, the wind blows from its direction.
+see `vessel`) and the wave motion of the antenna at every step. Directions are in rad from true north: that to which
+current and waves go, that from which the wind blows.
 """
 
 import math
@@ -26,7 +26,8 @@ _DRAWS = 11
 
 @dataclass(frozen=True)
 class Current:
-    """Current of `speed` m/s towards `direction`; Gauss–Markov variation `std` per component over `time_constant` s."""
+    """Current of `speed` m/s towards `direction`; Gauss–Markov variation of 1σ `std` per component, `time_constant`
+    s."""
 
     speed: float = 0.0
     direction: float = 0.0

@@ -98,15 +98,15 @@ class LowSpeedVessel(CompiledVessel):
 
 
 _FASTEST = 0.35
-"""Largest heading bandwidth, rad/s. The course estimate at 0.8 m/s with fixes of 0.15 m at 5 Hz carries 0.7 rad/s."""
+"""Largest heading bandwidth, rad/s. The course estimate at 0.8 m/s, from fixes of 0.15 m at 5 Hz, allows 0.7 rad/s."""
 _MOST = 1e12
-"""N or N·m, more than any thrusters give."""
+"""A force (N) or moment (N·m) beyond the limits of any thrusters."""
 
 
 def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:
-    """Parameters for steering along a route, in surge and yaw: K = 1/D_33, T = M_33/D_33, bandwidth 1/T.
+    """Parameters for steering along a route, in surge and yaw: K = 1/D_33 and T = M_33/D_33.
 
-    For a hull with a T of seconds the bandwidth is what the course estimate allows, and at least half of 1/T.
+    The bandwidth is 1/T, limited to what the course estimate allows, but never less than half of 1/T.
     """
     inertia, damping, thrusters = positioned
     *_, ahead, _ = thrusters.step(_MOST, 0.0)

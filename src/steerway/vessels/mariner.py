@@ -169,8 +169,8 @@ BOAT_IN_CURRENT = BOAT.but(
 )
 """The yaw response fits the initial yaw acceleration, and the yaw rates after one minute with rudders of 5° to 20°,
 before the turn has slowed the ship. A rudder of 15° sustains `turn_rate`, which is 0.9 of the largest sustained yaw
-rate. `yaw_wander` is a tenth of `turn_rate`: with a fiftieth, the first turn of one run in ten of `steerway study
-at-sea` gave a false estimate of the current, and the ship was up to two lengths off its leg."""
+rate. `yaw_wander` is a tenth of `turn_rate`: with a fiftieth, one run in ten of `steerway study at-sea` had a false
+estimate of the current after its first turn, and the ship was up to two lengths off its leg."""
 
 
 class MarinerTable(VesselTable):

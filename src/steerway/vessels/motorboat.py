@@ -35,7 +35,7 @@ from steerway.vessels.vessel import (
 )
 
 MASS, INERTIA = 20.0, 5.0
-"""kg and kg·m², including added mass, by which disturbing forces and moments accelerate the boat."""
+"""Mass (kg) and yaw inertia (kg·m²) with added mass, on which disturbing forces and moments act."""
 SWAY_TIME = 0.5
 """T_v, s."""
 
@@ -51,7 +51,7 @@ class OutboardCommand(NamedTuple):
 
 @dataclass(frozen=True)
 class Outboard:
-    """One steered propeller, `max_force` N; the autopilot's output is the steering itself. It does not reverse."""
+    """One steered propeller, `max_force` N; the autopilot's output is the steering. The propeller does not reverse."""
 
     max_force: float
 

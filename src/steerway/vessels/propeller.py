@@ -47,7 +47,7 @@ class Propeller:
         return self.count * self.efficiency * self.density * self.diameter**4
 
     def curve(self, gain: float | None = None) -> np.ndarray:
-        """Parameters (2 + 2k,) of `thrust`. `gain` replaces the propeller's own, for example by that per mass."""
+        """Parameters (2 + 2k,) of `thrust`. `gain` replaces the propeller's own, for example by gain/mass."""
         reach = (1.0 - self.wake_fraction) / self.diameter
         return np.array([self.gain if gain is None else gain, reach, *self.advance, *self.coefficient])
 

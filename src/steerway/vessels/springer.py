@@ -126,8 +126,8 @@ BOAT = Boat(
     response=HeadingResponse(PHYSICAL_YAW.poles, (_FIRST, _SECOND), 1.0),
     yaw_slew=MAX_CHANGE_RPM * RPM,
 )
-"""Parameters for the controllers; the autopilot's output is n_d in rad/s. K is that of a steady turn, T accounts for
-the rate limit of n_d, 20 rpm per second."""
+"""Parameters for the controllers; the autopilot's output is n_d in rad/s. K is the gain in a steady turn; T accounts
+for the rate limit of n_d, 20 rpm per second."""
 
 
 class SpringerTable(VesselTable):

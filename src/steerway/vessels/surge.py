@@ -123,7 +123,7 @@ class Surge(CompiledVessel):
 
 
 def published_surrogate() -> Surge:
-    """The boat of P3's published curves, not that of its printed numbers: fitted to the figures, shaft lag 10.683 s."""
+    """The boat of P3's published curves (P3 prints other numbers): fitted to the figures, shaft lag 10.683 s."""
     mass = CALDAS_MASS
     propeller = Propeller()
     share = 0.0373039 * mass / propeller.gain
@@ -134,8 +134,9 @@ def published_surrogate() -> Surge:
 _ADVANCE = 0.6
 """Typical advance ratio of boats in steady motion, for the thrust that a controller assumes."""
 _SPEED_BANDWIDTH = 0.2
-"""rad/s. P3 requires settling to 2 % within 40 s. With 0.12, the least d_m that can meet it, the disturbance observer
-takes 40 to 50 s from rest: its guess of the thrust holds at one advance ratio. With 0.2 it takes 24 to 27 s."""
+"""Bandwidth d_m of the speed loop, rad/s. P3 requires settling to 2 % within 40 s, for which d_m has to be at least
+0.12. With 0.12 the disturbance observer takes 40 to 50 s from rest, because its guess of the thrust holds at one
+advance ratio only. With 0.2 it takes 24 to 27 s."""
 
 
 def speed_gains(

@@ -49,8 +49,9 @@ _BURST = 0.5  # s within which one device sends the sentences of one epoch
 _FRESH = 5.0  # s for which an epoch stays current
 NEAR = 30.0 * DAY
 _LATENCY = 0.1
-"""s. On a link, a sentence without a time is dated this long before its arrival. This covers an instrument's own delay,
-and exceeds the variation in the delay of fixes, so that the next fix does not appear to be late."""
+"""Assumed delay of a sentence without a time on a link, s: the sentence is dated this long before its arrival. This
+covers an instrument's own delay, and exceeds the variation in the delay of fixes, so that the next fix does not appear
+to be late."""
 
 _VALUE_OF = np.array(
     [field.STD, field.SOG, field.COG, field.HEADING, field.WATER, field.YAW, field.BOTTOM, field.SHAFT]
@@ -106,7 +107,7 @@ def _nearest_day(time_of_day: float, reference: float) -> float:
 
 @part_of_kernels
 def _ahead(latitude: float, longitude: float, time: float, utc: float, memory: Floats) -> float:
-    """s by which a time without a date is ahead of UTC: local time, whole quarters of an hour from `utc`; else 0.
+    """How far a time without a date is ahead of UTC, s: whole quarters of an hour if it is local time, else 0.
 
     A sentence is in local time only if its position is that of the last dated one. Without a position, the offset must
     be known from other sentences.
@@ -199,7 +200,7 @@ def _put(row: Floats, value: Floats, overrule: bool) -> None:
 
 @part_of_kernels
 def _make_true(value: Floats, memory: Floats) -> None:
-    """Make a magnetic heading true by its own variation, else by the last one in RMC; without one it stays magnetic."""
+    """Make a magnetic heading true by the variation in its sentence, else in the last RMC; else it stays magnetic."""
     variation, source = value[field.VARIATION], OWN_VARIATION
     if math.isnan(variation):
         variation, source = memory[LAST_VARIATION], RMC_VARIATION

@@ -32,7 +32,7 @@ _FIELDS = (
     (9,), (7, 11), (6,),
 )  # fmt: skip
 _COUNTS = np.array([sum(1 << n for n in each) for each in _FIELDS])
-"""By kind of sentence: bit n is set if n fields, including the header, occur in the standard or in receivers."""
+"""Allowed numbers of fields by kind of sentence: bit n is set if n fields, with the header, occur in practice."""
 
 REASONS = (
     "checksum wrong",

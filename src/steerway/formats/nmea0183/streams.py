@@ -1,7 +1,7 @@
 """Separate the streams of positions under one talker.
 
 Two positions by one formatter in an epoch come from two receivers; each position goes to the track that it continues.
-Two formatters that disagree come from a plotter that gives positions of different moments the same second; each
+Two formatters that disagree come from a plotter that stamps positions of different moments with the same second; each
 formatter becomes a source. `streams` divides a whole log, `division` also the newest epochs of a live link.
 """
 

@@ -73,7 +73,7 @@ def _decoder_for(heard: Iterable[Heard]) -> Decoder:
 
 
 def _clock_error(sources: Rows, system: Sequence[float], notes: list[str]) -> float:
-    """Correction (s) of the logger's clock to GNSS time; 0 if it is no larger than the delay of messages.
+    """Correction (s) of the logger's clock to GNSS time; 0 if the difference is no larger than the delay of messages.
 
     system: differences (s) of system time messages, used if no 129029 has a time.
     """

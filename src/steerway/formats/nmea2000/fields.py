@@ -48,7 +48,7 @@ class Message:
         return tuple(_raw(field, most, values.get(field.label), in_radians) for field, most in self._ranges)
 
     def values(self, raw: tuple[int, ...]) -> dict[str, float]:
-        """SI values by name; NaN for the three largest raw values: not available, out of range, reserved."""
+        """SI values by name; NaN for the three largest raw values (not available, out of range, reserved)."""
         return {
             field.name: number >> field.shift if field.words else math.nan if number > most - 3 else number * field.unit
             for (field, most), number in zip(self._ranges, raw, strict=True)
@@ -124,4 +124,4 @@ MESSAGES = {
 }
 """Messages that are read, by PGN."""
 ANGLES = ("COG", "Heading")
-"""Fields in JSON whose size shows if its angles are in degrees or radians."""
+"""Fields in JSON whose values show whether the angles of the log are in degrees or radians."""

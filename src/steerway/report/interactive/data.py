@@ -15,7 +15,7 @@ from steerway.core.statistics import FIX_GATE
 from steerway.report.drawing import on_axis, thinned
 
 Column = tuple[np.ndarray, *tuple[Any, ...]]
-"""Values, name of their code, and its numbers."""
+"""A column: its values, the name of their code, and the numbers of this code."""
 MOST_ROWS = 60_000
 """A longer log is thinned evenly: two hours at 8 Hz are drawn row by row."""
 
@@ -35,7 +35,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
     """The block: names, lengths and codes of the columns, and the base64 of their compressed bytes.
 
     Positions are relative to the first, times are steps, so that single precision is a millimetre and a millisecond.
-    Other columns are 16-bit steps, of their range or of the logarithm, finer than a line is wide.
+    Other columns are 16-bit counts of steps of their range, or of their logarithm; a step is finer than a line.
     """
     x, y = mercator(motion.latitude, motion.longitude)
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
@@ -125,7 +125,7 @@ def script_json(value: object) -> str:
 
 
 def _scale(latitude: float) -> tuple[float, float]:
-    """Units of the projection for a metre east and north: it is of a sphere, metres are on the ellipsoid."""
+    """Units of the projection (of a sphere) per metre east and north on the ellipsoid."""
     meridian, prime_vertical = radii(latitude)
     return SEMI_MAJOR_AXIS / (prime_vertical * math.cos(latitude)), SEMI_MAJOR_AXIS / (meridian * math.cos(latitude))
 

@@ -74,7 +74,7 @@ def _charts(report: ReportContents, shown: Motion, fastest: float) -> tuple[dict
 
 
 def _tracks(motion: Motion) -> list[dict[str, Any]]:
-    """One line a vessel, of its median speed."""
+    """One line for each vessel, with its median speed."""
     found = []
     for mmsi, track in motion.tracks():
         track = track.rows(np.isfinite(track.latitude))

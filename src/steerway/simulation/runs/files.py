@@ -108,7 +108,7 @@ def write_log(run: Run, path: Path, begins: float, origin: tuple[float, float], 
 
     RMC and GGA for every fix, with the receiver's SOG and COG if it reports them, and HDT with the latest compass
     reading since the previous fix. HDT has no time field: readers give it the time of the fix next to it. `origin` is
-    the (latitude, longitude) of north = east = 0 in rad, quality that of GGA.
+    the (latitude, longitude) of north = east = 0 in rad; `quality` is the fix quality in GGA.
     """
     read = {name: run[f"read_{name}"] for name in ("north", "east", "sog", "cog", "heading")}
     latitude, longitude = displaced_all(*origin, read["north"], read["east"])
