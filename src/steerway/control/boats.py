@@ -1,7 +1,7 @@
 """Parameters of a boat for its controllers: yaw response, mass and drag, actuators.
 
-They are no vessel model, only a few numbers that an afternoon of trials gives for any boat. `steerway.vessels` contains
-them for the vessels of scenarios.
+An afternoon of trials gives these few numbers for any boat; they are no vessel model. `steerway.vessels` contains the
+numbers of the vessels of scenarios.
 """
 
 import math
@@ -23,8 +23,8 @@ from steerway.control.station import StationGains, StationKeeper
 from steerway.core.reference import ReferenceModel
 
 _SLOWEST = 0.6
-"""Smallest speed through the water in a following current, as a fraction of cruise speed. Rudder force goes with the
-square of the speed: at 0.6 it is a third of that at cruise speed."""
+"""Smallest speed through the water in a following current, as a fraction of cruise speed. Rudder force grows with the
+square of the speed: at 0.6 it is a third of the force at cruise speed."""
 _CORNER = 1.5
 """Default radius of a curved corner, as a multiple of the radius of the tightest turn."""
 SAMPLED_SHARE = 2.4
