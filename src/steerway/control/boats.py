@@ -46,12 +46,12 @@ class Boat:
     not explain; 0 if unknown. yaw_doubt: σ of the response's gain, damping and bias, relative to that of a guessed
     response.
 
-    In a current: turn_acceleration: largest yaw acceleration of the reference (rad/s²), by default half of what
-    yaw_limit gives; turn_share: fraction of `turn_rate` in planned turns, which leaves a margin to the controller;
-    surge_time: time constant of the speed in a planned turn, s; slip_time: time constant (s) with which the motion
-    through the water follows the bow. takes_rates: whether the boat has inner loops of its own, which take a yaw rate
-    and a speed over ground. pivot_angle: smallest corner (rad) at which the boat stops and turns on the spot. sample:
-    step (s) of an MPC or LQG autopilot, by default that of `HeadingResponse.of_nomoto`.
+    For steering in a current. turn_acceleration: largest yaw acceleration of the reference (rad/s²), by default half of
+    what yaw_limit gives. turn_share: yaw rate of planned turns as a fraction of `turn_rate`; the rest is a margin for
+    the controller. surge_time: time constant of the speed in a planned turn, s. slip_time: time constant (s) with which
+    the motion through the water follows the bow. takes_rates: whether the boat has inner loops of its own, which take a
+    yaw rate and a speed over ground. pivot_angle: smallest corner (rad) at which the boat stops and turns on the spot.
+    sample: step (s) of an MPC or LQG autopilot, by default that of `HeadingResponse.of_nomoto`.
     """
 
     nomoto_gain: float

@@ -195,7 +195,7 @@ class InCurrent:
         return leg._replace(cross_track=off / slower * (_TIGHTER if turns else 1.0))
 
     def _beside(self, leg: LegState) -> LegState:
-        """The leg, bent towards the beginning of the turn at its end, which may be beside the leg."""
+        """The leg, bent towards the place where the turn at its end begins; this place may be beside the leg."""
         into, turn, _ = self._next
         if turn is None or into != leg.target + 1 or self._path is not None:
             return leg

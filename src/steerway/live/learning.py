@@ -68,6 +68,6 @@ class ReplayedLearning(RecordedLearning):
 
 
 def _return_memory() -> None:
-    """Return the memory that an inference freed to the system; otherwise 4.5 MB of heap stay resident."""
+    """Give memory freed by an inference back to the system. Otherwise 4.5 MB of heap stay resident."""
     if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):  # musl has none
         trim(0)

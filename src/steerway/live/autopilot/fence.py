@@ -1,4 +1,4 @@
-"""Polygons: the fence, which the boat must not leave, and areas that it must not enter; with a warning in advance."""
+"""Polygons: the fence, which the boat must not leave, and areas that it must not enter, also `AHEAD` s later."""
 
 import math
 from collections.abc import Sequence

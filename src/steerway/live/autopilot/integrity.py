@@ -155,7 +155,7 @@ class ResponseMonitor:
         self._lately: deque[tuple[float, float]] = deque()
 
     def order(self, yaw_rate: float, dt: float) -> None:
-        """Adds the yaw rate ordered over the last dt s (rad/s); NaN if the autopilot did not steer."""
+        """Add the yaw rate ordered over the last dt s (rad/s); NaN if the autopilot did not steer."""
         self._rate += (_or_zero(yaw_rate) - self._rate) * -math.expm1(-dt / self._time)
         self._turned += self._rate * dt
 

@@ -1,4 +1,4 @@
-"""The pilot of a mission aboard: the boat of the mission's `[boat]` table, with the estimator that takes rows.
+"""Builds the pilot of a mission aboard, for the boat of its `[boat]` table, with an estimator that takes rows.
 
 The control law is the same for every actuation. Its output u is the steady yaw rate of the Nomoto model T ω̇ + ω = u.
 A vehicle with a yaw-rate loop of its own receives this rate as a command. Two propellers receive the fraction of their

@@ -97,7 +97,7 @@ class HelmPage:
             await asyncio.sleep(1.0 / RATE)
 
     async def _read(self, page: asyncio.StreamReader) -> None:
-        """The page's messages, a line each, until it ends."""
+        """Read the page's messages, one per line, until the page ends."""
         async for line in page:
             message = _message(line)
             if "failed" in message:

@@ -69,7 +69,7 @@ class BootClock:
         return self._least_delayed.now(arrival) + self._offset
 
     def unix(self, boot: float, arrival: float) -> float:
-        """Unix time (s) of a time since the start in a message that arrived at `arrival`; NaN while unknown."""
+        """Convert `boot` (s since the start), of a message that arrived at `arrival`, to Unix time; NaN: unknown."""
         if self._is_known:
             return boot + self._offset
         if math.isnan(self._waits_since):

@@ -221,7 +221,7 @@ class Guided:
             self._enter(Takeover.TAKING, now)
 
     def _is_left(self, guided: bool, now: float) -> bool:
-        """Whether the vehicle has left GUIDED for good, or does not respond."""
+        """Whether the vehicle has left GUIDED and no request of GUIDED is pending, or does not respond."""
         on_its_way = now - self._asked_guided <= _CONFIRMED
         return (not guided and not on_its_way) or now - self._since > _GIVEN_UP
 
