@@ -1,4 +1,4 @@
-"""Polygons: the fence, which the boat must not leave, and areas that it must not enter, also `AHEAD` s later."""
+"""Polygons: the fence, which the boat must not leave, and areas that it must not enter, now and for `AHEAD` s."""
 
 import math
 from collections.abc import Sequence
