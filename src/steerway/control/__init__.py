@@ -1,4 +1,4 @@
-"""Control: autopilots for course, heading, speed and position, and the allocation to propellers."""
+"""Control: autopilots for course, heading, speed and position, and the allocation of thrust to propellers."""
 
 from typing import TYPE_CHECKING
 

@@ -10,12 +10,12 @@ from steerway.core.checks import not_negative, positive
 COMFORTABLE = 0.2
 """Smallest damping ratio that `comfortable_bandwidth` allows: an oscillation decays to 28 % in one period."""
 RATE_SHARE = 0.3
-"""Ratio ω_n/ω_e for a vessel with its own yaw-rate loop. The poles are those of s (T s + 1) F(s) + ω_n (2ω_e² s +
-ω_e³), F as in `loop_damping`. 0.3 is the largest round number with a damping ratio of at least `COMFORTABLE` for every
-time constant T (`tests/test_autopilot.py`)."""
+"""Ratio ω_n/ω_e for a vessel with its own yaw-rate loop. 0.3 is the largest round number with a damping ratio of at
+least `COMFORTABLE` for every time constant T (`tests/test_autopilot.py`). The poles of the loop are the roots of
+s (T s + 1) F(s) + ω_n (2ω_e² s + ω_e³), F as in `loop_damping`."""
 _LEAST = 0.1
-"""Bandwidth of `GainSchedule` as a fraction of the largest, before speed and fix interval are known: slow, not
-unstable."""
+"""Bandwidth of `GainSchedule` before speed and fix interval are known, as a fraction of the largest. A slow loop is
+safe; a fast one could be unstable."""
 _RETUNED = 0.05
 """Relative change of the estimate's bandwidth at which `GainSchedule` redesigns the gains. It changes a damping ratio
 of 0.2 by 0.012 for T ω_e up to 0.2, and by 0.04 for T ω_e = 2 (`loop_damping`)."""
@@ -60,8 +60,8 @@ def comfortable_bandwidth(carried: float, nomoto_time: float | None) -> float:
     """Largest bandwidth ω_n (rad/s) that a course estimate supports with a damping ratio of at least `COMFORTABLE`.
 
     carried: bandwidth ω_e of the estimate, rad/s; nomoto_time: T, s. By `loop_damping` ω_n is 0.36 ω_e for a vessel
-    that follows at once, 0.2 ω_e for a slow one. nomoto_time is None for a vessel with its own yaw-rate loop of unknown
-    time constant: `RATE_SHARE` of ω_e.
+    that follows at once, 0.2 ω_e for a slow one. For a vessel with its own yaw-rate loop of unknown time constant,
+    nomoto_time is None, and ω_n is `RATE_SHARE` of ω_e.
     """
     positive("carried", carried)
     if nomoto_time is None:
@@ -79,9 +79,9 @@ class GainSchedule:
 
     nomoto_time: T of the yaw rate, s; the command is the steady yaw rate (Nomoto gain 1). None for a vessel with a
         yaw-rate loop of its own, which rejects wind: the command needs no integral.
-    course_rate_density, position_std: of the estimator, see `carried_bandwidth`.
+    course_rate_density, position_std: parameters of the estimator, see `carried_bandwidth`.
     most: largest bandwidth, however accurate the estimate, rad/s.
-    fix_interval: s, may be set at any time; NaN while unknown.
+    fix_interval: interval of fixes, s; it may be set at any time; NaN while unknown.
     """
 
     def __init__(self, nomoto_time: float | None, course_rate_density: float, position_std: float, most: float):

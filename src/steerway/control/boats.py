@@ -1,7 +1,7 @@
 """Parameters of a boat for its controllers: yaw response, mass and drag, actuators.
 
-They are no vessel model, only a few numbers that an afternoon of trials gives for any boat. `steerway.vessels` contains
-them for the vessels of scenarios.
+An afternoon of trials gives these few numbers for any boat; they are no vessel model. `steerway.vessels` contains the
+numbers of the vessels of scenarios.
 """
 
 import math
@@ -23,8 +23,8 @@ from steerway.control.station import StationGains, StationKeeper
 from steerway.core.reference import ReferenceModel
 
 _SLOWEST = 0.6
-"""Smallest speed through the water in a following current, as a fraction of cruise speed. Rudder force goes with the
-square of the speed: at 0.6 it is a third of that at cruise speed."""
+"""Smallest speed through the water in a following current, as a fraction of cruise speed. Rudder force grows with the
+square of the speed: at 0.6 it is a third of the force at cruise speed."""
 _CORNER = 1.5
 """Default radius of a curved corner, as a multiple of the radius of the tightest turn."""
 SAMPLED_SHARE = 2.4
@@ -46,12 +46,12 @@ class Boat:
     not explain; 0 if unknown. yaw_doubt: σ of the response's gain, damping and bias, relative to that of a guessed
     response.
 
-    In a current: turn_acceleration: largest yaw acceleration of the reference (rad/s²), by default half of what
-    yaw_limit gives; turn_share: fraction of `turn_rate` in planned turns, which leaves a margin to the controller;
-    surge_time: time constant of the speed in a planned turn, s; slip_time: time constant (s) with which the motion
-    through the water follows the bow. takes_rates: whether the boat has inner loops of its own, which take a yaw rate
-    and a speed over ground. pivot_angle: smallest corner (rad) at which the boat stops and turns on the spot. sample:
-    step (s) of an MPC or LQG autopilot, by default that of `HeadingResponse.of_nomoto`.
+    For steering in a current. turn_acceleration: largest yaw acceleration of the reference (rad/s²), by default half of
+    what yaw_limit gives. turn_share: yaw rate of planned turns as a fraction of `turn_rate`; the rest is a margin for
+    the controller. surge_time: time constant of the speed in a planned turn, s. slip_time: time constant (s) with which
+    the motion through the water follows the bow. takes_rates: whether the boat has inner loops of its own, which take a
+    yaw rate and a speed over ground. pivot_angle: smallest corner (rad) at which the boat stops and turns on the spot.
+    sample: step (s) of an MPC or LQG autopilot, by default that of `HeadingResponse.of_nomoto`.
     """
 
     nomoto_gain: float

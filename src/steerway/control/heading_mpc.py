@@ -28,7 +28,7 @@ from steerway.core.errors import InputError
 from steerway.core.extras import missing
 
 FULL_CHANGE = 40.0
-"""Cost of an input change at its limit, relative to the cost of an error of 1°: P4's R = 0.1 per rpm² with 20 rpm."""
+"""Ratio of two costs: an input change at its limit, and an error of 1°. From P4: R = 0.1 per rpm², limit 20 rpm."""
 LONGEST_HORIZON = 100
 """Longest default horizon, steps: ten times P4's."""
 _CHANGES = 15.0
@@ -38,7 +38,7 @@ _CHANGES = 15.0
 def default_weights(
     limits: InputLimits, output_weight: float | None, change_weight: float | None
 ) -> tuple[float, float]:
-    """Q per rad² and R per squared unit of the input: those given, else P4's scaled by the limits."""
+    """Q per rad² and R per squared unit of the input: the given weights, else P4's, scaled by the limits."""
     change = limits.change if limits.change < math.inf else limits.size / _CHANGES
     if output_weight is None:
         output_weight = math.degrees(1.0) ** 2
@@ -50,10 +50,10 @@ def default_weights(
 
 
 _ROUNDING = 1e-12
-"""Least ratio of the smallest to the largest eigenvalue of a QP, 5000 roundings: below, it may become concave."""
+"""Least ratio of the smallest to the largest eigenvalue of a QP, 5000 roundings. Below it the QP may become concave."""
 _TOLERANCE, _ROUNDED = 1e-12, 1e-9
-"""Tolerance of the limits, in the input's unit. If the solver fails with it, the second applies: a fraction of the
-change without limits, whose relative rounding error of 1e-16 grows with the condition number of the QP."""
+"""Tolerance of the limits, in the input's unit. If the solver fails with it, the second value applies, as a fraction of
+the change without limits: its relative rounding error of 1e-16 grows with the condition number of the QP."""
 
 
 class HeadingMpc(SampledHeading):
@@ -61,7 +61,7 @@ class HeadingMpc(SampledHeading):
 
     Args:
         plant: the model of the prediction.
-        limits: of the input and of its change.
+        limits: limits of the input and of its change.
         observer: supplies the states.
         horizon, control_horizon: H_p and H_c, steps.
         output_weight, change_weight: Q per rad² (or per squared output unit of a plant that is not circular) and R per
@@ -111,9 +111,9 @@ class HeadingMpc(SampledHeading):
     ) -> "HeadingMpc":
         """A controller for an identified heading; its step is the sample of the identified response.
 
-        `limit` of the input and `rate` of its change per second, in its unit; `angle_std`: 1σ of an estimated heading,
-        rad; `design`: horizons and weights. The default horizon is three times the second time constant, within 10
-        steps (P4's) and 100 steps, with 5 changes. Raises InputError for numbers that cannot be used.
+        `limit`: largest input; `rate`: its largest change per second, in its unit; `angle_std`: 1σ of an estimated
+        heading, rad; `design`: horizons and weights. The default horizon is three times the second time constant,
+        within 10 steps (P4's) and 100 steps, with 5 changes. Raises InputError for numbers that cannot be used.
         """
         plant, limits, observer = parts_for(identified, limit, rate, angle_std)
         steps = 10

@@ -152,8 +152,8 @@ class HeadingResponse:
 
 
 WALK = 0.1
-"""Random walk of the input bias over the second time constant (1σ), as a fraction of the input limit: large enough to
-follow the model error during a turn."""
+"""1σ of the random walk of the input bias over the second time constant, as a fraction of the input limit. It is large
+enough to follow the model error during a turn."""
 SURE_DEG = 0.2
 """Least noise of a heading estimate in the observer, °·√s: twice the last digit of HDT."""
 
@@ -163,9 +163,8 @@ def parts_for(
 ) -> tuple[LinearPlant, InputLimits, BiasObserver]:
     """Plant, limits and observer for an identified heading response.
 
-    `limit` of |u| and `rate` of its change per second, in the input's unit; `angle_std`: 1σ of an estimated heading,
-    rad. The initial σ of the input bias is 7 % of the limit, as in P4. Raises InputError for numbers that cannot be
-    used.
+    `limit`: largest |u|; `rate`: largest change of u per second, in the input's unit; `angle_std`: 1σ of an estimated
+    heading, rad. The initial σ of the input bias is 7 % of the limit, as in P4. Raises InputError for unusable numbers.
     """
     positive("heading.limit", limit)
     positive_or_unlimited("heading.rate", rate)

@@ -68,8 +68,8 @@ def steering(
 ) -> SampledSteering:
     """An MPC or LQG (`kind` "mpc" or "lqg") for a heading response.
 
-    `limit` of the output and `slew` of its change per second, in its unit; angle_std: 1σ of an estimated course or
-    heading, rad; bandwidth: of the loop, rad/s, for Nomoto's response. Without it the weights follow from the limits.
+    `limit`: largest output; `slew`: its largest change per second, in its unit; angle_std: 1σ of an estimated course or
+    heading, rad; bandwidth: bandwidth of the loop for Nomoto's response, rad/s; without it the limits give the weights.
     Raises InputError for numbers that cannot be used, and if the package that solves the MPC's QP is missing.
     """
     one_of("autopilot.kind", kind, KINDS[1:])

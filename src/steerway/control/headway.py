@@ -11,8 +11,9 @@ _PATIENCE = 15.0
 _LONGEST_WITHOUT = 60.0
 """Longest time (s) without coming nearer to the waypoint, for a yaw time constant of at most 1 s."""
 _CARRIED, _CARRIED_TIME = 4.0, 8.0
-"""Radii of the tightest turn, and s at top speed. A boat is carried away once its distance from the waypoint exceeds
-the least so far by the larger of both. On squares in a current of 65 % of its speed, turns carry it back up to 12 m."""
+"""Two distances: in radii of the tightest turn, and in s at top speed. A boat is carried away once its distance from
+the waypoint exceeds the least distance so far by the larger of both. On squares in a current of 65 % of its speed, a
+turn carries the boat back by up to 12 m."""
 _TURNING_ROUND = 2.0
 """Factor on this distance until the boat first comes nearer to a waypoint. In a current of 65 % of its speed, a boat
 whose bow points down the current drifts 18 m before it has turned."""

@@ -14,17 +14,17 @@ from steerway.core.kinematics import heading_for
 
 _STEERS = 0.25
 """Smallest speed through the water at which a boat can be turned, as a fraction of `slowest`. The rudder force is then
-a sixteenth."""
+a sixteenth of the force at `slowest`."""
 _LEAST = 0.5
 """Smallest speed through the water of a boat that drops back, as a fraction of the current's speed. The rudder force is
-then a quarter."""
+then a quarter of the force at the current's speed."""
 _RETURNED = 0.4
-"""Distance at which a returning boat begins to drift again, as a fraction of the radius. Below 1, so that drifting and
-returning do not alternate."""
+"""Distance at which a returning boat begins to drift again, as a fraction of the radius. It is below 1, so that
+drifting and returning do not alternate."""
 _FAR = 3.0
-"""Radii beyond which the boat sails straight to the point: stemming the current it would return too slowly."""
+"""Distance, in radii, beyond which the boat sails straight to the point. Stemming the current would be too slow."""
 _PULL = 0.1
-"""Speed towards the point per metre of distance, 1/s: the distance decays in 10 s, slower than the boat's speed
+"""Speed towards the point per metre of distance, 1/s. The distance decays in 10 s, more slowly than the boat's speed
 changes."""
 
 
@@ -38,7 +38,8 @@ class Wanted(NamedTuple):
 class PositionHold:
     """Holds a boat near a point.
 
-    radius: of the circle in which the boat may drift, m; slowest: speed through the water at which it steers well, m/s.
+    radius: radius of the circle in which the boat may drift, m; slowest: least speed through the water at which it
+    steers well, m/s.
     """
 
     def __init__(self, radius: float, slowest: float):

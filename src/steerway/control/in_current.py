@@ -31,30 +31,30 @@ _LOST = 1.0
 _DEPARTURE = 10.0
 """Longest time straight ahead, s; later turns show the heading."""
 _KEPT_SIDE = 0.5
-"""Remaining turn (rad) above which the bow turns to the planned side. Otherwise a boat turned to and fro, because with
-90° left the course back to the turn's path asked for the other side."""
+"""Remaining turn (rad) above which the bow turns to the planned side. Without this rule a boat turned to and fro: with
+90° left, the course back to the turn's path required a turn to the other side."""
 _SHORTEST = 0.3
 """Smallest factor on the lookahead of a slow boat."""
 _APPROACH, _NEAR = 1.5, 1.0
-"""Distance before a turn (in lookaheads) over which the boat moves beside the leg, to where the turn begins; time (s)
-before the turn after which the turn is planned from the boat's own distance to the leg."""
+"""_APPROACH: distance before a turn, in lookaheads, over which the boat moves beside the leg to the turn's beginning.
+_NEAR: time (s) before a turn from which on the turn is planned from the boat's own distance to the leg."""
 _SOON, _AGAIN = 2.0, 0.2
-"""Time (s) before a turn after which it is planned at every step, and time (s) between two plans before that."""
+"""_SOON: time before a turn from which on it is planned at every step, s. _AGAIN: time between earlier plans, s."""
 _REACTION = 0.2
-"""Time (s) from an order until a vehicle with inner loops carries it out. At corners of squares the paths were 0.3 m
-further out than planned with 0, and 0.2 m with 0.15."""
+"""Time (s) from an order until a vehicle with inner loops carries it out. Compared at corners of squares: with 0 the
+paths were 0.3 m further out than planned, with 0.15 they were 0.2 m further out."""
 _TIGHTER, _SETTLES = 2.0, 4.0
-"""Divisor of the lookahead in a turn of a vehicle with inner loops, and for how long (s) it applies after the turn."""
+"""Divisor of the lookahead in a turn of a vehicle with inner loops; time for which it applies after the turn, s."""
 _QUICKEST = 2.0
-"""Largest factor by which the reference is faster than declared. On squares the boat leaves the corners by 0.4 m more
-than planned with 3, and by 0.1 m more with 2."""
+"""Largest factor by which the reference is faster than declared. Compared on squares: with 3 the boat leaves the
+corners by 0.4 m more than planned, with 2 by 0.1 m more."""
 _LEAST = 0.1
 """Smallest bandwidth, as a fraction of the boat's own."""
 _SLOW, _WIDE, _WORTH = 0.5, 0.2, 0.8
 """A corner is wide if its path goes outside by more than _WIDE of the acceptance, or passes the waypoint outside of the
 acceptance. It is turned at _SLOW of the route's speed if the current is slower than that, and if this reduces the cost
-of the turn to less than _WORTH. With planned paths at 150°, 1.4 m outside become 0.7 m without a current, and 1.1 m
-become 1.0 m in a current of half the boat's speed."""
+of the turn to less than _WORTH times the cost at full speed. On planned paths with corners of 150°, this reduces the
+excursion from 1.4 to 0.7 m without a current, and from 1.1 to 1.0 m in a current of half the boat's speed."""
 _BRAKING = 0.25
 """Deceleration (m/s²) of a vehicle with inner loops before a slow corner: half of what such vehicles achieve."""
 
@@ -94,9 +94,9 @@ class InCurrent:
         self._headway.restart()
         self._departing = 0.0
         self.turning: Turn | None = None  # the turn from the last leg into this one
-        self._path: Floats | None = None  # of that turn
-        self._left, self._seen = 0.0, math.nan  # rad left of the turn, and the last reference heading
-        self._planned_at = math.inf  # m from the waypoint, at the last plan of a turn
+        self._path: Floats | None = None  # path of this turn
+        self._left, self._seen = 0.0, math.nan  # remaining turn, and last reference heading, rad
+        self._planned_at = math.inf  # distance from the waypoint at the last plan of a turn, m
         self._next: tuple[int, Turn | None, tuple[float, float]] = (-1, None, (0.0, 0.0))
         self._turned_for = 0.0  # s
         # Waypoint of the next corner, speed (m/s) of its turn, and distance (m) when this speed was chosen; speed of
@@ -145,13 +145,13 @@ class InCurrent:
     def _fastest(self, estimate: Estimate) -> float:
         """Largest speed through the water (m/s), by the estimated speed gain.
 
-        With a loop of the speed over ground at least `top_speed`: the loop drives against the current at full thrust.
+        With a loop of the speed over ground it is at least `top_speed`: this loop uses full thrust against the current.
         """
         least = 1.0 if self.over_ground else 0.0
         return self.top_speed * max(estimate.speed_gain, least)
 
     def current_along_bow(self, estimate: Estimate) -> tuple[float, ...]:
-        """(Current along the bow that the vehicle's speed loop compensates, m/s,); () for a boat without the loop."""
+        """(current along the bow,), m/s, if the boat's inner loop controls the speed over ground; else ()."""
         heading = estimate.heading
         along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
         return (estimate.made_up * along,) if self.over_ground else ()
@@ -178,10 +178,10 @@ class InCurrent:
         return wrap(reached + ahead_on(left if side * left > 0.0 else left + side * math.tau))
 
     def with_shorter_lookahead(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
-        """The leg with a cross-track error that is scaled up for a boat slower than `speed` (m/s over ground).
+        """The leg; for a boat slower than `speed` (m/s over ground) its cross-track error is scaled up.
 
-        This acts like a shorter lookahead: the error decays in the same time. In a turn the cross-track error is the
-        distance from the turn's path.
+        This acts like a shorter lookahead: the error decays in the same time as at `speed`. In a turn the cross-track
+        error is the distance from the turn's path.
         """
         leg = self._beside(leg)
         off = leg.cross_track
@@ -195,7 +195,7 @@ class InCurrent:
         return leg._replace(cross_track=off / slower * (_TIGHTER if turns else 1.0))
 
     def _beside(self, leg: LegState) -> LegState:
-        """The leg, bent towards the beginning of the turn at its end, which may be beside the leg."""
+        """The leg, bent towards the place where the turn at its end begins; this place may be beside the leg."""
         into, turn, _ = self._next
         if turn is None or into != leg.target + 1 or self._path is not None:
             return leg

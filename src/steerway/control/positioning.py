@@ -44,7 +44,7 @@ def by_bandwidth(
     integral: float = 0.1,
     limit: Sequence[float] = (math.inf,) * 3,
 ) -> PositioningGains:
-    """K_p = ω_n² M, K_d = 2ζω_n M, K_i = `integral` ω_n K_p; P2 (31)–(33) with the matrix M for its one m.
+    """K_p = ω_n² M, K_d = 2ζω_n M, K_i = `integral` ω_n K_p; P2 (31)–(33) with the mass matrix M in place of m.
 
     The vessel's own damping adds to K_d. Raises InputError for a bandwidth or damping that is not positive.
     """

@@ -24,10 +24,10 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 
 _SLOW = 0.08
-"""Least S in the adaptation rate, as a fraction of the top speed; 1/S² would else grow without limit."""
+"""Least S in the adaptation rate, as a fraction of the top speed. Otherwise 1/S² would grow without limit."""
 _LARGEST = 0.5
-"""Least S in the adaptation rate, as a fraction of the reference speed: with a boat under way and a set-point near 0
-the regressor would else be hundreds of times that of a steady speed."""
+"""Least S in the adaptation rate, as a fraction of the reference speed. For a boat under way with a set-point near 0,
+the regressor would otherwise be hundreds of times the regressor at a steady speed."""
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ _ONE_SIDE = math.radians(100.0)
 """Turn of the bow below which the other side, of more than 260°, is not simulated."""
 
 _CUT, _INSIDE = 1.5, 1.5
-"""Divisors in `Turn.cost` of the distances `closest` and `excursion`. On a right-angled path as far inside as outside
-these are 1.4 and 1 times the distance `outside`. With a _CUT of 1.8 boats passed wide corners at 1.7 m, 0.5 m outside.
-"""
+"""Divisors in `Turn.cost` of the distances `closest` and `excursion`. On a right-angled path that is as far inside as
+outside, these are 1.4 and 1 times `outside`. With a _CUT of 1.8, boats passed wide corners at a distance of 1.7 m, and
+went 0.5 m outside."""
 _STEPS = 10
 """Steps of the search for the offset, which find it to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)

@@ -36,8 +36,8 @@ def adaptive_line_of_sight(
 class AdaptiveLineOfSight:
     """Adaptive line of sight for heading. `lookahead` Δ in m, `gain` γ in rad/(m·s).
 
-    `crab_angle` β̂ is the estimate, kept from leg to leg. Its limit ± `largest_crab` prevents that a long approach
-    winds it up until the heading leads back.
+    `crab_angle` β̂ is the estimate, kept from leg to leg. A long approach could wind it up until the heading leads back
+    along the path; its limit ± `largest_crab` prevents this.
     """
 
     lookahead: float

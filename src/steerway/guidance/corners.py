@@ -14,7 +14,7 @@ KINDS = ("exact", "arc", "clothoid")
 _STEP = 0.02
 """Turn (rad) between two points of a curve; the chord is 5·10⁻⁵ of the radius from the arc."""
 _LEAST_TURN = math.radians(3.0)
-"""Turn below which legs count as in line; an arc of 10 m would cut such a corner by 3 mm."""
+"""Turn (rad) below which legs count as in line. An arc with a radius of 10 m would cut such a corner by 3 mm."""
 _LARGEST_TURN = math.radians(175.0)
 """Largest turn of a curved corner. Its arc begins r tan(turn/2) = 23 r before the waypoint."""
 

@@ -23,14 +23,14 @@ class Passage(NamedTuple):
 class MissionLog:
     """Totals of a mission while it is under way.
 
-    `distance` sums the steps between positions. Pass estimates: the noise of raw fixes would add up.
+    `distance` sums the steps between positions. Pass estimated positions: the noise of raw fixes would add up.
     """
 
     passages: list[Passage] = field(default_factory=list)
     time: float = 0.0
     distance: float = 0.0
     energy: float = 0.0  # ∫ effort dt
-    cross_track_max: float = 0.0  # of |y_e|
+    cross_track_max: float = 0.0  # largest |y_e|
     closest: float = math.inf
     _seen_time: float = 0.0
     _cross_track_square: float = 0.0
@@ -61,7 +61,7 @@ class MissionLog:
         self.passages.append(passage)
 
     def add(self, north: float, east: float, leg: LegState | None, dt: float, effort: float) -> None:
-        """Add one step. An unknown position adds time and effort only, the next known position the distance since."""
+        """Add one step. Unknown positions add time and effort only; the next known one adds the distance since."""
         self.time += dt
         self.energy += effort * dt
         if leg is None or not (math.isfinite(north) and math.isfinite(east)):

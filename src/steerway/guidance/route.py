@@ -13,7 +13,7 @@ from steerway.core.leg import leg_direction
 from steerway.guidance.corners import KINDS, Corner, corner
 
 LONGEST_LEG = 500e3
-"""Longest leg, m. A longer one is no straight line in one tangent plane, and most often a wrong unit."""
+"""Longest leg, m. A longer leg is no straight line in one tangent plane; most often its unit is wrong."""
 _SHARPEST = -0.9
 """Cosine of the sharpest turn of a parallel route, 154°: the corner is then four offsets from the waypoint."""
 
@@ -24,7 +24,7 @@ class Route:
 
     north, east: (n,), n ≥ 2, m in the tangent plane.
     acceptance:  radius of acceptance of a waypoint, m: one number or (n,), NaN: `default_acceptance`.
-    speed:       desired on the leg to each waypoint, m/s: None, one number or (n,), NaN for none.
+    speed:       desired speed on the leg to each waypoint, m/s: None, one number or (n,), NaN for none.
     corners:     one of `corners.KINDS`; corner_radius: least radius of a curve, m.
     Raises InputError that names the waypoint for a route that a boat cannot follow.
     """

@@ -102,7 +102,7 @@ class PlaceTable(Table):
         return _within_reach(displaced(*origin, first, second), name)
 
     def moved(self, north: float, east: float) -> dict[str, float]:
-        """The keys of a position (m north, m east) from this one, in the same kind of coordinates."""
+        """The keys of the position `north` and `east` m from this one, in the same kind of coordinates."""
         is_plane, first, second = self._pair("survey")
         if is_plane:
             return {"north": first + north, "east": second + east}

@@ -1,7 +1,7 @@
 """Vector-field guidance, P1's alternative to line of sight: far away, the boat approaches the path at a chosen angle.
 
-Nelson, Barber, McLain and Beard, "Vector field path following for miniature air vehicles", IEEE Transactions on
-Robotics 23(3), 2007: the field of its straight line. The autopilot replaces the paper's sliding-mode course loop.
+The field is that of a straight line in Nelson, Barber, McLain and Beard, "Vector field path following for miniature air
+vehicles", IEEE Transactions on Robotics 23(3), 2007. The autopilot replaces the paper's sliding-mode course loop.
 """
 
 import math

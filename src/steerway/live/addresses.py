@@ -35,12 +35,12 @@ T = TypeVar("T")
 
 
 class Context(NamedTuple):
-    """What an output uses of its service.
+    """The parts of a service that its outputs use.
 
     every_tick: whether to output a row per tick instead of a row per fix.
     lossless:   whether a log is replayed, which waits for slow outputs.
     inputs:     the open inputs; an output on the same link uses the open link.
-    supervisor: gives the orders for a vehicle; None without a route.
+    supervisor: the supervisor, which gives the orders for a vehicle; None without a route.
     """
 
     every_tick: bool = False
@@ -55,7 +55,7 @@ class Scheme:
 
     check: address → completed address; raises InputError.
     port:  default port, 0 for none.
-    source: (address, suffix for names of sources) → input; None if it cannot be read from.
+    source: (address, suffix for names of sources) → input; None for a link that cannot be read.
     source_options: options of an input address.
     sink:  (address, lossless) → sink, for any format of `forms`; `form` is the default format.
     output: (address, context) → output and its link, for a scheme with a format of its own.

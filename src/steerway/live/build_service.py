@@ -47,7 +47,7 @@ _COLLECTIONS = 200, 5, 20
 """Thresholds of the garbage collector: small collections often, so that each is short."""
 _WARM_SECONDS = 30
 _WARM_RATE = 5.0
-"""Tick rate, Hz: the lowest that runs every code path."""
+"""Tick rate for compilation, Hz: the lowest that runs every code path."""
 _WARM_STEP = 3e-7  # rad to the north each second
 
 
@@ -179,7 +179,7 @@ def _page(settings: Settings) -> Address | None:
 
 
 def _tuning(settings: Settings, aids: tuple[str, ...], replayed: bool) -> Profile | InferredProfile | RecordedLearning:
-    """The given profile, or a filter that learns one, starting with the profile in the file of the last run."""
+    """The given profile; else a filter that learns a profile, and starts with the profile stored by the last run."""
     if settings.profile is not None:
         return profile_of(settings.profile)
     start, keep = None, None

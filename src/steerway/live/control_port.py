@@ -21,7 +21,7 @@ DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
 _LONGEST = 4096  # longest request, bytes
 _FIRST = 5.0  # s within which a client has to send the token
-_MOST = 16  # connections with the token, and as many without
+_MOST = 16  # largest number of connections with the token, and of those without it
 _LOOK = 0.1  # s between two checks for a changed state
 _PERIOD = 1.0  # longest time between two states that are sent, s
 
@@ -51,7 +51,7 @@ class ControlPort:
 
     def __init__(self, controls: Controls, address: Address):
         self.controls, self.address = controls, address
-        self._strangers: dict[asyncio.StreamWriter, None] = {}  # those without a token yet, the oldest first
+        self._strangers: dict[asyncio.StreamWriter, None] = {}  # connections without a token yet, the oldest first
         self._clients: set[asyncio.StreamWriter] = set()
 
     async def run(self) -> None:

@@ -1,6 +1,6 @@
-"""A filter that learns its profile at rows that depend on a background thread, and reports these rows.
+"""A filter that learns its profile in a background thread, and reports at which rows it does so.
 
-A recording contains these rows, so that a replay learns at the same ones.
+A recording contains the numbers of these rows, so that a replay learns at the same rows.
 """
 
 import ctypes
@@ -13,7 +13,7 @@ from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.inferred import InferredProfile
 
 BEGINS, TAKES = "begins", "takes"
-"""Names of reports: an inference begins, with the rows so far; the filter changes to the inferred profile."""
+"""Names of reports. `BEGINS`: an inference begins, from the rows so far. `TAKES`: the filter takes the new profile."""
 
 
 class RecordedLearning(LearningFilter):
@@ -49,7 +49,7 @@ class RecordedLearning(LearningFilter):
 
 
 class ReplayedLearning(RecordedLearning):
-    """Learns at recorded rows. `moments`: its keys are (`BEGINS` or `TAKES`, number of the row)."""
+    """Learns at recorded rows. The keys of `moments` are (`BEGINS` or `TAKES`, number of the row)."""
 
     def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
         super().__init__(start, aid, background=False)
@@ -68,6 +68,6 @@ class ReplayedLearning(RecordedLearning):
 
 
 def _return_memory() -> None:
-    """Return the memory that an inference freed to the system; otherwise 4.5 MB of heap stay resident."""
+    """Give memory freed by an inference back to the system. Otherwise 4.5 MB of heap stay resident."""
     if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):  # musl has none
         trim(0)

@@ -100,7 +100,7 @@ def _i32(value: float, unit: float) -> int:
 
 LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
-_CLOCK_ERROR = 2.0  # s; a smaller difference between this computer's clock and GNSS is the delay of the message
+_CLOCK_ERROR = 2.0  # s; a smaller difference between this computer's clock and GNSS counts as delay of the message
 _LONGEST = 256  # characters of a gateway's line
 
 
@@ -111,7 +111,7 @@ def require_can(uri: Uri) -> None:
 
 
 class N2kDecoder:
-    """Decodes frames to rows. Messages of sender N are from the source "src N", those with a time from "src N GNSS"."""
+    """Decodes frames to rows. Their source is "src N" for sender N, and "src N GNSS" for messages with a time."""
 
     def __init__(self, place: str = ""):
         self._place = f" in {place}" if place else ""

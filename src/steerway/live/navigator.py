@@ -25,18 +25,18 @@ from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
 
 STEP = 60.0
-"""A fix whose time differs by more than this (s) from the last one is held until the next fix confirms it."""
+"""Largest difference in time between two fixes, s. A fix beyond it is held until the next fix confirms it."""
 AHEAD = 1.0
-"""A fix after a gap is held too if it is more than this (s) ahead of the present, where the present is known."""
+"""Largest lead of a fix after a gap over the present, if that is known, s. A fix beyond it is held in the same way."""
 _LEAD, _LEAD_S = 0.3, 0.1
 """Largest lead of a fix over the present, in intervals and in s. After a larger lead the present is treated as unknown:
 a log is being replayed faster than recorded, and a fix far ahead may follow a gap in it."""
 _BEHIND, _BEHIND_ROWS = 1.0, 3
-"""The receiver's clock was set back if fixes over this span (s), at least so many, are in order but all older than the
-last used one."""
+"""Span (s) and number of fixes that show that the receiver's clock was set back: they are in order, but all older than
+the last used fix."""
 
 MEETS = 1e-4
-"""A time within this (s) of a fix gets the row of the fix."""
+"""Largest difference between a requested time and a fix at which the row of the fix is output, s."""
 
 Place = tuple[float, float]
 Aids = tuple[float, ...]
@@ -59,17 +59,17 @@ class Navigator:
     profile: as in `FiveStateFilter`, or a filter that learns its profile.
     aid: as in `FiveStateFilter`; "auto" as in `filter_of`.
     sources:  names of sources in order of priority; see `SourceChoice`.
-    max_dead_reckoning: longest time without a fix for which the motion is predicted, s; then it is unknown.
+    max_dead_reckoning: longest time without a fix for which the motion is predicted, s; afterwards it is unknown.
     rate:     Hz; the filter also steps at every multiple of 1/rate, as `estimate` does when it gives rows at a rate.
         None: it steps from fix to fix.
     recall:   largest delay of a late fix that is still used at its own time, s.
     accuracy: whether the reported accuracy of fixes is used.
     lag:      time by which the rows of fixes are delayed and smoothed by later fixes, s; 0 for none.
 
-    When the receiver's clock steps, the motion continues without a gap, unless the position contradicts that.
+    After a step of the receiver's clock, the motion continues without a gap unless the position contradicts this.
 
-    `counts` of rows: used, late (used at their own time), too late (dropped), stray (one time far from all others),
-    clock steps, other source, repeated.
+    `counts`: numbers of rows by kind: used; late (used at their own time); too late (dropped); stray (a time far from
+    all others); clock steps; other source; repeated.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class Navigator:
         self._ahead_time = math.nan
         self._receiver = ""
         self._slow = USUAL_STD  # 1σ of the receiver's slow error at the last fix, m
-        self._last_filter = self.filter  # that gave the last row
+        self._last_filter = self.filter  # the filter that gave the last row
 
     @property
     def last_fix(self) -> Row:
@@ -170,7 +170,7 @@ class Navigator:
         return rows + self._smoothed(rest=True)
 
     def _aids(self, row: InputRow, now: float) -> Aids:
-        """The row's aids in the order of AIDS; NaN for those that are not used from its source."""
+        """The row's aids in the order of AIDS; NaN for aids that are not used from its source."""
         wanted = self.filter.aid
         return tuple(
             value if name in wanted and not math.isnan(value) and self.choice.uses_aid(name, row, now) else math.nan
@@ -230,7 +230,7 @@ class Navigator:
         return is_long
 
     def _stepped(self, rows: Sequence[InputRow], by: float) -> list[Row]:
-        """Use rows after a clock step of `by` s; NaN: one that puts the first row an interval after the last fix."""
+        """Use rows after a clock step of `by` s; NaN: a step that puts the first row an interval after the last fix."""
         self.counts["clock steps"] += 1
         if math.isnan(by):
             by = 2.0 * rows[0].time - rows[1].time - self._time
@@ -302,7 +302,7 @@ class Navigator:
 
 
 def filter_of(profile: Profile | InferredProfile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
-    """The filter of a profile; "auto" among the aids means those of SOG and COG that its structures model."""
+    """The filter of a profile; "auto" among the aids stands for those of SOG and COG that its structures model."""
     if AUTO in aid:
         aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile_of(profile))) if each != AUTO))
     return FiveStateFilter(profile, aid)

@@ -26,7 +26,7 @@ LOG = logging.getLogger("steerway.live")
 RAW, ESTIMATE, ORDER, POSITION, LEARNING = "/raw", "/estimate", "/order", "/position", "/learning"
 SETTINGS = "steerway"
 """The name of the metadata, with the keys `settings` and `code`."""
-_CHUNK = 1 << 16  # bytes that a loss of power costs
+_CHUNK = 1 << 16  # bytes per chunk; a loss of power loses at most one chunk
 
 
 def code() -> str:
@@ -68,7 +68,7 @@ class Recorder(Output):
         self._send()
 
     def write(self, data: bytes) -> int:
-        """See io.RawIOBase. Pieces are kept until the chunk is whole."""
+        """See io.RawIOBase. The data are kept until their chunk is complete."""
         self._pieces += data
         self._size += len(data)
         return len(data)
@@ -139,7 +139,7 @@ class Recorder(Output):
         self._send()
 
     def _send(self) -> None:
-        """Write the finished chunks; only whole ones, so that a file that ends early is readable."""
+        """Write the complete chunks only, so that a file that ends early is readable."""
         if self._pieces and not self._sink.broken:
             self._sink.send(bytes(self._pieces))
         self._pieces.clear()

@@ -25,8 +25,8 @@ a given profile, 6e-12 with an inferred one."""
 
 
 class Replayed(NamedTuple):
-    """Result of a replay. `recorded`, `repeated`: rows at the fixes, in the recording and from the replay; `inputs`,
-    `orders`: numbers of both in the recording; `code`: the code that recorded, see `recording.code`, "" if unknown.
+    """Result of a replay. `recorded`: rows at the fixes in the recording; `repeated`: rows from the replay; `inputs`,
+    `orders`: numbers of inputs and orders in the recording; `code`: `recording.code` of the recording run, or "".
     """
 
     recorded: list[Row]

@@ -84,7 +84,7 @@ def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | No
 
 
 class State(StrEnum):
-    """Idle until all conditions are met; ready to be started; under way until stopped; stopped until started again."""
+    """Idle until all conditions are met; then ready to start; under way; stopped until the next start."""
 
     IDLE = "idle"
     READY = "ready"

@@ -28,10 +28,10 @@ from steerway.live.tick_timing import FixClock, Pulse
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
-_BEHIND = 1.0  # s by which ticks may be late before they are skipped
-_SAID = 5.0  # s between two log lines about different reasons of one state
+_BEHIND = 1.0  # largest delay of ticks before they are skipped, s
+_SAID = 5.0  # shortest time between two log lines about different reasons of one state, s
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")  # in a reason; reasons that differ only in numbers count as the same
-_YIELD = 256  # rows of a replay after which other tasks run
+_YIELD = 256  # number of rows of a replay after which other tasks run
 
 
 class LatestTick(NamedTuple):

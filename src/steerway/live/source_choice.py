@@ -13,10 +13,10 @@ from steerway.core.records import INSTRUMENT_COLUMNS
 from steerway.formats.sources import OWN_SHARE, rank
 from steerway.live.rows import InputRow
 
-_KEPT = 20  # newest rows of a source that give its median interval
+_KEPT = 20  # number of newest rows that give the median interval of a source
 _SILENT = 3.0  # intervals after which a source counts as silent
 _LEAST_SILENCE = 2.0  # shortest time after which a source counts as silent, s
-_QUICKER = 1.5  # a source replaces the present one if its rate is more than this multiple of the present one's
+_QUICKER = 1.5  # least ratio of rates at which a quicker source replaces the present one
 _JITTER = 1.1  # two intervals count as equal up to this ratio
 
 
@@ -44,7 +44,7 @@ class _Choice:
         return by_rate and full and self.interval(source) * _QUICKER < self.interval(self.present)
 
     def silence(self, source: str) -> float:
-        """s after which a source counts as silent."""
+        """Time without a row after which a source counts as silent, s."""
         return max(_LEAST_SILENCE, _SILENT * self.interval(source))
 
     def interval(self, source: str) -> float:
@@ -59,8 +59,8 @@ class SourceChoice:
 
     wanted: names in order of priority, as in `formats.sources.rank`. Without names the first source is used until it is
         silent or another one has more than `_QUICKER` times its rate. As in a log, an aid comes from the source of
-        positions if that reports it at half of its fixes or more. Otherwise the aid's source is chosen in the same way
-        as a source of positions without names. SOG and COG never come from another receiver.
+        positions if that reports it at half of its fixes or more. Otherwise the aid's source is chosen as a source of
+        positions is chosen without names. SOG and COG never come from another receiver.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
@@ -105,7 +105,7 @@ class SourceChoice:
 
     @property
     def silence(self) -> float:
-        """s without a position after which the present source counts as silent."""
+        """Time without a position after which the present source counts as silent, s."""
         return self._positions.silence(self.present) if self.present else _LEAST_SILENCE
 
     def shift(self, by: float) -> None:

@@ -17,11 +17,11 @@ from steerway.formats.sources import choose, rank
 from steerway.live.rows import InputRow
 
 LONGEST = 10.0
-"""s after the first position at which a source is chosen in any case."""
-_ALONE, _ALONE_SPAN = 3, 0.5  # epochs (the last may be incomplete) and s that are enough for the only source
-_COMPARED = 10  # epochs that are needed from each of several sources
+"""Longest time from the first position to the choice of a source, s."""
+_ALONE, _ALONE_SPAN = 3, 0.5  # number of epochs (the last may be incomplete) and s needed from an only source
+_COMPARED = 10  # number of epochs needed from each of several sources
 _HALF_DAY = 0.5 * DAY
-_REMEMBERED = 40  # newest rows of a talker that show its streams
+_REMEMBERED = 40  # number of newest rows of a talker that show its streams
 
 
 class Streams:

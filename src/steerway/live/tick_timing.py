@@ -69,7 +69,7 @@ def _ms(durations: Durations) -> str:
 
 
 WINDOW = 30.0
-"""s for which a fix counts; older ones are dropped, because clocks drift."""
+"""Time for which the offset of a fix is used, s. Older offsets are dropped, because clocks drift."""
 
 
 class FixClock:

@@ -19,19 +19,20 @@ from steerway.pilot.pilot import Observer, Pilot
 DEFAULT_KINDS = "pole-placement", "pi"
 """Default kinds of autopilot and speed controller."""
 ANGLE_STD = math.radians(1.0)
-"""rad, 1σ of an estimated course or heading, for the observers of MPC and LQG autopilots."""
+"""1σ of an estimated course or heading for the observers of MPC and LQG autopilots, rad."""
 _LONGEST_SPEED_TIME = 60.0
-"""s, upper limit of the time constant of speed in the steering filter."""
+"""Upper limit of the time constant of speed in the steering filter, s."""
 _TIME_STD = 0.5
 """Relative 1σ of the time constant of a vehicle's own yaw-rate loop: such loops respond in 0.1 to 1.3 s."""
 _INTEGRAL = 0.1
-"""1/s, integral gain assumed for such a loop: ArduPilot's Rover has 0.1 to 0.26 1/s for a motorboat, many loops have
-none. With 0.2, simulated boats without an integral got lost in a current; with 0.1 both kinds keep the route."""
+"""Integral gain assumed for a vehicle's own yaw-rate loop, 1/s. ArduPilot's Rover has 0.1 to 0.26 for a motorboat; many
+loops have no integral. Compared: with 0.2, simulated boats without an integral got lost in a current; with 0.1, boats
+with and without an integral keep the route."""
 _SLIP_STD = 0.25
-"""s, 1σ of the time constant of sway, for a boat whose pivot point is not declared."""
+"""1σ of the time constant of sway for a boat with an undeclared pivot point, s."""
 _SLIP = 0.2
-"""Share of its speed that such a vehicle loses in its tightest turn, before its own speed loop compensates. An Otter
-loses 0.3 at 15°/s."""
+"""Fraction of speed that a vehicle with its own yaw-rate loop loses in its tightest turn, before its speed loop
+compensates. An Otter loses 0.3 at 15°/s."""
 
 
 def build_pilot(

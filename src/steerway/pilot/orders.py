@@ -27,9 +27,9 @@ class Steered(NamedTuple):
     """Output of control in one step."""
 
     command: tuple[float, ...]  # one per actuator
-    force: float  # demanded of the actuation, N
+    force: float  # demanded surge force, N
     yaw: float  # the autopilot's output
-    reference: Reference  # what the autopilot followed
+    reference: Reference  # the autopilot's reference
 
 
 class Orders(NamedTuple):
@@ -38,10 +38,10 @@ class Orders(NamedTuple):
     command: tuple[float, ...]  # one per actuator
     estimate: Estimate
     leg: LegState
-    desired: Reference  # by guidance: a course, or a heading if the law gives one
-    reference: Reference  # what the autopilot followed
-    speed: float  # desired, m/s
-    force: float  # demanded of the actuation, N
+    desired: Reference  # from guidance: a course, or a heading if the law gives one
+    reference: Reference  # the autopilot's reference
+    speed: float  # desired speed, m/s
+    force: float  # demanded surge force, N
     yaw: float  # the autopilot's output
     mode: Mode
     by_course: bool  # whether the autopilot controls course; else it controls heading

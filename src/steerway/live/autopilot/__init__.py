@@ -1,1 +1,1 @@
-"""The autopilot aboard: guidance on a geodetic route, the pilot of simulation, and supervision around it."""
+"""The autopilot aboard: guidance on a geodetic route, the pilot that simulation also uses, and its supervision."""

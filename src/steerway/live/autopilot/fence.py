@@ -1,4 +1,4 @@
-"""Polygons: the fence that the boat must not leave, areas that it must not enter, and whether it is about to."""
+"""Polygons: the fence, which the boat must not leave, and areas that it must not enter, now and for `AHEAD` s."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,10 @@ _SOON = f"within {AHEAD:g} s"
 
 
 class Polygon:
-    """A simple polygon of places (latitude, longitude), rad, closed by itself; InputError for any other polygon."""
+    """A simple polygon of places (latitude, longitude; rad); its last corner is joined to the first.
+
+    Raises InputError for fewer than three corners, and for edges that cross.
+    """
 
     def __init__(self, places: Sequence[tuple[float, float]], name: str = "the fence"):
         self.name = name
@@ -27,7 +30,7 @@ class Polygon:
         self._refuse_crossings()
 
     def is_met(self, latitude: float, longitude: float, sog: float, cog: float) -> bool:
-        """Whether the boat crosses an edge on its course within `AHEAD`."""
+        """Whether the boat crosses an edge within `AHEAD` s if it keeps its course and speed."""
         way = sog * AHEAD
         if not (math.isfinite(way) and math.isfinite(cog)):
             return False
@@ -43,12 +46,12 @@ class Polygon:
         return self.is_crossed(*displacement(*start, *self._origin), *displacement(*end, *self._origin))
 
     def is_crossed(self, north_0: float, east_0: float, north_1: float, east_1: float) -> bool:
-        """Whether the way between two points of the fence's own plane (m) crosses an edge."""
+        """Whether the line between two points of the polygon's own plane (m) crosses an edge."""
         way = (north_0, east_0, north_1, east_1)
         return any(_cross(*way, *edge) for edge in self._edges)
 
     def _holds(self, north: float, east: float) -> bool:
-        """Even and odd: how many edges a ray to the east meets."""
+        """Whether a point is inside: a ray from it to the east then crosses an odd number of edges."""
         inside = False
         for north_0, east_0, north_1, east_1 in self._edges:
             if (north_0 > north) != (north_1 > north):
@@ -70,7 +73,7 @@ class Fence(Polygon):
     """The area that the boat must not leave."""
 
     def trouble(self, latitude: float, longitude: float, sog: float = 0.0, cog: float = 0.0) -> str:
-        """Why to stop here, "" while the boat is inside and stays there for `AHEAD`."""
+        """Why to stop here; "" while the boat is inside and will stay inside for `AHEAD` s."""
         if not self.holds(latitude, longitude):
             return "the fence is left"
         return f"the fence is about to be left, {_SOON}" if self.is_met(latitude, longitude, sog, cog) else ""
@@ -80,7 +83,7 @@ class NoGo(Polygon):
     """An area that the boat must not enter."""
 
     def trouble(self, latitude: float, longitude: float, sog: float = 0.0, cog: float = 0.0) -> str:
-        """Why to stop here, "" while the boat is outside and stays there for `AHEAD`."""
+        """Why to stop here; "" while the boat is outside and will stay outside for `AHEAD` s."""
         if self.holds(latitude, longitude):
             return f"the boat is inside of {self.name}"
         return f"{self.name} is about to be entered, {_SOON}" if self.is_met(latitude, longitude, sog, cog) else ""
@@ -96,7 +99,7 @@ def _cross(
     d_north: float,
     d_east: float,
 ) -> bool:
-    """Whether the segments ab and cd meet in a point that is inside both."""
+    """Whether the segments ab and cd cross at a point inside both segments."""
 
     def side(north: float, east: float, north_0: float, east_0: float, north_1: float, east_1: float) -> float:
         return (north_1 - north_0) * (east - east_0) - (east_1 - east_0) * (north - north_0)

@@ -1,4 +1,4 @@
-"""What is followed aboard: the route, or what the skipper asks for in its place: a course, a position, another leg."""
+"""Guidance aboard: follows the route, or a course, position or other leg that the skipper requests in its place."""
 
 import math
 from collections.abc import Sequence
@@ -20,57 +20,57 @@ from steerway.live.autopilot.mission_items import SPEED, MissionItem, items_of
 from steerway.live.rows import lost
 
 ROUTE, COURSE, POSITION = MODES = ("route", "course", "position")
-"""What is followed."""
+"""Modes: follow the route, hold a course, or hold a position."""
 _AHEAD = 1000.0
-"""m from the boat to the point that a held course leads to, for displays."""
+"""Distance (m) from the boat to the destination that displays show for a held course."""
 _TURNS, _LEAST_RADIUS = 3.0, 8.0
-"""Radius of the circle about a position: radii of the tightest turn, and m."""
+"""Radius of the circle around a held position: in radii of the tightest turn, but at least the second value, m."""
 _BRAKING = 0.1
-"""m/s², at which the last waypoint is approached."""
+"""Deceleration before the last waypoint, m/s²."""
 _SLOWEST = 0.6
-"""Share of the route's speed at which it is reached: a boat at rest has no course."""
+"""Speed at the last waypoint, as a fraction of the route's speed; above 0, because a boat at rest has no course."""
 _SAME = 1.0
-"""m between two places that count as one waypoint."""
+"""Largest distance of two places that count as one waypoint, m."""
 _OFFSET = 0.5
-"""Share of the cross-track limit that the boat may be led beside the route; the rest is left to it. Chosen."""
+"""Largest offset from the route, as a fraction of the cross-track limit. Chosen: the rest is margin for errors."""
 _UNKNOWN = LegState(0, *[math.nan] * 7)
 
 
 class Followed(NamedTuple):
-    """What is followed, and what the skipper changed of it."""
+    """The mode, and the changes that the skipper requested."""
 
     mode: str  # one of MODES
-    course: float = math.nan  # that is held, rad
-    dodges: bool = False  # whether that course leads off the route for a while
+    course: float = math.nan  # held course, rad
+    dodges: bool = False  # whether the held course leads off the route for a while
     offset: float = 0.0  # m to starboard of the route
     faster: float = 0.0  # m/s above the route's speed
 
 
 class Guide:
-    """The mission of a pilot aboard (`pilot.LegSource`), one step a tick, engaged or not: other programs steer by it.
+    """The mission of a pilot aboard (`pilot.LegSource`): one step per tick, even if not engaged, for other autopilots.
 
-    A position is held by thrust where the autopilot knows heading and current (`control.holding`). Where it does not,
-    and for another autopilot, the given course leads round a circle about it, clockwise, since a boat at rest has no
-    course: that of a vector field (Nelson, Barber, McLain and Beard, "Vector field path following for miniature air
+    If heading and current are known, a position is held by thrust (`control.holding`). Otherwise, and for another
+    autopilot, the boat circles the position clockwise, because a boat at rest has no course. The course along the
+    circle is that of a vector field (Nelson, Barber, McLain and Beard, "Vector field path following for miniature air
     vehicles", 2007, equation for orbits).
     Raises InputError for a route that cannot be sailed.
     """
 
     def __init__(self, route: GeodeticRoute, boat: Boat):
         self._origin, self._boat = route.places[0], boat
-        self._items: list[MissionItem] = []  # that were uploaded
+        self._items: list[MissionItem] = []  # uploaded items
         self._take(route)
         self.radius = max(_LEAST_RADIUS, _TURNS * self.speed / boat.turn_rate)
         self.mode = ROUTE
-        self.course = math.nan  # that is held
-        self.place = math.nan, math.nan  # that is held
+        self.course = math.nan  # held course, rad
+        self.place = math.nan, math.nan  # held position, rad
         self.given_course = math.nan
-        self.row = lost(math.nan)  # of the tick
+        self.row = lost(math.nan)  # the row of the tick
         self.finished = False  # the last waypoint was passed before this tick
-        self._leg = 0  # to go on from; 0: the one under way
-        self.rejoins = False  # from wherever it was led to the route: the supervisor takes note
-        self.dodges = False  # the course that is held leads off the route for a while
-        self._direction = math.nan  # of the leg under way
+        self._leg = 0  # leg from which to continue; 0: the leg under way
+        self.rejoins = False  # whether the boat returns to the route; the supervisor reads and resets it
+        self.dodges = False  # whether the held course leads off the route for a while
+        self._direction = math.nan  # direction of the leg under way
 
     def _take(self, route: GeodeticRoute) -> None:
         places = [displacement(*place, *self._origin) for place in route.places]
@@ -79,28 +79,28 @@ class Guide:
         self.mission = Mission(route_of(route.settings, places, tables, self._boat), Passing(time_factor=None))
         self.speed = float(route.speed.min())
         self.route = self._sailed = route
-        self._straight = self.mission.route  # without an offset
+        self._straight = self.mission.route  # the route without an offset
         self.offset = self.faster = 0.0  # m to starboard of the route, m/s above its speed
 
     @property
     def followed(self) -> Followed:
-        """For displays and other programs."""
+        """The mode and the requested changes, for displays and other programs."""
         course = self.course if self.mode == COURSE else math.nan
         return Followed(self.mode, course, self.dodges, self.offset, self.faster)
 
     @property
     def items(self) -> Sequence[MissionItem]:
-        """The route as mission items, home first: as they were given, where they were."""
+        """The route as mission items, home first: the uploaded items, else items made from the route."""
         route = self.route
         return self._items or items_of(route.places, route.speed.tolist(), route.settings.at_end)
 
     @property
     def item_under_way(self) -> int:
-        """Index of the item whose waypoint is sailed to."""
+        """Index of the item of the next waypoint."""
         return self._waypoint_items()[self.target]
 
     def go_to_item(self, index: int) -> None:
-        """Go on to the waypoint of an item. Raises InputError for one that is none."""
+        """Go on to the waypoint of an item. Raises InputError if the item is no waypoint."""
         waypoints = self._waypoint_items()
         if index not in waypoints:
             raise InputError(f"item {index} is no waypoint, expected one of {', '.join(map(str, waypoints))}")
@@ -111,9 +111,9 @@ class Guide:
         return [k for k, each in enumerate(self.items) if k and each.command != SPEED]
 
     def exchange(self, items: Sequence[MissionItem], under_way: bool) -> None:
-        """The route of uploaded items in place of the present one, in the same plane; InputError for what cannot be.
+        """Replace the route by that of uploaded items, in the same plane. Raises InputError if it cannot be sailed.
 
-        Under way the leg to the same waypoint goes on, where the other route has it, else the first is begun.
+        Under way, the leg to the present waypoint continues if the new route has it; else the first leg begins.
         """
         towards = self.route.places[self.target] if under_way and self.mission.phase is Phase.UNDER_WAY else None
         route = self.route.with_items(items)
@@ -126,7 +126,7 @@ class Guide:
 
     @property
     def target(self) -> int:
-        """Index of the waypoint that is sailed to."""
+        """Index of the next waypoint."""
         return max(1, self.mission.target or 0)
 
     @property
@@ -160,11 +160,11 @@ class Guide:
         self.mission.preview = preview
 
     def restart(self) -> None:
-        """Begin again with the first leg. What is held stays held."""
+        """Begin again with the first leg. A held course or position stays held."""
         self.mission.restart()
 
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
-        """See `Mission.step`; a course or position that is held as a leg."""
+        """See `Mission.step`; a held course or position is also returned as a leg."""
         leg = self._step(north, east, dt)
         return leg if not self.faster or math.isnan(leg.speed) else leg._replace(speed=self._changed(leg.speed))
 
@@ -183,20 +183,20 @@ class Guide:
         return self._around(north, east)
 
     def hold_course(self, course: float | None = None) -> None:
-        """Hold a course (rad), by default the present one. Raises InputError where that is unknown."""
+        """Hold a course (rad), by default the present one. Raises InputError if the present course is unknown."""
         course = self._known("cog", "course") if course is None else course
         self.mode, self.course, self.dodges = COURSE, wrap(course), False
 
     def adjust(self, by: float) -> None:
-        """Turn the course that is held by an angle (rad, + to starboard); of another mode, the present course."""
+        """Hold the held course, or else the present one, plus an angle (rad, + to starboard)."""
         before, dodges = (self.course if self.mode == COURSE else self._known("cog", "course")), self.dodges
         self.hold_course(before + by)
         self.dodges = dodges
 
     def dodge(self, by: float | None) -> None:
-        """Leave the route by an angle (rad, + to starboard) to its leg, more by the next one; None: back to it.
+        """Leave the route at an angle (rad, + to starboard) to its leg; a further call adds its angle. None: go back.
 
-        Raises InputError where the route is not followed.
+        Raises InputError if the route is not followed.
         """
         if self.mode != ROUTE and not self.dodges:
             raise InputError("the route is not followed, expected a course to adjust")
@@ -210,9 +210,9 @@ class Guide:
         self.dodges = True
 
     def shift(self, by: float | None) -> None:
-        """Follow the route from so many m further to starboard; None: on the route itself.
+        """Move the followed line `by` m further to starboard; None: back to the route itself.
 
-        Raises InputError beyond half of the cross-track limit, and for a way that cannot be sailed there.
+        Raises InputError for an offset above half of the cross-track limit, and if the line cannot be sailed.
         """
         offset = 0.0 if by is None else self.offset + by
         settings = self.route.settings
@@ -229,7 +229,7 @@ class Guide:
         self.offset, self._sailed, self.rejoins = offset, sailed, True
 
     def change_speed(self, by: float | None) -> None:
-        """Go so much faster (m/s) than the route says; None: as it says. Raises InputError beyond what the boat can."""
+        """Go faster by `by` m/s than before; None: at the route's speed. Raises InputError for an impossible speed."""
         faster, most = (0.0 if by is None else self.faster + by), self._boat.top_speed
         speeds = [float(each) + faster for each in (self.route.speed.min(), self.route.speed.max())]
         wrong = next((each for each in speeds if not 0.0 < each <= most), None)
@@ -241,23 +241,23 @@ class Guide:
         return speed + self.faster if speed > 0.0 else speed
 
     def hold_position(self) -> None:
-        """Hold the present position. Raises InputError where that is unknown."""
+        """Hold the present position. Raises InputError if it is unknown."""
         self.place = self._known("latitude", "position"), self._known("longitude", "position")
         self.mode, self.dodges = POSITION, False
 
     def go_back(self) -> None:
-        """Hold the rally place, or without one the route's beginning."""
+        """Return to the rally place, or without one to the route's beginning, and hold this position."""
         self.place, self.mode, self.dodges = self.route.rally or self.route.places[0], POSITION, False
 
     def follow(self, leg: int | None = None) -> None:
-        """Follow the route again: go on, or from a leg (1 is the first). Raises InputError for a leg that is none."""
+        """Follow the route again, by default on its present leg; 1 is the first leg. Other legs: InputError."""
         legs = len(self.route.latitude) - 1
         if leg is not None and (isinstance(leg, bool) or not isinstance(leg, int) or not 1 <= leg <= legs):
             raise InputError(f"leg is {leg!r}, expected 1 to {legs}")
         self.mode, self._leg, self.rejoins, self.dodges = ROUTE, leg or 0, True, False
 
     def slowed(self, leg: LegState) -> float:
-        """The speed of a leg, m/s: less towards the route's end."""
+        """The desired speed on a leg, m/s; reduced before the route's end."""
         route = self.mission.route
         if self.mode != ROUTE or leg.target < len(route) - 1:
             return leg.speed
@@ -265,7 +265,7 @@ class Guide:
         return max(_SLOWEST * leg.speed, min(leg.speed, math.sqrt(2.0 * _BRAKING * left)))
 
     def shown(self, leg: LegState, course_to_steer: float) -> Leg | None:
-        """The leg of the tick for displays and other autopilots; unknown without a position, None: finished."""
+        """The leg of the tick for displays and other autopilots; unknown without a position, None after the route."""
         row, held = self.row, self.mode != ROUTE
         if self.finished:
             return None

@@ -18,76 +18,75 @@ from steerway.live.autopilot.limits import TurnLimit
 from steerway.live.rows import InputRow
 
 LEAST_QUIET, QUIET_INTERVALS = 1.0, 5
-"""s, and intervals of fixes, for which positions may stand still under way."""
+"""Shortest time for which positions have to stand still under way before the boat stops: s, and intervals of fixes."""
 DOUBTED, DOUBTED_INTERVALS = 1.5, 2
-"""s, and at least so many intervals of fixes, after which positions that stand still are reported."""
+"""Time after which positions that stand still are reported, s; but at least the second value, in intervals of fixes."""
 _QUIET_SHARE = 0.1
-"""Share of the receiver's scatter: positions that differ by less stand still. Chosen: of six that scatter as before
-one in 10⁹ times."""
+"""Largest change of a position that counts as standing still, as a fraction of the receiver's scatter. Chosen: six
+positions that scatter as before count as standing still once in 10⁹ times."""
 _SQUARES, _MEDIAN = 20.0, 1.386
-"""Sum of the squared weights of a third difference, and the median of χ² with 2 degrees of freedom."""
+"""Sum of the squared weights of a third difference; median of χ² with 2 degrees of freedom."""
 _USUALLY, _SLOWEST = 3.0, 0.05
-"""Longest time at one rounded place, in usual times at one; and the slowest speed (m/s) that has to change a digit."""
-_PACES, _KEPT = 20, 100  # places over which their usual time is taken, and third differences for the scatter
+"""Longest time at one rounded position, in multiples of the usual time; least speed assumed in the usual time, m/s."""
+_PACES, _KEPT = 20, 100  # number of positions for their usual time; number of third differences for the scatter
 _LEAST_KNOWN = 10
-_UNDER_WAY = 0.3  # m/s over ground, from which on that time is learned
+_UNDER_WAY = 0.3  # speed over ground above which the usual time is learned, m/s
 _ROUNDING = 1e-3  # s
 LARGEST_MISSED = math.radians(45.0)
-"""rad by which the boat may have turned otherwise than ordered, of what is forgotten in `FORGETS` s. In a
-prototype sound boats that take yaw rates peaked at 16 to 19°. By propellers, where turns are not judged, an Otter
-reached 63°."""
+"""Largest difference between measured and ordered turn, rad; older parts of it decay with the time constant `FORGETS`.
+In a prototype, sound boats that take yaw rates peaked at 16 to 19°. An Otter commanded by propellers, where turns are
+not monitored, reached 63°."""
 DOUBTED_MISSED = math.radians(30.0)
 MISSED_SHARE = 0.5
-"""Share of the ordered turn that the boat may miss: at its start, with little thrust, a boat of 80°/s makes 35
-of 60°/s for 4 s. Chosen."""
+"""Largest difference from the ordered turn, as a fraction of the turn. Chosen: at its start, with little thrust, a boat
+that can turn at 80°/s turns at 35°/s instead of the ordered 60°/s for 4 s."""
 FORGETS = 10.0
 LASTING = 2.0
-"""s for which a turn has to be missed."""
+"""Time for which the difference has to last, s."""
 _OTHERWISE = "the boat does not turn as ordered"
-_LONGEST = 3.0  # s between two fixes over which a turn is compared
+_LONGEST = 3.0  # longest interval between two fixes over which a turn is compared, s
 _TRACK, _SHORTEST, _EVERY = 15.0, 3.0, 1.0
-"""s of a track that is compared with the orders, at the most and at the least, and s between two comparisons."""
+"""Longest and shortest track that is compared with the orders, s; time between two comparisons, s."""
 _DELAYS = np.array((0.3, 1.0, 2.0, 3.0))
-"""s by which the motion through the water may be behind the bow. Chosen: a small boat's sideslip takes about one."""
+"""Compared delays from bow to motion through the water, s. Chosen: a small boat's sideslip takes about 1 s."""
 _RATES = np.radians(np.arange(-18.0, 19.0, 3.0))
-"""rad/s at which the boat may turn whatever is ordered; 0: it does not turn."""
+"""Yaw rates at which the boat may turn whatever is ordered, rad/s; 0: it does not turn."""
 _UNLIKELY = np.concatenate((np.zeros(len(_DELAYS)), np.where(_RATES == 0.0, 0.0, 6.0)))
-"""Cost of what may happen in place of the ordered turn: its mirror image and the rates. One of many rates fits the
-errors of any track: without this cost a receiver that wanders by 0.4 m stops a sound boat. Chosen."""
+"""Cost of each alternative to the ordered turn: the mirror images, then the rates. Chosen: one of many rates fits the
+errors of any track, so that without this cost a receiver that wanders by 0.4 m would stop a sound boat."""
 _LEAST_GAIN, _CERTAIN, _PERHAPS = 4.0, 15.0, 8.0
-"""By how much another turn has to fit a track better than the ordered one at a comparison, in twice the nats, and the
-sums of what is beyond that from which on the boat is taken to turn otherwise, and from which on it is said. Chosen on a
-desk boat in currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: 32 sound routes reach 4 at the most.
-Of 50 faults in the first minute 49 are above after at most 20 s of orders of 5°/s or more; one boat was stuck at the
-rate that was ordered for half of them.
-"""
+"""Evidence for another turn, in twice the nats. At each comparison, evidence above the first value is added to a sum.
+Above the second value of the sum the boat stops; above the third the doubt is reported. Chosen on a desk boat in
+currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: on 32 sound routes the sum is at most 4. Of 50
+faults in the first minute, 49 exceed the second value after at most 20 s of orders of 5°/s or more. The other boat was
+stuck at the yaw rate that was ordered for half of this time."""
 _ERROR, _ERROR_TIME = 0.35, 0.3
-"""m, and s of the usual speed: 1σ of the error of one s of a track beside the receiver's; it comes from sideslip and
-from speed lost in turns. Chosen."""
+"""1σ of the track's error over 1 s from sideslip and speed lost in turns: a part in m, and a part in s that is
+multiplied by the usual speed. The receiver's error adds to both."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
-"""1σ of a component of the current, and of the speed through the water, in shares of the usual speed. Chosen."""
+"""1σ of a component of the current and of the speed through the water, as fractions of the usual speed."""
 
 
 class ReceiverMonitor:
-    """Positions in the order of their arrival; `quiet` is for how long they have stood still, s."""
+    """Notices a frozen receiver. It takes positions in order of arrival; `quiet`: time they have stood still, s."""
 
     def __init__(self) -> None:
-        self._last: deque[tuple[float, float, float]] = deque(maxlen=4)  # time, and places as differences
+        self._last: deque[tuple[float, float, float]] = deque(maxlen=4)  # time (s), north and east (m)
         self._third: deque[float] = deque(maxlen=_KEPT)
         self._paces: deque[float] = deque(maxlen=_PACES)
-        self._digit = math.inf  # m, the least difference of two places
+        self._digit = math.inf  # least change between two positions, m
         self._origin: tuple[float, float] | None = None
         self.restart()
 
     def restart(self) -> None:
-        """The boat is under way from now on."""
+        """Reset: the boat is under way from now on."""
         self.quiet = 0.0
-        self._stood = math.nan, math.nan, math.nan  # since when, and where
-        self._speed = 0.0  # over ground, when it came there
+        self._stood = math.nan, math.nan, math.nan  # time of arrival at the present position, and this position
+        self._speed = 0.0  # speed over ground at that time
         self._doubted = self._most = math.inf
 
     def fix(self, time: float, latitude: float, longitude: float, sog: float, interval: float) -> None:
-        """A position of a time (s; rad), the estimated speed over ground and the usual interval (s); NaN: unknown."""
+        """Take a position (s; rad), the estimated speed over ground (m/s) and the usual interval (s); NaN: unknown."""
         self._origin = self._origin or (latitude, longitude)
         place = displacement(latitude, longitude, *self._origin)
         since, *stood = self._stood
@@ -107,19 +106,19 @@ class ReceiverMonitor:
 
     @property
     def scatter(self) -> float:
-        """1σ of a position in one axis, m, by third differences; 0 while there are fewer than ten."""
+        """1σ of a position in one axis, m, from third differences; 0 while there are fewer than ten."""
         if len(self._third) < _LEAST_KNOWN:
             return 0.0
         return math.sqrt(sorted(self._third)[len(self._third) // 2] / (_SQUARES * _MEDIAN))
 
     @property
     def trouble(self) -> str:
-        """Why to stop, "" while the positions move or scatter as before."""
+        """Why to stop; "" while the positions move or scatter as before."""
         return self._words if self.quiet >= self._most - _ROUNDING else ""
 
     @property
     def doubt(self) -> str:
-        """The same, earlier."""
+        """The same as `trouble`, with a lower threshold."""
         return self._words if self.quiet >= self._doubted - _ROUNDING else ""
 
     @property
@@ -133,7 +132,7 @@ class ReceiverMonitor:
             self._third.append((n3 - 3.0 * (n2 - n1) - n0) ** 2 + (e3 - 3.0 * (e2 - e1) - e0) ** 2)
 
     def _honest(self, interval: float) -> float:
-        """s for which positions of few digits, or given several times, stand still although the boat moves."""
+        """Time (s) for which positions stand still although the boat moves, by rounding or repetition."""
         crossing = _USUALLY * self._digit / max(self._speed, _SLOWEST) if math.isfinite(self._digit) else 0.0
         if len(self._paces) < _LEAST_KNOWN:
             return crossing
@@ -142,26 +141,26 @@ class ReceiverMonitor:
 
 
 class ResponseMonitor:
-    """Compares the gyro with the ordered turn; `missed` is measured less ordered angle, rad, + to starboard."""
+    """Compares the gyro with the ordered turn; `missed`: measured minus ordered angle, rad, + to starboard."""
 
     def __init__(self, boat: Boat):
         self._time = max(boat.nomoto_time, 1e-3)
         self.restart()
 
     def restart(self) -> None:
-        """The boat is under way from now on."""
-        self._rate = self._turned = 0.0  # that is expected, rad/s, and since the last fix, rad
-        self._asked = self._missed = 0.0  # size of the turns ordered, and what was missed of them, rad
+        """Reset: the boat is under way from now on."""
+        self._rate = self._turned = 0.0  # expected yaw rate, rad/s; expected turn since the last fix, rad
+        self._asked = self._missed = 0.0  # size of the expected turns, and measured minus expected turn, rad
         self._fixed = math.nan
         self._lately: deque[tuple[float, float]] = deque()
 
     def order(self, yaw_rate: float, dt: float) -> None:
-        """Adds the yaw rate ordered over the last dt s (rad/s); NaN if the autopilot did not steer."""
+        """Add the yaw rate ordered over the last dt s (rad/s); NaN if the autopilot did not steer."""
         self._rate += (_or_zero(yaw_rate) - self._rate) * -math.expm1(-dt / self._time)
         self._turned += self._rate * dt
 
     def fix(self, time: float, yaw_rate: float) -> None:
-        """A fix of a time (s) and the yaw rate of a gyro; NaN without one."""
+        """Take a fix's time (s) and the yaw rate of a gyro (rad/s; NaN without a gyro)."""
         step, self._fixed = time - self._fixed, time
         expected, self._turned = self._turned, 0.0
         if not 0.0 < step < _LONGEST:
@@ -177,18 +176,18 @@ class ResponseMonitor:
 
     @property
     def missed(self) -> float:
-        """The least of the last `LASTING` s; 0 where it had not one sign."""
+        """The difference smallest in size over the last `LASTING` s, rad; 0 if its sign changed."""
         lately = [missed for _, missed in self._lately] or [0.0]
         return min(lately) if min(lately) > 0.0 else min(max(lately), 0.0)
 
     @property
     def trouble(self) -> str:
-        """Why to stop, "" while the boat turns as ordered."""
+        """Why to stop; "" while the boat turns as ordered."""
         return self._words(LARGEST_MISSED)
 
     @property
     def doubt(self) -> str:
-        """The same, earlier."""
+        """The same as `trouble`, with a lower threshold."""
         return self._words(DOUBTED_MISSED)
 
     def _words(self, most: float) -> str:
@@ -197,12 +196,12 @@ class ResponseMonitor:
 
 
 class TrackMonitor:
-    """Whether the places of the last `_TRACK` s show the turns that were ordered, or rather other ones.
+    """Whether the positions of the last `_TRACK` s fit the ordered turns, or fit other turns better.
 
-    Current, heading and the speed for a thrust are unknown here: the place is p + V t + A ∫ s exp(iθ) dt with the turn
-    θ that was ordered and the speed s that the thrust makes as a share of the usual one, complex, north + i east.
-    Errors, current V ~ N(0, σ_V²) and |A| ~ N(U, σ_U²) are weighed. In place of θ stand its mirror image, no turn and
-    turns at some rates. Without s a boat that turns at a corner while it hardly makes way looks like one that does not.
+    Current, initial heading and the speed at usual thrust are unknown here. The position, as north + i east, is
+    p + V t + A ∫ s exp(iθ) dt, with the ordered turn θ, and the speed s that the thrust gives, as a fraction of the
+    usual speed U. The priors are V ~ N(0, σ_V²) for the current and |A| ~ N(U, σ_U²). The alternatives to θ are its
+    mirror image, no turn, and constant yaw rates. Without s, a boat that turns at low speed would seem not to turn.
     """
 
     def __init__(self, boat: Boat):
@@ -211,15 +210,15 @@ class TrackMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """The boat is under way from now on."""
-        self._rate, self._seen = 0.0, np.zeros(len(_DELAYS))  # rad/s that is expected, and as it is seen delayed
-        self._turned, self._drive = np.zeros(len(_DELAYS)), 1.0  # rad; s of the class
+        """Reset: the boat is under way from now on."""
+        self._rate, self._seen = 0.0, np.zeros(len(_DELAYS))  # expected yaw rate, and after each delay, rad/s
+        self._turned, self._drive = np.zeros(len(_DELAYS)), 1.0  # θ for each delay, rad; s of the class
         self._track: deque[tuple[float, complex, Floats, float]] = deque()
         self._origin = 0.0, 0.0
         self._compared, self._evidence, self._error = math.nan, 0.0, _ERROR
 
     def order(self, yaw_rate: float, thrust: float, dt: float) -> None:
-        """The yaw rate (rad/s) and the share of full thrust ordered over the last dt s; NaN: none."""
+        """Add the yaw rate (rad/s) and the fraction of full thrust ordered over the last dt s; NaN: no order."""
         self._rate += (_or_zero(yaw_rate) - self._rate) * -math.expm1(-dt / self._time)
         self._seen += (self._rate - self._seen) * -np.expm1(-dt / _DELAYS)
         self._turned = self._turned + self._seen * dt
@@ -228,7 +227,7 @@ class TrackMonitor:
             self._drive += (made - self._drive) * -math.expm1(-dt / self._surge_time)
 
     def fix(self, time: float, latitude: float, longitude: float, error: float) -> None:
-        """A position of a time: s; rad; error: 1σ of the mean of the positions of a second, m."""
+        """Take a position (s; rad). error: 1σ of the mean of the positions of one second, m."""
         self._error = math.hypot(_ERROR, error)
         if self._track and not 0.0 < time - self._track[-1][0] < _LONGEST:
             self.restart()
@@ -244,12 +243,12 @@ class TrackMonitor:
 
     @property
     def trouble(self) -> str:
-        """Why to stop, "" while the boat turns as ordered."""
+        """Why to stop; "" while the boat turns as ordered."""
         return f"{_OTHERWISE}, its track is another" if self._evidence > _CERTAIN else ""
 
     @property
     def doubt(self) -> str:
-        """The same, earlier."""
+        """The same as `trouble`, with a lower threshold."""
         return f"{_OTHERWISE}, its track is nearer to another" if self._evidence > _PERHAPS else ""
 
     def _compare(self) -> None:
@@ -259,11 +258,11 @@ class TrackMonitor:
         t = times - times[0]
         costs = self._costs(t, places, drives * np.exp(1j * np.concatenate((turns.T, -turns.T, np.outer(_RATES, t)))))
         ordered, other = costs[: len(_DELAYS)].min(), (costs[len(_DELAYS) :] + _UNLIKELY).min()
-        gained = (ordered - other) / max(1.0, other / (2.0 * _TRACK))  # in errors as large as are left
+        gained = (ordered - other) / max(1.0, other / (2.0 * _TRACK))  # scaled by the residuals
         self._evidence = max(0.0, self._evidence + float(gained) - _LEAST_GAIN)
 
     def _costs(self, t: Floats, places: NDArray[np.complex128], velocities: NDArray[np.complex128]) -> Floats:
-        """Twice the −log density of places (n,; m) for each of k velocities (k, n), but for a constant."""
+        """−2 log density, without its constant, of positions (n,), m, for each of k courses of velocity (k, n)."""
         usual, steps = self._usual, np.diff(t)
         way = np.zeros_like(velocities)
         np.cumsum(0.5 * steps * (velocities[:, 1:] + velocities[:, :-1]), axis=1, out=way[:, 1:])
@@ -271,7 +270,7 @@ class TrackMonitor:
         columns = np.stack([np.broadcast_to(each, way.shape) for each in (np.ones(len(t)), t, way, places)], axis=1)
         products = (columns.conj() * share) @ columns.swapaxes(1, 2)
         products[:, 1, 1] += (_CURRENT_SHARE * usual) ** -2
-        for k in range(2):  # without place and current
+        for k in range(2):  # eliminate the first position and the current
             products = products - products[:, :, k, None] * products[:, None, k] / products[:, k, k, None, None]
             products[:, k, k] = 1.0
         known = np.maximum(products[:, 2, 2].real, 1e-12)
@@ -283,7 +282,7 @@ class TrackMonitor:
 class TurnMonitor:
     """Compares the turns of a boat that takes yaw rates with the orders: by its gyro, or without one by its track.
 
-    `limit`: of the ordered yaw rate. declared: largest yaw rate of the mission, °/s; None: the vehicle's limit.
+    `limit`: the limit of the ordered yaw rate. declared: largest yaw rate of the mission, °/s; None: the vehicle's.
     """
 
     def __init__(self, boat: Boat, declared: float | None):
@@ -292,7 +291,7 @@ class TurnMonitor:
         self._fixed = math.nan
 
     def restart(self) -> None:
-        """The boat is under way from now on."""
+        """Reset: the boat is under way from now on."""
         self._response.restart()
         self._track.restart()
 
@@ -303,7 +302,7 @@ class TurnMonitor:
         self.limit.order(yaw_rate, thrust, dt, throttle)
 
     def fix(self, row: InputRow, error: float) -> None:
-        """A fix; error: as of `TrackMonitor`."""
+        """Take a fix; error: see `TrackMonitor.fix`."""
         self.limit.turned(row.yaw_rate, row.time - self._fixed)
         self._fixed = row.time
         self._response.fix(row.time, row.yaw_rate)
@@ -312,12 +311,12 @@ class TurnMonitor:
 
     @property
     def trouble(self) -> str:
-        """Why to stop, "" while the boat turns as ordered."""
+        """Why to stop; "" while the boat turns as ordered."""
         return self._response.trouble or self._track.trouble
 
     @property
     def doubt(self) -> str:
-        """The same, earlier."""
+        """The same as `trouble`, with a lower threshold."""
         return self._response.doubt or self._track.doubt
 
 

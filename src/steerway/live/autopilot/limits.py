@@ -1,7 +1,7 @@
-"""Limits of a boat under way: speed, distance from the leg, fence; and the largest yaw rate that it is ordered.
+"""Limits of a boat under way: speed, distance from the leg and fence; and the limit of the ordered yaw rate.
 
-That is as the mission or the vehicle says, less where the boat turns less: a vehicle reports the limit of its own loop,
-what the boat can turn depends on its thrust besides.
+The mission or the vehicle gives the limit of the yaw rate. It is lowered if the boat turns more slowly: the vehicle
+reports the limit of its own loop, but the boat's largest yaw rate also depends on its thrust.
 """
 
 import math
@@ -12,21 +12,21 @@ from steerway.live.autopilot.mission import Limits
 from steerway.live.rows import Row
 
 LASTING = 0.5
-"""s for which speed or distance has to be beyond a limit, since an estimate scatters."""
+"""Time for which speed or distance has to exceed a limit, s: single estimates scatter."""
 _OFF = "the boat is "
 _LONGEST_STEP = 0.2
-"""s of a step that count: what was seen once does not last because the step is late."""
+"""Longest time that one step adds to this time, s. Otherwise a single value could exceed it in a late step."""
 WIDE = 3.0
-"""Lookaheads off the leg beyond which a boat that was on it has lost it, where the mission gives no limit."""
+"""Default cross-track limit, in lookaheads. It applies once the boat has been on its leg."""
 ACCELERATING = 15.0
-"""s after the start, and after a position was held, within which the least speed is not checked."""
+"""Time after the start, and after a position was held, in which the lowest speed is not checked, s."""
 
 
 class LimitGuard:
-    """Checks each step; counts for how long a limit is exceeded.
+    """Checks the limits at each step, and counts for how long one is exceeded.
 
-    Where the mission gives no cross-track limit there is a usual one, for a boat that was on its leg; and so is that of
-    the mission for one that comes back to its leg.
+    Without a cross-track limit in the mission, the default limit applies once the boat has been near its leg. After a
+    return to the leg (`rejoin`), the mission's limit also applies only from then on.
     """
 
     def __init__(
@@ -40,27 +40,27 @@ class LimitGuard:
         self.start()
 
     def start(self) -> None:
-        """The autopilot is started."""
+        """Reset, when the autopilot is started."""
         self._under_way = 0.0
         self._beyond = 0.0
         self._is_off_route = False
         self._was_near = self._is_given
 
     def rejoin(self) -> None:
-        """The boat comes back to its leg from wherever it was led: the limit counts from the leg on."""
+        """Note that the boat returns to its leg: the cross-track limit applies again once the boat is near the leg."""
         self._was_near = False
 
     def obstacle(self, row: Row, cross_track: float) -> str:
-        """Why not to start here, so many m off the leg; "" for no reason."""
+        """Why not to start here, `cross_track` m off the leg; "" for no reason."""
         return self._left(row) or self._beyond_limit(row, cross_track, 0.0)
 
     @property
     def is_off_route(self) -> bool:
-        """Whether the last step stopped for the distance from the leg."""
+        """Whether the cross-track limit was exceeded in the last step."""
         return self._is_off_route
 
     def step(self, row: Row, cross_track: float, is_held: bool, dt: float) -> str:
-        """Why to stop, "" while all limits are kept. is_held: whether a position is held."""
+        """Why to stop; "" while all limits are kept. is_held: whether a position is held."""
         self._under_way = 0.0 if is_held else self._under_way + dt
         self._was_near |= abs(cross_track) < (self._wide if self._is_given else 0.5 * self._wide)
         beyond = self._beyond_limit(row, cross_track, self._low if self._under_way > ACCELERATING else 0.0)
@@ -90,32 +90,32 @@ def widest(limits: Limits, lookahead: float) -> float:
 
 
 UNTOLD = math.radians(20.0)
-"""Limit of the ordered yaw rate, rad/s, while neither the mission nor the vehicle gives one."""
+"""Limit of the ordered yaw rate while neither the mission nor the vehicle gives one, rad/s."""
 MOST = math.radians(60.0)
-"""Largest ordered yaw rate of a vehicle that reports its limit, rad/s. Chosen: on squares at 2 m/s corners are then
-within 1.5 m."""
+"""Largest ordered yaw rate for a vehicle that reports its limit, rad/s. Chosen: on squares at 2 m/s the boat then
+passes the corners within 1.5 m."""
 _SHARE = 0.75
-"""Largest ordered yaw rate over the vehicle's limit: its own loop needs the rest. Chosen."""
+"""Largest ordered yaw rate as a fraction of the vehicle's limit. The vehicle's own loop needs the rest."""
 _LEAST = math.radians(8.0)
 """Least value of the limit, rad/s."""
 _RESPONSE = 0.8
-"""Time constant with which the yaw rate should follow an order, with the delay of a fix, s. Chosen."""
+"""Expected time constant from an ordered to a measured yaw rate, including the delay of a fix, s."""
 _SHORT, _SHORT_FOR = 0.6, 0.5
-"""A turn falls short where the yaw rate is below this share of the expected one for so many s."""
+"""A turn falls short if the yaw rate is below this fraction of the expected rate for this time, s."""
 _DRIVEN = 0.4
-"""Least share of full thrust with which a turn that falls short lowers the limit for later turns: a rudder turns less
-without thrust."""
+"""Least fraction of full thrust at which a turn that falls short also lowers the limit for later turns. With less
+thrust a rudder turns the boat less."""
 _ENDING = 0.9
-"""An order below this share of the expected yaw rate ends the turn. Chosen: the expected rate approaches an order at
+"""An order below this fraction of the expected yaw rate ends the turn. Chosen: the expected rate approaches an order at
 the limit from above, so that with 1 the limit could not grow again within a turn."""
 _REGAINED = 0.1
 """Relative growth of the limit while the boat turns as expected, 1/s."""
 _AT_ONCE = 0.5
-"""Relative growth, 1/s, of a limit that little thrust lowered in this turn, up to the limit for later turns. Chosen."""
+"""Relative growth, 1/s, of a limit lowered for this turn only, up to the limit for later turns."""
 
 
 class TurnLimit:
-    """The largest yaw rate to order, lowered where a gyro shows that the boat turns less than ordered.
+    """The largest yaw rate to order; it is lowered if a gyro shows that the boat turns less than ordered.
 
     declared: limit of the mission, rad/s; None: the vehicle's own limit is used."""
 
@@ -126,20 +126,20 @@ class TurnLimit:
 
     @property
     def rate(self) -> float:
-        """The limit now, rad/s: half where the thrust is low, of a limit that the vehicle says."""
+        """The present limit, rad/s. A limit that the vehicle reports is reduced at low thrust, down to half."""
         if self._declared is not None or self._told <= UNTOLD:
             return self._most
         return min(self._most, self._told * min(1.0, max(0.5, self._thrust / _DRIVEN)))
 
     def vehicle(self, limit: float) -> None:
-        """The vehicle's own limit, rad/s."""
+        """Take the vehicle's own limit, rad/s."""
         if self._declared is None and limit > 0.0:
             self._told = self._able = self._most = max(_LEAST, min(MOST, _SHARE * limit))
 
     def order(self, yaw_rate: float, thrust: float, dt: float, throttle: float = math.nan) -> None:
-        """The yaw rate (rad/s) and the share of full thrust ordered over the last dt s; NaN: none.
+        """Take the yaw rate (rad/s) and the fraction of full thrust ordered over the last dt s; NaN: no order.
 
-        throttle: share of full that the vehicle's motors have, NaN where it reports none.
+        throttle: reported fraction of the motors' full throttle; NaN without a report.
         """
         share = -math.expm1(-dt / _RESPONSE)
         self._ordered = yaw_rate if math.isfinite(yaw_rate) else 0.0
@@ -149,7 +149,7 @@ class TurnLimit:
         self._driven += share * (min(thrust, throttle) - self._driven)  # the thrust itself where throttle is NaN
 
     def turned(self, yaw_rate: float, dt: float) -> None:
-        """A yaw rate was measured (rad/s; NaN: none), dt s after the one before."""
+        """Take a measured yaw rate (rad/s; NaN for none), dt s after the last one, and adapt the limit."""
         expected, turned = abs(self._expected), yaw_rate * math.copysign(1.0, self._expected)
         if not math.isfinite(yaw_rate) or expected < max(0.5 * _LEAST, 0.4 * self.rate):
             self._short, self._most = 0.0, self._able

@@ -1,4 +1,4 @@
-"""Heading from whatever a boat's links report, and from what is ordered: the filters of scenarios aboard."""
+"""Heading and speed aboard, from the reports of all links and the orders, by the filters that scenarios also use."""
 
 import logging
 import math
@@ -15,18 +15,19 @@ from steerway.live.source_choice import SourceChoice
 
 LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0
-"""s between two measurements; after a longer pause, and where time goes back by as much, the filter begins anew."""
+"""Shortest and longest interval between two measurements, s. After a longer pause or step back the filter restarts."""
 _FRESH = 2.0
-"""s after the compass's last reading for which the heading is predicted, as the tracker's patience."""
+"""Time after the compass's last reading for which the heading is predicted, s; as in the tracker."""
 _GYRO = 0.5
-"""s for which a measured yaw rate holds."""
+"""Time for which a measured yaw rate is used, s."""
 
 
 class MeasuredHeading:
-    """Takes every row of the links, in the order of their arrival; `at` gives the heading.
+    """Takes every row of the links in order of arrival; `at` gives the heading.
 
-    table: which filter, of those beside the tracker. time: of the yaw rate's response to an ordered one, s; limit: the
-    largest that is ordered, rad/s; speed: usual through the water, m/s; speed_time: in which it follows an order, s.
+    table: the kind of filter (not the tracker) and its numbers; time: time constant of the yaw rate after an order, s;
+    limit: largest ordered yaw rate, rad/s; speed: usual speed through the water, m/s; speed_time: time constant of this
+    speed after an order, s.
     """
 
     def __init__(self, table: HeadingEstimatorTable, time: float, limit: float, speed: float, speed_time: float):
@@ -48,11 +49,11 @@ class MeasuredHeading:
         self._gyro = self._turned_at = math.nan
         self._ordered, self._ordered_speed, self._ordered_at = math.nan, math.nan, math.nan
         self._turned = self._since = self._mean = (
-            0.0  # ordered since the last measurement: rad, s; and before it, rad/s
+            0.0  # since the last measurement: ordered turn (rad), time (s); before it: mean ordered yaw rate (rad/s)
         )
 
     def take(self, row: InputRow) -> None:
-        """Compass, gyro and velocity over ground of a row; rows without any are ignored."""
+        """Use compass, gyro and velocity over ground of a row; rows without any of them are ignored."""
         if math.isfinite(row.yaw_rate):
             self._gyro, self._turned_at = row.yaw_rate, row.time
         is_compass = math.isfinite(row.heading) and self._choice.uses_aid("heading", row, row.time)
@@ -70,13 +71,14 @@ class MeasuredHeading:
         self._read = self._time if is_compass else self._read
 
     def order(self, yaw_rate: float, speed: float, time: float) -> None:
-        """What is ordered from a time on (rad/s, m/s); NaN: someone else steers."""
+        """Take the yaw rate (rad/s) and speed (m/s) ordered from a time on; NaN: another program or a person steers."""
         self._pass(time)
         self._ordered, self._ordered_speed = yaw_rate, speed
 
     def at(self, time: float) -> float:
-        """The heading at a time, NaN while unknown, and without a compass: orders and velocity tell it then, which the
-        steering filter knows itself.
+        """The heading at a time; NaN while it is unknown, and without a recent compass reading.
+
+        Without a compass the steering filter finds the heading from orders and velocity itself.
         """
         gyro = self._measured_rate(time)
         rate = self.filter.yaw_rate if math.isnan(gyro) else gyro
@@ -84,7 +86,7 @@ class MeasuredHeading:
         return heading if time - self._read < _FRESH else math.nan
 
     def report(self, heading: float) -> None:
-        """Log when the heading is known, and when it no longer is."""
+        """Log a change between a known and an unknown heading."""
         if self._is_known != math.isfinite(heading):
             self._is_known = not self._is_known
             std = math.degrees(self.filter.heading_std)
@@ -94,7 +96,7 @@ class MeasuredHeading:
         return self._gyro if time - self._turned_at < _GYRO else math.nan
 
     def _pass(self, time: float) -> None:
-        """Add up what was ordered until a time; where someone else steers, what the gyro measured."""
+        """Add the turn ordered until a time; if the autopilot did not steer, the turn measured by the gyro."""
         passed = max(time - self._ordered_at, 0.0) if math.isfinite(self._ordered_at) else 0.0
         rate = self._measured_rate(time) if math.isnan(self._ordered) else self._ordered
         self._turned += passed * (0.0 if math.isnan(rate) else rate)
@@ -102,7 +104,7 @@ class MeasuredHeading:
         self._ordered_at = time
 
     def _mean_order(self, time: float) -> float:
-        """The mean of what was ordered since the last measurements; of the last, for several that come at once."""
+        """The mean yaw rate ordered since the last measurement; unchanged for measurements at the same time."""
         self._pass(time if math.isnan(self._ordered_at) else max(time, self._ordered_at))
         if self._since > 0.0:
             self._mean = self._turned / self._since
@@ -111,17 +113,17 @@ class MeasuredHeading:
 
 
 _LONGEST_SPEED_STEP = 1.0
-"""s; after a longer pause the speed is as good as unknown and found anew."""
+"""Longest step of the speed filter, s; after it the speed is as good as unknown."""
 _HELD = 0.5
-"""s for which an acceleration holds."""
+"""Time for which a measured acceleration is used, s."""
 _FRESH_SPEED = 3.0
-"""s after the last measured speed for which the fused one is used."""
+"""Time after the last measured speed for which the fused speed is used, s."""
 TUNING = SurgeTuning(sog_std=0.1, bottom_std=0.02, water_std=0.05, acceleration_walk=3e-3, leak_std=0.1, leak_time=2.0)
-"""For instruments of small boats in waves: a hull that pitches leaks gravity."""
+"""Tuning for instruments of small boats in waves: pitch adds a part of gravity to the measured acceleration."""
 
 
 class MeasuredSpeed:
-    """Takes every row of the links; `speed` and `shaft` are of now."""
+    """Takes every row of the links. `speed` gives the fused speed; `shaft` is the last measured shaft speed, rev/s."""
 
     def __init__(self, tuning: SurgeTuning = TUNING):
         self.fusion = SurgeFusion(tuning)
@@ -130,7 +132,7 @@ class MeasuredSpeed:
         self._acceleration = math.nan
 
     def take(self, row: InputRow) -> None:
-        """Measurements of a row, in the order of their arrival; rows without any are ignored."""
+        """Use the speeds, acceleration and shaft speed of a row, in order of arrival; other rows are ignored."""
         speeds = row.sog, row.bottom_speed, row.water_speed
         if math.isfinite(row.shaft):
             self.shaft = row.shaft
@@ -147,12 +149,12 @@ class MeasuredSpeed:
             self._measured = max(self._measured, row.time)
 
     def speed(self, time: float) -> float:
-        """Speed over ground along the hull at a time, m/s; NaN when nothing has measured it lately."""
+        """Speed over ground along the hull at a time, m/s; NaN without a recent measurement of a speed."""
         return self.fusion.speed if time - self._measured < _FRESH_SPEED else math.nan
 
 
 def measured_speed(table: SpeedEstimatorTable) -> MeasuredSpeed | None:
-    """The speed of [estimator.speed], with `TUNING` for what it leaves out; None for that of the course filter."""
+    """The speed filter of [estimator.speed]; `TUNING` gives missing keys. None for the speed of the course filter."""
     if table.kind == "course":
         return None
     return MeasuredSpeed(replace(TUNING, **table.model_dump(exclude={"kind"}, exclude_unset=True)))

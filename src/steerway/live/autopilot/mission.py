@@ -25,7 +25,7 @@ from steerway.live.autopilot.fence import Fence, NoGo
 from steerway.live.autopilot.mission_items import MissionItem, mission_of, read_plan, read_waypoints
 
 LOOKAHEAD = 20.0
-"""m, the default: some ten lengths of a small boat."""
+"""Default lookahead distance, m: some ten lengths of a small boat."""
 
 
 class Limits(Table):
@@ -34,13 +34,13 @@ class Limits(Table):
     min_sog_mps: Positive | None = None
     max_sog_mps: Positive | None = None
     cross_track: Annotated[Positive | None, "m"] = (
-        None  # m to either side of the leg; None: three lookaheads, for a boat that was on it
+        None  # m to either side of the leg; None: three lookaheads, once the boat has been on its leg
     )
     operator_lost: Annotated[Positive | None, "s"] = None  # s without a helm page, a control client or a ground station
 
 
 Instead = Literal["stop", "hand-back", "hold", "return"]
-"""The safe output, no orders, holding the position, or holding it at the rally place."""
+"""Actions, in order: the safe output; no orders; hold the present position; return to the rally place and hold it."""
 
 
 class OnStop(Table):
@@ -53,17 +53,17 @@ class OnStop(Table):
 class BoatTable(Table):
     """How the boat responds to commands; see `steerway.live.autopilot.piloting`."""
 
-    max_yaw_rate_dps: Positive | None = None  # largest that is commanded; None: the vehicle's own, else 20
+    max_yaw_rate_dps: Positive | None = None  # largest ordered yaw rate; None: from the vehicle's limit, else 20
     yaw_time: Annotated[NotNegative, "s"] = 1.5  # s, time constant of the yaw rate with propellers
-    rate_time: Annotated[Positive, "s"] = 1.3  # s, of the yaw rate with a loop of its own
+    rate_time: Annotated[Positive, "s"] = 1.3  # s, time constant of the yaw rate with a loop of its own
     yaw_munk: Annotated[NotNegative, "s²/m²"] = 0.0  # s²/m², loss of damping with the speed squared
     yaw_quadratic: Annotated[NotNegative, "s/rad"] = 0.0  # s/rad, damping that grows with the yaw rate
-    full_yaw_rate_dps: Positive = 90.0  # with one propeller ahead, the other astern
-    top_speed_mps: Positive = 3.0  # at full thrust
+    full_yaw_rate_dps: Positive = 90.0  # yaw rate with one propeller full ahead, the other full astern
+    top_speed_mps: Positive = 3.0  # speed at full thrust
     surge_time: Annotated[Positive, "s"] = 1.5  # s, time constant of the speed
     slip_time: Annotated[NotNegative, "s"] = 0.2  # s in which the motion through the water follows the bow
     reverse: Flag = False  # whether the propellers turn astern
-    pivot_angle_deg: Positive | None = None  # corners from this on are turned on the spot; None: none
+    pivot_angle_deg: Positive | None = None  # smallest corner that is turned on the spot; None: no corner
 
 
 class MissionTable(RouteKeys):
@@ -95,13 +95,13 @@ class MissionTable(RouteKeys):
 
     @property
     def guided(self) -> GuidanceTable:
-        """The table [guidance] with what stands for its keys, and the default lookahead."""
+        """The table [guidance], with the keys `_SHORT` of the mission and the default lookahead filled in."""
         short = {name: getattr(self, name) for name in _SHORT if getattr(self, name) is not None}
         return self.guidance.model_copy(update=short | {"lookahead": self.lookahead_m})
 
 
 _SHORT = ("law", "lookahead")
-"""Keys of a mission that stand for those of its table [guidance]."""
+"""Keys of a mission that are short for the same keys of its table [guidance]."""
 
 
 class MissionFile(MissionTable):
@@ -114,10 +114,10 @@ class MissionFile(MissionTable):
 class GeodeticRoute:
     """Waypoints in latitude and longitude (n,), rad, in the order in which they are sailed.
 
-    settings: the keys of the mission file. waypoints: tables with what differs from them on the leg to each.
-    fence: the area that the boat must not leave; no_go: areas that it must not enter. rally: where
-    it returns to, None for the route's beginning.
-    Raises InputError for a route that leaves its fence or enters such an area, and a rally place outside of it.
+    settings: the keys of the mission file. waypoints: tables with the keys that differ on the leg to each waypoint.
+    fence: the area that the boat must not leave. no_go: areas that the boat must not enter. rally: the place to return
+    to; None for the route's beginning.
+    Raises InputError for a route that leaves its fence or enters a no-go area, and a rally place outside of the fence.
     """
 
     latitude: np.ndarray
@@ -152,7 +152,7 @@ class GeodeticRoute:
 
     @cached_property
     def speed(self) -> np.ndarray:
-        """(n,) desired on the leg to each waypoint, m/s."""
+        """(n,) desired speed on the leg to each waypoint, m/s."""
         return self._column("speed", self.settings.speed_mps)
 
     @cached_property
@@ -162,16 +162,16 @@ class GeodeticRoute:
 
     @property
     def tables(self) -> Sequence[WaypointTable]:
-        """What differs on the leg to each waypoint."""
+        """For each waypoint the table with the keys that differ on the leg to it."""
         return self.waypoints or [WaypointTable()] * len(self.latitude)
 
     def _column(self, name: str, otherwise: float) -> Floats:
         return np.array([getattr(each, name) or otherwise for each in self.tables])
 
     def with_items(self, items: Sequence[MissionItem]) -> "GeodeticRoute":
-        """A route of mission items, the first of which is the home position, with all else of this one.
+        """A route of mission items (the first is the home position) with the settings, fence and areas of this route.
 
-        Raises InputError for what cannot be sailed here.
+        Raises InputError if it cannot be sailed.
         """
         home = (items[0].latitude, items[0].longitude) if items and items[0].latitude else None
         keys = mission_of(items[1:], home)
@@ -229,7 +229,7 @@ class GeodeticRoute:
         settings: MissionTable | None = None,
         no_go: Sequence[Sequence[PlaceTable]] = (),
     ) -> "GeodeticRoute":
-        """A route from tables. Raises InputError for a place that is not whole, and for a fence as `Fence`."""
+        """A route from tables. Raises InputError for an incomplete position, and for a fence as `Fence` does."""
         table = settings or MissionTable()
         origin = None if table.origin is None else table.origin.globe(None, "origin")
         latitude, longitude = np.array([each.globe(origin, f"waypoint[{k}]") for k, each in enumerate(waypoints)]).T

@@ -1,6 +1,6 @@
-"""Mission items of MAVLink as a mission: waypoints, speeds, loiter and return; QGroundControl's files of them.
+"""Converts mission items of MAVLink (waypoints, speeds, loiter, return), and QGroundControl's files, to a mission.
 
-A `.plan` is JSON with items, fences and rally points; a `.waypoints` file has a line an item, its first the home
+A `.plan` is JSON with items, fences and rally points. A `.waypoints` file has one line per item; the first is the home
 position. Sources: mavlink.io, mission protocol and MAV_CMD; docs.qgroundcontrol.com, plan file format.
 """
 
@@ -30,9 +30,9 @@ class MissionItem(NamedTuple):
 
 
 def mission_of(items: Sequence[MissionItem], home: tuple[float, float] | None = None) -> dict[str, Any]:
-    """The keys of a mission file for items in their order; home (latitude, longitude; degrees) is where RETURN leads.
+    """The keys of a mission file for items in order; home (latitude, longitude; degrees) is the goal of RETURN.
 
-    Raises InputError that names an item which cannot be sailed.
+    Raises InputError that names the first item that cannot be sailed.
     """
     waypoints: list[dict[str, float]] = []
     speed, keys = math.nan, dict[str, str]()
@@ -64,7 +64,7 @@ def mission_of(items: Sequence[MissionItem], home: tuple[float, float] | None = 
 
 
 def read_plan(text: str) -> dict[str, Any]:
-    """The keys of a mission file of a `.plan`."""
+    """The keys of a mission file for the text of a `.plan`."""
     found = json.loads(text)
     if found.get("fileType") != "Plan":
         raise ValueError("its fileType is not Plan")
@@ -87,7 +87,7 @@ def read_plan(text: str) -> dict[str, Any]:
 
 
 def _plan_items(items: list[dict[str, Any]]) -> Iterator[MissionItem]:
-    """Simple items, and those that a survey or corridor is made of."""
+    """The simple items, including those of surveys and corridors."""
     for item in items:
         if item.get("type") == "ComplexItem":
             yield from _plan_items(item["TransectStyleComplexItem"]["Items"])
@@ -101,7 +101,7 @@ def _place(pair: Sequence[float]) -> dict[str, float]:
 
 
 def read_waypoints(text: str) -> dict[str, Any]:
-    """The keys of a mission file of a `.waypoints` file."""
+    """The keys of a mission file for the text of a `.waypoints` file."""
     lines = [each.split() for each in text.splitlines() if each.strip()]
     if not lines or " ".join(lines[0]) != _HEADER:
         raise ValueError(f"its first line is not {_HEADER}")
@@ -117,7 +117,7 @@ def read_waypoints(text: str) -> dict[str, Any]:
 
 
 def items_of(places: Sequence[tuple[float, float]], speeds: Sequence[float], at_end: str) -> list[MissionItem]:
-    """The items, with home before them, of a route through places (latitude, longitude; rad) at speeds (m/s)."""
+    """The items, home first, of a route through places (latitude, longitude; rad) at speeds (m/s)."""
     degrees = [tuple(map(math.degrees, each)) for each in places]
     items = [MissionItem(WAYPOINT, 0, (0.0,) * 4, *degrees[0])]
     last = math.nan

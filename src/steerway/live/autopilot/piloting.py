@@ -1,8 +1,8 @@
-"""The pilot of a mission aboard: the boat of the mission's `[boat]` table, with the estimator that takes rows.
+"""Builds the pilot of a mission aboard, for the boat of its `[boat]` table, with an estimator that takes rows.
 
-The course law is one whatever carries it out. Its output is a yaw rate: what the boat settles at in the Nomoto model
-T ω̇ + ω = u. A vehicle with a yaw-rate loop of its own is commanded that rate; two propellers get the share of their
-full moment that gives it. Gains follow what the course estimate carries (`control.bandwidth.GainSchedule`).
+The control law is the same for every actuation. Its output u is the steady yaw rate of the Nomoto model T ω̇ + ω = u.
+A vehicle with a yaw-rate loop of its own receives this rate as a command. Two propellers receive the fraction of their
+full moment that yields it. The gains follow the bandwidth of the course estimate (`control.bandwidth.GainSchedule`).
 """
 
 import math
@@ -27,33 +27,32 @@ from steerway.live.autopilot.steering_estimate import SteeringEstimate
 from steerway.pilot import DEFAULT_KINDS, Observer, Pilot, build_pilot, response_of
 
 YAW_RATE, PROPELLERS = ACTUATIONS = ("yaw-rate", "propellers")
-"""What takes the commands: a vehicle with a yaw-rate loop, or two propellers side by side."""
+"""Receivers of the commands: a vehicle with a yaw-rate loop, or two propellers side by side."""
 MAX_BANDWIDTH = 0.5
-"""rad/s of the course loop, however good the estimate."""
+"""Largest bandwidth of the course loop, rad/s, however good the estimate."""
 _SAMPLE = 0.2
-"""s between two steps of a predictive or LQG autopilot."""
+"""Interval between two steps of a predictive or LQG autopilot, s."""
 SPEED_BANDWIDTH = 0.3
-"""rad/s of the speed loop: what the estimate of the speed carries, roughly."""
+"""Bandwidth of the speed loop, rad/s: roughly the largest that the speed estimate allows."""
 ACCELERATION = {YAW_RATE: 0.5, PROPELLERS: 0.15}
-"""m/s² at which another speed is approached: the speed loop of a vehicle, and that of this autopilot. Chosen."""
+"""Acceleration towards a new speed, m/s²: of a vehicle's own speed loop, and of this autopilot with propellers."""
 _WANDER = 0.1
-"""Yaw rate of a hull beside its first-order response to propellers, 1σ as a share of the largest. Chosen: sideslip,
-propellers in a turn and a damping that changes with the speed are not declared; of the Otter's estimated course 95 %
-are within 2σ (with 0.02, 70 %).
-"""
+"""1σ of the yaw rate that a first-order response to propellers does not explain, as a fraction of the largest yaw rate.
+The causes are not declared: sideslip, propellers in a turn, damping that changes with the speed. Chosen: 95 % of the
+Otter's estimated courses are within 2σ; with 0.02, 70 %."""
 _TURN_TIME = 1.0
-"""s in which the reference reaches its largest yaw rate."""
+"""Time in which the reference reaches its largest yaw rate, s."""
 _TURN_SHARE = 0.8
-"""Share of the largest yaw rate at which turns are made; the rest is left to the controller."""
+"""Yaw rate of planned turns as a fraction of the largest; the rest is left to the controller."""
 _GIVE_UP = 0.9
-"""Share of the profile's steerageway below which the course is no longer steered by."""
+"""Speed below which steering by course ends, as a fraction of the profile's steerageway."""
 
 
 class BoatActuation:
     """Commands of a boat known by its `[boat]` table: yaw rate (rad/s), thrust, port and starboard propeller.
 
-    Thrust is a fraction of full thrust, propeller commands are of full speed: T = n|n|. `takes`, one of `ACTUATIONS`,
-    says whose limits count. `max_rate` (rad/s) and `max_thrust` may be set.
+    Thrust is a fraction T of full thrust, a propeller command a fraction n of full speed: T = n|n|. `takes`, one of
+    `ACTUATIONS`, selects whose limits apply. `max_rate` (rad/s) and `max_thrust` may be set.
     """
 
     def __init__(self, boat: BoatTable, takes: str = YAW_RATE):
@@ -73,12 +72,12 @@ class BoatActuation:
 
 
 def largest_yaw_rate(boat: BoatTable) -> float:
-    """rad/s that is commanded before a vehicle says its own limit."""
+    """Largest yaw rate (rad/s) to order before the vehicle reports its own limit."""
     return UNTOLD if boat.max_yaw_rate_dps is None else math.radians(boat.max_yaw_rate_dps)
 
 
 def limit_turns(pilot: Pilot, rate: float) -> None:
-    """Order at most a yaw rate (rad/s) from now on."""
+    """Limit the ordered yaw rate (rad/s) from now on."""
     actuation: Any = pilot.actuation
     shaper: Any = pilot.autopilot.shaper
     if rate != actuation.max_rate and pilot.in_current is not None:
@@ -87,7 +86,7 @@ def limit_turns(pilot: Pilot, rate: float) -> None:
 
 
 def limit_thrust(pilot: Pilot, most: float) -> None:
-    """Order at most a share of full thrust from now on."""
+    """Limit the ordered fraction of full thrust from now on."""
     actuation: Any = pilot.actuation
     actuation.max_thrust = most
 
@@ -140,10 +139,10 @@ def pilot_of(
     heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
     observer: Observer | None = None,
 ) -> tuple[SteeringEstimate, Guide, Pilot]:
-    """The pilot of a route with its estimator, which takes rows, and its mission.
+    """The estimator (which takes rows), the mission and the pilot of a route.
 
-    profile: of the course estimator, None for the prior; it limits the bandwidth of the loop. takes: one of
-    `ACTUATIONS`. kinds: as of `build_pilot`. heading: of the filter that takes the compass's place, "tracker" for none.
+    profile: profile of the course estimator, None for the prior; it limits the bandwidth of the loop. takes: one of
+    `ACTUATIONS`. kinds: as in `build_pilot`. heading: the filter that replaces the compass; "tracker" for no filter.
     Raises InputError for a route that cannot be sailed.
     """
     profile = profile_of(profile)

@@ -11,17 +11,17 @@ from steerway.live.rows import InputRow, Row
 
 LOG = logging.getLogger("steerway.live")
 _LONGEST_GAP = 30.0
-"""Largest interval between two fixes, s; after a longer one, or where time goes back, the filter restarts."""
+"""Largest interval between two fixes, s. After a longer one, or a step back in time, the filter restarts."""
 
 _TOLD = 3.0
-"""s for which a reported throttle is used. Chosen: three intervals of a heartbeat, which may report 0."""
+"""Time for which a reported throttle is used, s. Chosen: three intervals of a heartbeat, which may mean throttle 0."""
 
 _DRIVES = 0.1
-"""Share of full throttle above which the motor drives the boat. Chosen."""
+"""Fraction of full throttle above which the motor drives the boat."""
 
 _SPEED_POWER = 0.75
-"""The settled speed is the top speed times this power of the throttle. Chosen: the power is 1 where the throttle is
-the propeller's speed, and 0.5 where it is the thrust."""
+"""Exponent p of the steady speed: top speed · throttle^p. Chosen: p is 1 if the throttle is the propeller's speed, and
+0.5 if it is the thrust."""
 
 
 class SteeringEstimate:
@@ -43,9 +43,9 @@ class SteeringEstimate:
         self._moment = self._fixed = math.nan
         self._idle_since = self._driven_since = math.inf  # when the motors began to idle, and to drive the boat
         self._throttle, self._throttle_told = math.nan, -math.inf
-        self.ordered = math.nan  # yaw rate
-        self.is_broken = False  # the last fix left no number
-        self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
+        self.ordered = math.nan  # ordered yaw rate, rad/s
+        self.is_broken = False  # whether the estimate was not finite after the last fix
+        self._stepped: tuple[Row, Estimate] | None = None  # last row and its estimate, which several callers request
         self.restart()
 
     def restart(self) -> None:
@@ -54,7 +54,7 @@ class SteeringEstimate:
         self.filter = SteeringFilter(self._response, self._std)
 
     def take(self, row: InputRow) -> None:
-        """Whatever a link reports."""
+        """Use the throttle and heading of any row of a link."""
         if math.isfinite(row.throttle):
             self._idle_since = min(self._idle_since, row.time) if row.throttle == 0.0 else math.inf
             self._driven_since = min(self._driven_since, row.time) if row.throttle > _DRIVES else math.inf
@@ -63,7 +63,7 @@ class SteeringEstimate:
             self.heading.take(row)
 
     def throttle(self, time: float) -> float:
-        """The share of full throttle that drives the motors at a time (s); NaN where no link reports it."""
+        """The motors' fraction of full throttle at a time (s); NaN without a recent report."""
         return self._throttle if time - self._throttle_told < _TOLD else math.nan
 
     def fix(self, row: InputRow) -> bool | None:
@@ -84,7 +84,7 @@ class SteeringEstimate:
         return self.filter.refused_for == 0.0 if self.filter.started else None
 
     def _use(self, time: float, *measured: float) -> None:
-        """Give the filter a fix; restart the filter if its estimate is then no number."""
+        """Update the filter with a fix; restart the filter if its estimate is then not finite."""
         try:
             self.filter.fix(time, *measured)
             self.is_broken = self.filter.started and not math.isfinite(sum(self.filter.at(time)[:5]))
@@ -112,12 +112,12 @@ class SteeringEstimate:
         return Estimate(north, east, *motion, math.nan, math.nan, position_relative_std=relative)
 
     def _driven(self) -> float:
-        """The speed through the water (m/s) that the throttle makes; NaN where that is not reported, and astern."""
+        """The steady speed through the water (m/s) at the reported throttle; NaN without a report, and astern."""
         throttle = self.throttle(self._moment)
         return self._response.top_speed * throttle**_SPEED_POWER if throttle >= 0.0 else math.nan
 
     def order(self, yaw_rate: float, speed: float) -> None:
-        """What is ordered from the last step on; NaN: someone else steers."""
+        """Take the yaw rate (rad/s) and speed (m/s) ordered from the last step on; NaN: the autopilot is off."""
         self.ordered = yaw_rate
         if math.isfinite(self._moment):
             self.filter.order(self._moment, yaw_rate, speed, self._driven())

@@ -31,28 +31,28 @@ from steerway.pilot import DEFAULT_KINDS, Mode, Pilot, Steered
 
 LOG = logging.getLogger("steerway.live")
 _SLOWEST = 1.5
-"""Share of the profile's steerageway that is the least speed demanded."""
+"""Lowest desired speed, as a multiple of the profile's steerageway."""
 _SLOWEST_TURN = 0.5
-"""Share of the route's speed that is kept in a sharp turn."""
+"""Lowest desired speed in a sharp turn, as a fraction of the route's speed."""
 
 _FAR = 2000.0
-"""m from the boat to the first leg, beyond which it has to be asked for."""
+"""Largest distance (m) from the boat to the first leg at which a route begins without `from_here`."""
 _TURN = "turns by %+.0f° into leg %d, %s"
 _LOST, _AGAIN = " is lost", "; it is back, and the autopilot can be started again"
 _NO_NUMBER = "the estimate is no number"
 
 
 class Supervisor:
-    """Lets its `pilot` steer along the leg of each tick, while everything allows it.
+    """Lets its `pilot` steer along the leg of each tick while all checks pass.
 
-    route:   what is followed, with limits, fence, boat and safe output.
-    profile: of the estimator, None for the prior; it limits the bandwidth of the course loop.
-    max_dead_reckoning: time without a fix for which it steers on, s.
-    engage:  start once without being asked, as soon as it is ready.
-    takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
-    kinds:   of the autopilot and of the speed controller; see `build.build_pilot`.
-    estimators: which filters give the heading (see `piloting.pilot_of`) and the speed that is held.
-    from_here: whether the first leg may be as far away as it is.
+    route:   the route, with its limits, fence, boat and safe output.
+    profile: profile of the estimator, None for the prior; it limits the bandwidth of the course loop.
+    max_dead_reckoning: longest time without a fix for which the autopilot continues, s.
+    engage:  start once without a command, as soon as it is ready.
+    takes:   receiver of the orders, one of `piloting.ACTUATIONS`.
+    kinds:   kinds of autopilot and speed controller; see `build.build_pilot`.
+    estimators: the filters of the heading (see `piloting.pilot_of`) and of the controlled speed.
+    from_here: whether a route may begin at any distance from its first leg.
     """
 
     def __init__(
@@ -69,13 +69,13 @@ class Supervisor:
         profile = profile_of(profile)
         built = pilot_of(route, profile, takes, kinds, estimators.heading, self)  # type: ignore[arg-type]
         self.estimator, self.guide, self.pilot = built
-        self.leg: Leg | None = None  # of the last tick, None when the route is finished
+        self.leg: Leg | None = None  # the leg of the last tick, None after the end of the route
         self.state = State.IDLE
         self.reason = "no position yet"
         self._safe, self._on_stop = route.settings.safe, route.settings.on_stop
         self.hands_back = self._safe == "hand-back"
         self._silent, self._operator_lost = 0.0, route.settings.limits.operator_lost or math.inf
-        self._instead = ""  # why a position is held in place of the route
+        self._instead = ""  # why a position is held instead of following the route
         self.measured = measured_speed(estimators.speed)
         self._slowest = _SLOWEST * profile.steerageway
         self._engage, self._from_here = engage, from_here
@@ -84,21 +84,21 @@ class Supervisor:
         self._is_finished = True  # a start begins the route from its first leg
         self._is_new = False  # started, and no step since
         self._thrust = math.nan
-        self._turn: Turn | None = None  # that was said last
+        self._turn: Turn | None = None  # the turn logged last
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
-        self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
+        self._trouble, self._speed = "", math.nan  # in this tick: why to stop, and the speed of the leg
         self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead_m, route.no_go)
         self._receiver = ReceiverMonitor()
         self._turns: TurnMonitor | None = None
-        if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
+        if takes == YAW_RATE:  # propellers are not ordered a yaw rate with which to compare a turn
             self._turns = TurnMonitor(boat_of(route, takes), route.settings.boat.max_yaw_rate_dps)
         self._monitors = [each for each in (self._receiver, self._turns) if each is not None]
 
     def start(self) -> None:
-        """Steer from the next step on: the route from its beginning, or on from where it was stopped.
+        """Steer from the next step on: begin the route, or continue from the place of the last stop.
 
-        Raises InputError with the obstacle when that is refused.
+        Raises InputError with the obstacle if the start is refused.
         """
         if self.state in UNDER_WAY:
             return
@@ -109,43 +109,43 @@ class Supervisor:
         self.hands_back, self._instead, self._silent = self._safe == "hand-back", "", 0.0
 
     def stop(self, reason: str = "stopped by command") -> None:
-        """The safe output from now on, until started again. A pending `engage` is withdrawn."""
+        """Give the safe output until started again. A pending `engage` is withdrawn."""
         self._engage = False
         if self.state in UNDER_WAY:
             self.state, self.reason, self._is_new = State.STOPPED, reason, False
 
     def link(self, name: str, alive: bool) -> None:
-        """Whether the peer of an output's link answers; without it the autopilot does not steer."""
+        """Take whether the peer of an output's link answers; while it does not, the autopilot does not steer."""
         self._watch.link(name, alive)
         if not alive and self.state in UNDER_WAY:
             self.stop(f"link {name} is lost")
 
     def vehicle(self, obstacle: str) -> None:
-        """Why the vehicle that carries out the orders could not be steered, "" when it could; under way it says so."""
+        """Take the reason why the vehicle could not be steered, "" for none. It prevents a start, but does not stop."""
         self._vehicle = obstacle
 
     def operator_heard(self) -> None:
-        """A helm page, a control client or a ground station gave a sign of life."""
+        """Take a sign of life from a helm page, a control client or a ground station."""
         self._silent = 0.0
 
     def take_mission(self, items: Sequence[MissionItem]) -> None:
-        """Another route, of uploaded items; what is learned of the current is kept. InputError for what cannot be."""
+        """Change to the route of uploaded items; keep the estimated current. Raises InputError as `Guide.exchange`."""
         self.guide.exchange(items, self.state in UNDER_WAY)
         self._begin_leg()
         self._guard.start()
 
     def _begin_leg(self) -> None:
-        """A turn that was planned, and what was seen of the way made, are of another leg."""
+        """Reset the planned turn and the check of headway, which belong to another leg."""
         if self.pilot.in_current is not None:
             self.pilot.in_current.restart()
 
     def turns(self, limit: float) -> None:
-        """The vehicle's own limit of its yaw rate, rad/s."""
+        """Take the vehicle's own limit of its yaw rate, rad/s."""
         if self._turns is not None:
             self._turns.limit.vehicle(limit)
 
     def refused(self, reason: str) -> None:
-        """The vehicle was not taken over: stopped, or ready again later where `engage` had started it."""
+        """Note that the vehicle refused the take-over: stop, or after a start by `engage` wait and start again."""
         if self._was_engaged and self.state in UNDER_WAY:
             self.state, self.reason, self._is_new = State.IDLE, reason, False
             self._obstacle, self._engage = reason, True
@@ -153,9 +153,9 @@ class Supervisor:
             self.stop(reason)
 
     def fix(self, row: Row, measured: InputRow | None = None, since: float = 0.0) -> None:
-        """A fix was used, or rejected by the navigator's filter; `measured` is what the receiver gave.
+        """Take a fix that the navigator's filter used or rejected.
 
-        `since`: s from the last step to its arrival.
+        row: the estimate at the fix; measured: the receiver's row; since: time from the last step to its arrival, s.
         """
         new = measured if measured is not None and measured.time == row.time else None
         fits = None if new is None else self.estimator.fix(new)
@@ -166,20 +166,20 @@ class Supervisor:
             self._monitor(row, new)
 
     def _monitor(self, row: Row, measured: InputRow) -> None:
-        """Receiver and boat, by the fix."""
+        """Pass a fix to the monitors of receiver and turns."""
         self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
         if self._turns is not None:
             of_a_second = self._receiver.scatter * math.sqrt(min(1.0, self._watch.interval))
             self._turns.fix(measured, math.hypot(self.estimator.filter.slow_std, of_a_second))
 
     def take(self, row: InputRow) -> None:
-        """Whatever a link reports, used by the navigator or not."""
+        """Take any row of a link, whether or not the navigator uses it."""
         self.estimator.take(row)
         if self.measured is not None:
             self.measured.take(row)
 
     def untimely(self) -> None:
-        """A position came whose time does not follow that of the last fix."""
+        """Note a position whose time does not follow the time of the last fix."""
         self._watch.untimely()
 
     def step(self, row: Row, dt: float) -> Order:
@@ -188,7 +188,7 @@ class Supervisor:
         if self._turns is not None:
             self._turns.order(self.estimator.ordered, self._thrust, dt, self.estimator.throttle(row.time))
             limit_turns(self.pilot, self._turns.limit.rate)
-        # A boat that seems to stand still is not driven faster before it is known to.
+        # While the receiver may be frozen, the boat seems to stand still: do not raise the thrust.
         limit_thrust(self.pilot, max(self._thrust, 0.0) if self._receiver.doubt else 1.0)
         if self._is_new and self._is_finished:
             self.guide.restart()
@@ -202,7 +202,7 @@ class Supervisor:
         return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
 
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
-        """See `pilot.Observer`: whether to steer, by what is known and where the boat is."""
+        """See `pilot.Observer`: whether to steer, from the state of fixes, links and limits."""
         cross_track = math.nan if self.guide.finished else leg.cross_track + self.guide.offset
         self._say_turn(leg)
         self._speed = self.guide.slowed(leg)
@@ -221,7 +221,7 @@ class Supervisor:
     def ask(
         self, pilot: Pilot, desired: Reference, speed: float, estimate: Estimate
     ) -> tuple[Reference, float, Estimate]:
-        """See `pilot.Observer`: a speed at which the boat can be steered and turns, and the speed that is measured."""
+        """See `pilot.Observer`: the desired speed within its limits, and the estimate with the measured speed."""
         if pilot.mode not in (Mode.UNDER_WAY, Mode.HOLDING):
             return desired, speed, estimate
         if pilot.autopilot.schedule is not None:
@@ -235,7 +235,7 @@ class Supervisor:
         return Reference(desired.angle, 0.0, 0.0), max(self._slowest, min(speed, self._speed) * turning), estimate
 
     def allows(self, pilot: Pilot, steered: Steered, estimate: Estimate) -> bool:
-        """See `pilot.Observer`: whether the commands are numbers; where not, the autopilot stops."""
+        """See `pilot.Observer`: whether the commands are finite; if not, the autopilot stops."""
         if not steered.command or all(map(math.isfinite, (*steered.command, estimate.north, estimate.east))):
             return True
         self.stop(_NO_NUMBER)
@@ -279,7 +279,7 @@ class Supervisor:
             self.state = State.DEGRADED if self.reason else State.RUNNING
 
     def _far(self, leg: LegState) -> str:
-        """Why a route does not begin here: its first leg is further away than a mission usually begins."""
+        """The reason why a route does not begin here, if its first leg is more than `_FAR` away; else ""."""
         if self._from_here or self.guide.mode != ROUTE or not self._is_finished:
             return ""
         beyond = max(-leg.along_track, -leg.remaining, 0.0)
@@ -289,9 +289,7 @@ class Supervisor:
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
     def _say_turn(self, leg: LegState) -> None:
-        """Log a turn that begins, with the side and the distance at which it passes the waypoint; as a warning where
-        that is not within the acceptance.
-        """
+        """Log a turn that begins: its angle, and its distance from the waypoint; a warning beyond the acceptance."""
         turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
         if turn is not None and turn is not self._turn:
             degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
@@ -302,7 +300,7 @@ class Supervisor:
         self._turn = turn
 
     def _holds_instead(self, limit: str) -> bool:
-        """Whether a limit, or the loss of the operator, is answered by holding a position: as the mission says."""
+        """Whether the boat holds a position after a limit or loss of the operator, as in the mission's [on_stop]."""
         if self._instead:
             return not limit
         lost = self._silent > self._operator_lost
@@ -327,7 +325,7 @@ class Supervisor:
             self.start()
 
     def _slowing(self, course_to_steer: float) -> float:
-        """Share of the route's speed, by the turn that the reference has still to make."""
+        """Fraction of the route's speed for the turn that the reference still has to make."""
         reference = self.pilot.autopilot.shaper.reference
         turn = 0.0 if reference is None else wrap(course_to_steer - reference.angle)
         return max(_SLOWEST_TURN, math.cos(turn)) if math.isfinite(turn) else 1.0

@@ -1,4 +1,4 @@
-"""Monitors what steering depends on: the fixes, their clock, the estimate, the links. The supervisor acts on it."""
+"""Monitors fixes, their clock, the estimate and the links, on which steering depends. The supervisor acts on it."""
 
 import math
 from collections import deque
@@ -10,44 +10,44 @@ from steerway.live.rows import Row
 from steerway.live.tick_timing import FixClock
 
 LATE_TICK = 0.5
-"""s between two steps above which the service is late."""
+"""Interval between two steps above which the service is late, s."""
 LONGEST_LATE, FORGIVEN = 2.0, 0.1
-"""s by which steps may be late in all, and the part of the time by which that falls. The boat follows the last order
-meanwhile, as the estimate does. Chosen: below the 3 s after which ArduPilot drops an order."""
+"""Largest sum of late intervals, s; rate at which the sum falls, s per second. In a late interval the boat follows the
+last order, and the estimate assumes so. Chosen: below the 3 s after which ArduPilot drops an order."""
 SETTLED = 3.0
-"""s without trouble before the autopilot is ready."""
+"""Time without trouble before the autopilot is ready, s."""
 LARGEST_COURSE_STD = math.radians(30.0)
-"""rad, of the course at the start."""
+"""Largest 1σ of the course at the start, rad."""
 LARGEST_NIS = 6.0
 """Mean NIS of recent fixes above which the profile does not fit them; 2 is expected."""
 UNFIT, LONGEST_UNFIT = 0.75, 1.5
-"""Bounds (s) of the time of unbroken rejections after which to stop; between them it is three intervals of fixes. The
-filter accepts the fixes after 2 s and jumps to them."""
+"""The autopilot stops after three intervals in which all fixes are rejected, but at least and at most after these
+times, s. Chosen: the filter accepts rejected fixes after 2 s, and its position jumps."""
 UNTIMELY = 0.7
-"""s for which the receiver's time may stand still, lag or be out of order."""
+"""Longest time for which the receiver's time may stand still, lag or be out of order, s."""
 UNKNOWN = 3.0
-"""s for which the course may be unknown while fixes come, as after a gap; the trim is held meanwhile."""
+"""Longest time for which the course may be unknown while fixes arrive, as after a gap, s. The trim is then held."""
 STEP = 0.5
-"""s by which the receiver's time may jump ahead from one fix to the next."""
+"""Largest jump ahead of the receiver's time from one fix to the next, s."""
 LAG = 2.0
-"""s by which fixes may be delayed, compared with the least delayed one."""
+"""Largest delay of fixes compared with the least delayed one, s."""
 
 _REJECTED = STATUSES.index("rejected")
-_KEPT = 20  # fixes over which interval and NIS are taken
+_KEPT = 20  # number of newest fixes that give the median interval and the mean NIS
 
 
 class Watch:
-    """One step a tick; `fix` between steps. `max_dead_reckoning`: time without a fix that is allowed, s."""
+    """Call `step` at each tick, and `fix` between steps. `max_dead_reckoning`: longest time without a fix, s."""
 
     def __init__(self, max_dead_reckoning: float = 10.0):
         self.max_dead_reckoning = positive("max_dead_reckoning", max_dead_reckoning)
         self.settled = 0.0  # s since the last trouble
-        self.interval = math.nan  # median of recent fixes, s; NaN before there are two
+        self.interval = math.nan  # median interval of recent fixes, s; NaN before the second fix
         self._now = 0.0
         self._knows_orders = False
         self._event = ""
         self._links: dict[str, bool] = {}
-        self._late = self._lateness = 0.0  # s by which steps were late, less what is forgiven
+        self._late = self._lateness = 0.0  # sum of late intervals, less what is forgiven, and the last one, s
         self._nis: deque[float] = deque(maxlen=_KEPT)
         self._times: deque[float] = deque(maxlen=_KEPT)
         self._clock = FixClock()
@@ -56,14 +56,14 @@ class Watch:
         self._unfit_since = self._unknown_since = self._late_since = self._untimely_since = math.nan
 
     def link(self, name: str, alive: bool) -> None:
-        """Whether the peer of a link answers."""
+        """Take whether the peer of a link answers."""
         self._links[name] = alive
 
     def fix(self, row: Row, fits: bool | None = None, since: float = 0.0) -> None:
-        """A fix was used, so many s after the last step. fits: whether by the autopilot's own estimate, which knows the
-        orders; None without one.
+        """Take a fix, `since` s after the last step.
 
-        Then refusals of the navigator's filter do not count: it does not know of the turns that are ordered.
+        fits: whether the fix fits the autopilot's own estimate; None without this estimate. Rejections by the
+        navigator's filter only count if `fits` is None, because this filter does not use the ordered turns.
         """
         self._untimely_since = math.nan
         self._judge_time(row.time, self._now + since)
@@ -79,11 +79,11 @@ class Watch:
             self._nis.append(row.nis)
 
     def untimely(self) -> None:
-        """A position came whose time does not follow that of the last fix."""
+        """Note a position whose time does not follow the time of the last fix."""
         self._untimely_since = _since(self._untimely_since, self._now)
 
     def step(self, row: Row, dt: float) -> str:
-        """Why to stop, "" for no reason."""
+        """Take a step; return why to stop, "" for no reason."""
         self._now += dt
         self._judge_lateness(dt)
         trouble, self._event = self._event or self._lasting_trouble(row), ""
@@ -91,7 +91,7 @@ class Watch:
         return trouble
 
     def degradation(self, row: Row) -> str:
-        """Why steering is degraded, "" when it is not."""
+        """Why steering is degraded; "" if it is not."""
         if self._is_blind(row):
             return f"no fix for {self._age(row):.0f} s, by dead reckoning"
         if not math.isnan(self._unfit_since):
@@ -101,7 +101,7 @@ class Watch:
         return "the course is not known" if math.isnan(row.cog) and not self._knows_orders else ""
 
     def obstacle(self, row: Row) -> str:
-        """Why not to start yet, "" for no reason."""
+        """Why not to start yet; "" for no reason."""
         now = self._obstacle_now(row)
         if now or self.settled >= SETTLED:
             return now
@@ -148,7 +148,7 @@ class Watch:
         return next((f"link {name} is lost" for name, alive in self._links.items() if not alive), "")
 
     def _judge_lateness(self, dt: float) -> None:
-        """A late step is no trouble by itself; in its time no fix could end what lasts."""
+        """Add a late step, which stops only above `LONGEST_LATE`. Lasting troubles do not age during a late step."""
         if dt <= LATE_TICK:
             self._late = max(self._late - FORGIVEN * dt, 0.0)
             return
@@ -182,13 +182,13 @@ class Watch:
         self._late_since = math.nan
 
     def _age(self, row: Row) -> float:
-        """s since the last accepted fix, by this clock and by that of the receiver; NaN before the first."""
+        """Time since the last accepted fix, s, by this clock or the receiver's: the larger. NaN before the first."""
         by_receiver = row.time - self._accepted_time
         age = self._now - self._accepted
         return max(age, by_receiver) if math.isfinite(by_receiver) else age
 
     def _is_blind(self, row: Row) -> bool:
-        """Whether fixes are missing, judged by their usual interval."""
+        """Whether fixes are missing: no fix for three usual intervals, and for at least 1 s."""
         interval = self.interval
         return not self._age(row) <= (max(1.0, 3.0 * interval) if math.isfinite(interval) else 1.0)
 

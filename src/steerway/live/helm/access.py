@@ -5,7 +5,8 @@ skipper's own browser can send requests to this address. Such requests are recog
 name that points here) and Origin (a foreign page).
 
 The number of connections is limited, per address and in all. A connection without a request is closed after `_IDLE`, so
-that idle connections and endless headers lock nobody out. When all places are taken, clients without login give way.
+that idle connections and endless headers lock nobody out. When all places are taken, a connection without login is
+closed for a new one.
 """
 
 import asyncio
@@ -53,7 +54,7 @@ class Places:
         return len(self._places)
 
     def admit(self, transport: Any, now: float) -> bool:
-        """Whether a new connection may stay; others may be closed for it."""
+        """Whether a new connection may stay; an older one without login may be closed for it."""
         client = tuple((transport.get_extra_info("peername") or ("", 0))[:2])
         self._forget_closed()
         here = [each for each in self._places.values() if each.address == client[0]]

@@ -1,4 +1,4 @@
-"""The chart and the strips under it as SVG. Fixed things (route, track) and the boat are in separate drawings.
+"""The chart and the strips under it as SVG. The route and track are in one drawing, the moving boat in another.
 
 Sizes are in pixels of the screen, so that lines and letters have the same size on a phone and on a laptop. Colours are
 classes of page.css.
@@ -211,7 +211,7 @@ def unwound(points: Sequence[Point]) -> list[Point]:
 
 
 def strip(points: Sequence[Point], width: float, height: float, span: float, least: float, turns: bool = False) -> str:
-    """SVG of a quantity over the last `span` s; its axis covers at least `least`. turns: it is a course in degrees."""
+    """SVG of a quantity over the last `span` s; its axis covers at least `least`. turns: for a course in degrees."""
     known = [point for point in points if point.value is not None]
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" aria-hidden="true">'
     if not known:

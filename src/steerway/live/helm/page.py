@@ -13,13 +13,13 @@ from steerway.live.helm.view import Board, Place
 from steerway.live.helm.view_text import tone, words
 
 _LOOK = 0.1  # s between two checks for a new view
-_FRESH = 10  # views by which a page may lag and its requests still be accepted
+_FRESH = 10  # largest lag of a page (views) at which its requests are accepted
 _LEGS = 20  # largest number of buttons for legs
 _SPAN = 300.0  # time span of the strips, s
 _ZOOM = 1.5
 _PADDING = 14.0  # padding of a card, pixels; the same as in page.css
 _NEAR = 0.25  # scale of the chart when it follows the boat, m per pixel
-_DODGE, _BESIDE, _FASTER = math.radians(20.0), 5.0, 0.2 * 0.514444  # change by one press of a key: rad, m, m/s
+_DODGE, _BESIDE, _FASTER = math.radians(20.0), 5.0, 0.2 * 0.514444  # changes per press of a key: rad, m, m/s
 _KEYS: Sequence[Sequence[Any]] = (
     ("", ("Hold course", "hold-course"), ("Hold position", "hold-position"), ("Route", "route")),
     ("Course", *((f"{each:+d}°".replace("-", "−"), "adjust", math.radians(each)) for each in (-10, -1, 1, 10))),

@@ -26,7 +26,7 @@ LOG = logging.getLogger("steerway.live")
 RATE = 5.0
 """Views a second, Hz."""
 _BACKLOG = 1 << 16  # bytes that may wait for the page
-_LEAVING = 2.0  # s in which the page has to end
+_LEAVING = 2.0  # longest time until the page ends, then it is killed, s
 
 
 class HelmPage:
@@ -97,7 +97,7 @@ class HelmPage:
             await asyncio.sleep(1.0 / RATE)
 
     async def _read(self, page: asyncio.StreamReader) -> None:
-        """The page's messages, a line each, until it ends."""
+        """Read the page's messages, one per line, until the page ends."""
         async for line in page:
             message = _message(line)
             if "failed" in message:

@@ -32,7 +32,7 @@ class View(NamedTuple):
     rate_within_dps: float | None = None
     status: str = "lost"
     age: float | None = None  # s since the last fix
-    nis: float | None = None  # of the last fix
+    nis: float | None = None  # NIS of the last fix
     source: str = ""
     counts: dict[str, int] = {}  # noqa: RUF012 (never changed)
     cross_track: float | None = None  # + to starboard of the leg
@@ -46,13 +46,13 @@ class View(NamedTuple):
     state: str | None = None  # of the autopilot; None without one
     reason: str = ""
     is_engaged: bool = False
-    mode: str | None = None  # what is followed: route, course, position
-    held_deg: float | None = None  # the course that is held
+    mode: str | None = None  # route, course or position
+    held_deg: float | None = None  # held course
     dodges: bool = False  # whether the held course is a dodge off the route
     offset: float = 0.0  # m to starboard of the route
-    faster_kn: float = 0.0  # above the route's speed
+    faster_kn: float = 0.0  # speed above the route's speed
     unreachable: str = ""  # why no order reaches the boat
-    mark: tuple[float, float] | None = None  # of a man overboard, m in the chart's plane
+    mark: tuple[float, float] | None = None  # place at which a man went overboard, m in the chart's plane
     asked_course_deg: float | None = None
     asked_rate_dps: float | None = None
     asked_speed_kn: float | None = None

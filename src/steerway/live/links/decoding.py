@@ -160,7 +160,7 @@ _USUAL = re.compile(r"([0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}):([0-9]{2}(?
 
 
 def moment(text: str) -> float:
-    """Unix time (s) of an ISO 8601 text. The form that gpsd and Signal K use is read a hundred times faster."""
+    """Unix time (s) of an ISO 8601 text. The form of gpsd and Signal K is read a hundred times faster."""
     found = _USUAL.fullmatch(text)
     if found is not None and (second := float(found[2])) < 61.0:
         try:

@@ -28,7 +28,7 @@ class FileSink(Sink):
     ) -> None:
         super().__init__(uri)
         self.lossless, self.whole = lossless, whole
-        self.broken = False  # nothing more is written
+        self.broken = False  # True: nothing more is written
         self.file = file
         self._name = name or str(getattr(file, "name", "output"))
         self._has_reader = True

@@ -1,7 +1,7 @@
 """gpsd over TCP: the bytes of its receiver, or its JSON reports.
 
-If gpsd has one receiver and this sends NMEA 0183 or UBX, its own bytes are read through gpsd; so epochs and sources are
-the same as in a log of the receiver. With several receivers, or of another kind, gpsd's JSON reports are read.
+If gpsd has one receiver, and this receiver sends NMEA 0183 or UBX, its own bytes are read through gpsd. Epochs and
+sources are then the same as in a log of the receiver. Otherwise gpsd's JSON reports are read.
 """
 
 import json
@@ -16,7 +16,7 @@ from steerway.live.rows import InputRow
 
 _JSON = b'?WATCH={"enable":true,"json":true}\n'
 _READ_AS_THEY_ARE = ("NMEA0183", "Garmin NMEA", "MTK-3301", "u-blox")
-"""gpsd's names of drivers of receivers whose own bytes are read."""
+"""Receiver types, by gpsd's driver names, whose own bytes are read."""
 
 
 class GpsdInput(Input["GpsdDecoder"]):

@@ -15,11 +15,11 @@ from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 SILENCE = 0.05
-"""s without a byte after which an epoch is complete."""
+"""Time without a byte after which an epoch is complete, s."""
 RETRY = 1.0
-"""s between the failure of a link and the next attempt to open it."""
+"""Time between the failure of a link and the next attempt to open it, s."""
 WAITING = 1000
-"""Messages that may wait for a link to open or a file to be written."""
+"""Largest number of messages that wait for a link to open or a file to be written."""
 
 Deliver = Callable[..., None]
 """Takes a list of InputRow, and the last row's arrival (s, event loop's clock) unless it arrived just now."""
@@ -125,7 +125,7 @@ class Sink(ABC):
 
 
 async def kept_open(name: str, attempt: Callable[[], Awaitable[None]]) -> None:
-    """Open a link, and reopen it after every failure. Of equal failures in a row only the first is logged.
+    """Open a link, and reopen it after every failure. Only the first of several equal failures in a row is logged.
 
     Raises InputError if at the first attempt another program uses the link's port on this computer.
     """

@@ -20,7 +20,7 @@ from steerway.live.links.link import Feed, Input, Sink, kept_open
 from steerway.live.uri import Uri
 
 BACKLOG = 1 << 16
-"""Bytes that may wait for a peer."""
+"""Largest number of bytes that wait for a peer."""
 Write = Callable[[bytes], object]
 Receive = Callable[[bytes, Write], None]
 """Takes received bytes and a function that writes to their sender. If it raises OSError, the connection ends."""

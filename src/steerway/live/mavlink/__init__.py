@@ -1,1 +1,1 @@
-"""MAVLink: the messages of a vehicle as rows, and the protocol with one that is steered in GUIDED."""
+"""MAVLink: decoding a vehicle's messages to rows, and the protocol that steers a vehicle in GUIDED."""

@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger("steerway.live")
 CARRIERS = ("udpin", "udpout", "tcp")
-"""What carries MAVLink, beside a serial line."""
-_PERIOD = 0.05  # s between checks of what is due
+"""Carriers of MAVLink in addition to a serial line."""
+_PERIOD = 0.05  # s between two checks for messages to send
 _STALE = 0.5  # s after which an order is no longer carried out
-_LATE = 0.2  # s after which what came meanwhile is used, and a tick made, before link and order are judged
+_LATE = 0.2  # delay (s) above which waiting messages and a tick come first, then the checks of link and order
 _ONBOARD_COMPUTER = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 
 
 class Companion(Output):
-    """An input and an output on one link. Options of its address: those of `Guided`, and `baud`.
+    """An input and an output on one link. Options of its address: `silence` and `system` of `Guided`, and `baud`.
 
-    The state of the link, and refusals of the vehicle, are reported to the supervisor.
+    It reports the state of the link, and a refusal by the vehicle, to the supervisor.
     """
 
     def __init__(self, uri: Uri, place: str = ""):
@@ -49,7 +49,7 @@ class Companion(Output):
         self._runs = False
 
     async def run(self, deliver: Deliver | None = None) -> None:
-        """Keep the link open until cancelled; an input with `deliver`, an output without, opened once for both."""
+        """Keep the link open until cancelled: as an input with `deliver`, else as an output. Both share one link."""
         self._deliver = deliver or self._deliver
         if self._runs:
             await asyncio.Event().wait()
@@ -69,7 +69,7 @@ class Companion(Output):
             self.link.send(self.guided.targets_due(self._ordered, order))
 
     def unreachable(self) -> str:
-        """Why no order reaches the vehicle, "" when they do."""
+        """The reason why no order reaches the vehicle; "" if orders reach it."""
         return "" if self.guided.alive(time.monotonic()) else f"link {self.link.uri.text} is lost"
 
     def _receive(self, message: Any) -> bool:

@@ -1,11 +1,12 @@
-"""From a vehicle's messages to rows: the fixes of its receiver, or its own estimate where those are not sent.
+"""Decodes a vehicle's messages to rows: the fixes of its receiver, or the vehicle's own estimate if no fixes are sent.
 
-Heading and yaw rate are attached to the next fix, those of its own moment. It is older than they are by the receiver's
-latency, so that rows of their own would make every fix a late one. While there are no fixes they are rows of their own.
+The heading and yaw rate measured nearest to the time of a fix become part of the row of the fix. In rows of their own
+they would be newer than the next fix, because a receiver has latency, and every fix would count as late. Without fixes
+heading and yaw rate are rows of their own.
 
-Fields and their values for "unknown": MAVLink common message set. The time of a fix is either Unix time or the time
-since the vehicle's start, whose Unix time SYSTEM_TIME gives. It is that of the delivery by the receiver; how old the
-fix was then is found by `ReceiverLag`.
+Fields and their values for "unknown": MAVLink common message set. The time of a fix is Unix time, or time since the
+vehicle's start; SYSTEM_TIME relates the two. It is the time at which the receiver delivered the fix. `ReceiverLag`
+estimates how old the fix was then.
 """
 
 import math
@@ -18,14 +19,14 @@ from steerway.core.earth import STANDARD_GRAVITY, displacement
 from steerway.live.rows import InputRow
 from steerway.live.tick_timing import FixClock
 
-_UNIX_USEC = 10**15  # times above are Unix time, which passed this in 2001; below, time since the start
-_WAIT = 3.0  # s for SYSTEM_TIME, and without GPS_RAW_INT before the vehicle's estimate is used
-_PASSED_OVER = 5  # of its own positions at the least, as this computer may have been busy
-_STEP = 0.5  # s of difference above which the clock offset is set anew
-_SHARE = 1.0 / 16.0  # of a smaller difference that each SYSTEM_TIME corrects
-_FRESH = 0.5  # s that an aid may be off its fix
-_KEPT = 20  # of the newest of an aid
-_OLDEST = 2.0  # s that a row may be old when it comes in; above, its time is another clock's
+_UNIX_USEC = 10**15  # larger times (µs) are Unix time, which passed this in 2001; smaller ones count from the start
+_WAIT = 3.0  # s to wait for SYSTEM_TIME, and for GPS_RAW_INT before the vehicle's estimate is used
+_PASSED_OVER = 5  # least number of the vehicle's own positions to skip: this computer may have been busy
+_STEP = 0.5  # difference (s) above which the clock offset is replaced
+_SHARE = 1.0 / 16.0  # fraction of a smaller difference that each SYSTEM_TIME corrects
+_FRESH = 0.5  # largest difference in time between an aid and its fix, s
+_KEPT = 20  # number of the newest values of each aid that are kept
+_OLDEST = 2.0  # largest age of a row at its arrival, s; a larger one means that the time is from another clock
 _NO_FIX = 1.0  # s without a fix after which aids are rows of their own
 _UNKNOWN_16 = 0xFFFF
 _ARMED = 0b1000_0000  # MAV_MODE_FLAG_SAFETY_ARMED
@@ -33,9 +34,9 @@ _ARDUPILOT, _ROVERS = 3, (10, 11)  # MAV_AUTOPILOT_ARDUPILOTMEGA; MAV_TYPE_GROUN
 
 
 class BootClock:
-    """Unix time of a vehicle's start: by SYSTEM_TIME, or by this computer's clock where that is not sent.
+    """Unix time of a vehicle's start: from SYSTEM_TIME, or from this computer's clock if SYSTEM_TIME is not sent.
 
-    And its time now, by the least delayed of its messages.
+    The least delayed message gives the vehicle's present time.
     """
 
     def __init__(self) -> None:
@@ -46,7 +47,7 @@ class BootClock:
         self._is_known = False
 
     def set(self, unix: float, boot: float) -> None:
-        """A SYSTEM_TIME, s; `unix` 0 where the vehicle does not know it."""
+        """Take a SYSTEM_TIME: Unix time (0 for unknown) and time since the start, s."""
         if unix <= 0.0:
             return
         ahead = unix - boot - self._offset
@@ -57,18 +58,18 @@ class BootClock:
         self._is_known = True
 
     def sent(self, boot: float, arrival: float) -> None:
-        """A message that was sent at a time since the start came in at `arrival`, s."""
+        """Note that a message sent at `boot` (since the start) arrived at `arrival` (this computer's clock), s."""
         if boot < self._newest - _STEP:
             self._least_delayed.forget()
         self._newest = boot
         self._least_delayed.add(boot, arrival)
 
     def now(self, arrival: float) -> float:
-        """Unix time by the vehicle at a time of this computer, s; NaN while unknown."""
+        """The vehicle's Unix time (s) at a time of this computer's clock; NaN while unknown."""
         return self._least_delayed.now(arrival) + self._offset
 
     def unix(self, boot: float, arrival: float) -> float:
-        """Unix time of a time since the start (s) in a message that came at `arrival`; NaN while unknown."""
+        """Convert `boot` (s since the start), of a message that arrived at `arrival`, to Unix time; NaN: unknown."""
         if self._is_known:
             return boot + self._offset
         if math.isnan(self._waits_since):
@@ -81,24 +82,24 @@ class BootClock:
 
 
 class MavlinkDecoder:
-    """Rows of one vehicle's messages. `place` is appended to the names of sources where there are several links."""
+    """Rows of one vehicle's messages. `place`, unless "", is appended to the names of sources."""
 
     def __init__(self, place: str = ""):
         self._place = f" in {place}" if place else ""
         self.clock = BootClock()
         self._fix_time = -1
         self._receiver_sent = -math.inf
-        self._passed_over = 0  # of its own positions since the receiver's last
+        self._passed_over = 0  # number of the vehicle's own positions since the last one of the receiver
         self._lag = ReceiverLag()
-        self._aids: dict[str, deque[tuple[float, float]]] = {}  # the newest, time and value
+        self._aids: dict[str, deque[tuple[float, float]]] = {}  # newest (time, value) of each aid
         self._fixed = -math.inf  # arrival of the newest fix
-        self._moment = self._moment_came = math.nan  # of the newest row
-        self._says_throttle = False  # armed, and of a kind whose throttle is known to be that of its motors
+        self._moment = self._moment_came = math.nan  # time of the newest row, and its arrival
+        self._says_throttle = False  # whether the vehicle is armed, and reports the throttle of its motors
 
     def message(self, message: Any, arrival: float) -> list[InputRow]:
-        """The rows, none or one, of a message that came in at `arrival` (s, monotonic)."""
+        """The rows, none or one, of a message that arrived at `arrival` (s, monotonic)."""
         if math.isinf(self._receiver_sent):
-            self._receiver_sent = self._fixed = arrival  # the receiver's may yet come
+            self._receiver_sent = self._fixed = arrival  # the receiver's fixes may still follow
         if hasattr(message, "time_boot_ms"):
             self.clock.sent(message.time_boot_ms * 1e-3, arrival)
         made = _MAKERS.get(message.get_type())
@@ -108,7 +109,7 @@ class MavlinkDecoder:
         return [] if row is None or math.isnan(row.time) else [row]
 
     def age(self, row: InputRow, arrival: float) -> float:
-        """How old a row is that came in at `arrival`, s; 0 where the vehicle's clock does not tell."""
+        """Age of a row at its arrival `arrival`, s; 0 if the vehicle's clock does not show it."""
         age = self.clock.now(arrival) - row.time
         return age if 0.0 < age < _OLDEST else 0.0
 
@@ -116,7 +117,7 @@ class MavlinkDecoder:
         self.clock.set(message.time_unix_usec * 1e-6, message.time_boot_ms * 1e-3)
 
     def _receiver(self, message: Any, arrival: float) -> InputRow | None:
-        """The newest fix, once however often it is sent."""
+        """The newest fix; a repeated message gives no row."""
         self._receiver_sent, self._passed_over = arrival, 0
         if message.fix_type < 2 or message.time_usec == self._fix_time or (message.lat == 0 and message.lon == 0):
             return None
@@ -131,7 +132,7 @@ class MavlinkDecoder:
         return InputRow(f"mavlink GPS_RAW_INT{self._place}", moment, *place, std, sog, cog, **self._beside(moment))
 
     def _beside(self, moment: float) -> dict[str, Any]:
-        """The aids that belong to a fix of a moment, each the nearest in time, and used once."""
+        """The aids of a fix at a time: the nearest value of each; a value is used once."""
         found = {}
         for name, values in self._aids.items():
             if values:
@@ -143,12 +144,12 @@ class MavlinkDecoder:
         return found
 
     def _aid(self, row: InputRow, name: str, arrival: float) -> InputRow | None:
-        """A row of one aid, kept for the next fix while fixes come."""
+        """Keep an aid for the next fix; return its row only while fixes are missing."""
         self._aids.setdefault(name, deque(maxlen=_KEPT)).append((row.time, getattr(row, name)))
         return row if arrival - self._fixed > _NO_FIX else None
 
     def _vehicle(self, message: Any, arrival: float) -> InputRow | None:
-        """Heading by the vehicle's estimate, and its position where the receiver's is not sent."""
+        """Heading from the vehicle's estimate, and its position if the receiver's position is not sent."""
         heading = math.nan if message.hdg == _UNKNOWN_16 else _angle(message.hdg * 1e-2)
         row = InputRow(
             f"mavlink GLOBAL_POSITION_INT{self._place}", self._since_start(message, arrival), heading=heading
@@ -175,7 +176,7 @@ class MavlinkDecoder:
         return self._aid(row, "yaw_rate", arrival)
 
     def _scaled_inertial(self, message: Any, arrival: float) -> InputRow:
-        """SCALED_IMU, and RAW_IMU, which ArduPilot fills with its units: mg and mrad/s, with x ahead and z down."""
+        """SCALED_IMU and RAW_IMU: mg and mrad/s, x ahead and z down. ArduPilot uses these units in both."""
         is_scaled = message.get_type() == "SCALED_IMU"
         time = self._since_start(message, arrival) if is_scaled else self._stamped(message.time_usec, arrival)
         return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
@@ -185,36 +186,36 @@ class MavlinkDecoder:
         return self._inertial(self._stamped(message.time_usec, arrival), message.xacc, message.zgyro, arrival)
 
     def _inertial(self, time: float, acceleration: float, yaw_rate: float, arrival: float) -> InputRow:
-        """A row of its own with the acceleration; the yaw rate waits for the next fix as that of ATTITUDE."""
+        """A row with the acceleration. The yaw rate is kept for the next fix, as in ATTITUDE."""
         row = InputRow(f"mavlink IMU{self._place}", time, yaw_rate=yaw_rate)
         alone = self._aid(row, "yaw_rate", arrival) is not None
         return row._replace(yaw_rate=yaw_rate if alone else math.nan, acceleration=acceleration)
 
     def _turns(self, message: Any, arrival: float) -> InputRow:
-        """ESC_TELEMETRY_1_TO_4: the mean of the motors that turn."""
+        """ESC_TELEMETRY_1_TO_4: mean shaft speed of the motors that turn, rev/s."""
         turns = [each for each in message.rpm[:4] if each]
         mean = sum(turns) / len(turns) / 60.0 if turns else 0.0
         return InputRow(f"mavlink ESC_TELEMETRY{self._place}", self._untimed(arrival), shaft=mean)
 
     def _heartbeat(self, message: Any, arrival: float) -> InputRow | None:
-        """HEARTBEAT: the motors of a vehicle that is not armed idle."""
+        """HEARTBEAT: throttle 0 if the vehicle is not armed."""
         is_armed = bool(message.base_mode & _ARMED)
         self._says_throttle = is_armed and message.autopilot == _ARDUPILOT and message.type in _ROVERS
         return None if is_armed else self._throttle(0.0, arrival)
 
     def _hud(self, message: Any, arrival: float) -> InputRow | None:
-        """VFR_HUD: the throttle, per cent."""
+        """VFR_HUD: the throttle, which the message gives in per cent."""
         return self._throttle(message.throttle * 1e-2, arrival) if self._says_throttle else None
 
     def _throttle(self, share: float, arrival: float) -> InputRow:
         return InputRow(f"mavlink throttle{self._place}", self._untimed(arrival), throttle=share)
 
     def _untimed(self, arrival: float) -> float:
-        """The time of a message that has none: that of the newest row goes on."""
+        """Time for a message without one: the time of the newest row plus the time since its arrival."""
         return self._moment + arrival - self._moment_came
 
     def _stamped(self, microseconds: float, arrival: float) -> float:
-        """Unix time of a stamp that is Unix time or the time since the start."""
+        """Unix time (s) of a time stamp (µs) that is either Unix time or time since the start."""
         seconds = microseconds * 1e-6
         return seconds if microseconds > _UNIX_USEC else self.clock.unix(seconds, arrival)
 
@@ -241,19 +242,19 @@ def _angle(degrees: float) -> float:
 
 
 _LARGEST = 1.0
-"""s, and the largest that is believed; receivers take 0.1 to 0.4 s. Chosen."""
+"""Largest delay that is used, s. Chosen: receivers take 0.1 to 0.4 s."""
 _WINDOW = 30.0
-"""s in which an old difference loses its weight, a factor of e. Chosen."""
+"""Time in which the weight of an old difference falls by a factor of e, s. Chosen."""
 _SLOWEST, _TRAVELLED = 0.5, 3.0
-"""m/s from which on a fix counts, and m of way that are needed: with fixes of 0.1 m the delay is then known to 0.03 s.
-Chosen."""
+"""Lowest speed of a fix that is used (m/s), and distance needed before the delay is used (m). Chosen: with fixes of
+0.1 m the delay is then accurate to 0.03 s."""
 _SLEW = 0.05
-"""s of delay a second at the most by which it is corrected: intervals between fixes change by as much. Chosen."""
-_FRESH_FIX = 0.5  # s that an estimate may be older than a fix
+"""Largest correction of the delay, s per second. Chosen: intervals between fixes change by this fraction."""
+_FRESH_FIX = 0.5  # largest difference in time between the vehicle's estimate and a fix, s
 
 
 class ReceiverLag:
-    """`own` gets the vehicle's estimates, `at` the fixes; `lag` is the delay in s, 0 before it is known."""
+    """Delay of a receiver's fixes, found by comparison with the vehicle's estimates; `lag` in s, 0 while unknown."""
 
     def __init__(self) -> None:
         self.lag = 0.0
@@ -262,11 +263,11 @@ class ReceiverLag:
         self._before = -math.inf
 
     def own(self, time: float, latitude: float, longitude: float, north: float, east: float) -> None:
-        """The vehicle's estimate at a time: rad, m/s."""
+        """Take the vehicle's estimate: time (s), position (rad) and velocity (m/s)."""
         self._own = (time, latitude, longitude, north, east)
 
     def at(self, time: float, latitude: float, longitude: float) -> float:
-        """The delay of a fix that was delivered at a time, s."""
+        """The delay (s) of the fix delivered at `time`; update the estimate of the delay with this fix."""
         since, known_latitude, known_longitude, north, east = self._own
         step, self._before = time - self._before, time
         squared = north * north + east * east

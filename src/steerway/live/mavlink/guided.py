@@ -1,7 +1,7 @@
-"""The protocol with a vehicle that is steered in GUIDED: what to send now, by its messages and the present order.
+"""The protocol with a vehicle that is steered in its mode GUIDED: from its messages and the order to messages for it.
 
 No clock and no I/O: times are arguments, messages are returned. The vehicle is taken over only while the autopilot
-runs, and given back when it stops. A mode that is set from elsewhere is not overruled.
+runs, and given back when the autopilot stops. A mode that is set from elsewhere is not overruled.
 """
 
 import math
@@ -12,14 +12,15 @@ from steerway.live.mavlink.link import RoverMode, mode_name
 from steerway.live.mavlink.readiness import Readiness, result_words
 from steerway.live.rows import Order, State
 
-SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
+SYSTEM = 1  # this computer's system id before the vehicle is known; then the vehicle's id, as is usual
 SILENCE = 2.5
-"""s without any message after which the link counts as lost. Chosen: longer than two heartbeats (one a second),
+"""Time without any message after which the link counts as lost, s. Chosen: longer than two heartbeats (one a second),
 because a radio loses some, and shorter than the 3 s after which ArduPilot drops an order. Until then the boat follows
 the last order, and the estimate assumes so."""
 HEARTBEAT_LOST = 5.0
-"""s without a heartbeat while other messages come: five of them, as is usual (mavlink.io, heartbeat protocol)."""
-_CONFIRMED = 2.5  # s in which a heartbeat shows a mode that was asked for
+"""Time without a heartbeat after which the link counts as lost although other messages arrive, s: five heartbeats, as
+is usual (mavlink.io, heartbeat protocol)."""
+_CONFIRMED = 2.5  # s within which a heartbeat shows a requested mode
 _ASKED_AGAIN = 0.5  # s between two requests of a mode
 _REFUSED = 3.0  # s after which a request counts as refused
 _STOPPING = 2.0  # s of zero thrust before HOLD is requested
@@ -36,10 +37,10 @@ _WANTED = {
     "VFR_HUD": 0.5,
 }  # messages and their intervals, s
 _NO_ROVER = "the vehicle is not a boat of ArduPilot's Rover"
-_MISSED = 5.0  # s between two requests for them while they do not come
+_MISSED = 5.0  # s between two requests for these messages while they are missing
 _TURN_LIMIT = "ATC_STR_RAT_MAX"
-"""ArduPilot Rover's parameter with the limit of its yaw rate, degrees/s, 0 for none; asked for at most so often."""
-_ASKED_PARAMETER = 6
+"""ArduPilot Rover's parameter with the limit of its yaw rate, degrees/s; 0 for none."""
+_ASKED_PARAMETER = 6  # largest number of requests for this parameter
 
 
 class Takeover(Enum):
@@ -53,23 +54,23 @@ class Takeover(Enum):
 
 
 class Guided:
-    """One vehicle and what is sent to it.
+    """One vehicle and the messages sent to it.
 
-    Thrust is the order's. ArduPilot's Rover takes it in GUIDED as a share of CRUISE_SPEED, or of WP_SPEED where set:
-    that is then the boat's speed at full thrust.
+    ArduPilot's Rover in GUIDED takes the thrust of an order as a fraction of CRUISE_SPEED, or of WP_SPEED if that is
+    set. This parameter is then the boat's speed at full thrust.
 
     messages: the dialect's module.
-    silence:  s without any message after which the link counts as lost.
-    system:   id of the vehicle; 0: the first one that sends, until a boat is heard.
+    silence:  time without any message after which the link counts as lost, s.
+    system:   id of the vehicle; 0: the first one that sends, until a boat sends.
 
-    `turn_limit` is the limit of its yaw rate (rad/s), NaN until it is told.
-    `refusal` is why the vehicle is not steered although it should be, "" otherwise; `obstacle` why it could not be.
+    `turn_limit`: limit of the vehicle's yaw rate, rad/s; NaN until the vehicle reports it.
+    `refusal`: why the vehicle is not steered although it should be, else "". `obstacle`: why it could not be steered.
     """
 
     def __init__(self, messages: Any, silence: float = SILENCE, system: int = 0):
         self._messages, self._silence, self._only = messages, silence, system
         self.vehicle: tuple[int, int] | None = None
-        self._other: tuple[int, int] | None = None  # the last other vehicle that was heard
+        self._other: tuple[int, int] | None = None  # sender of the last heartbeat of another vehicle
         self.mode: int | None = None
         self.is_armed = self.is_rover = False
         self.phase = Takeover.FREE
@@ -77,7 +78,7 @@ class Guided:
         self.readiness = Readiness(messages)
         self.turn_limit = math.nan
         self._asks_left = _ASKED_PARAMETER
-        self._answer = ""  # why GUIDED was refused last
+        self._answer = ""  # reason of the last refusal of GUIDED
         self._since = -math.inf  # when the phase began
         self._received = self._heartbeat = self._fix_received = -math.inf
         self._own_heartbeat = self._target = self._asked_messages = self._asked_parameter = -math.inf
@@ -85,7 +86,7 @@ class Guided:
         self._asked_at = self._asked_guided = -math.inf
 
     def receive(self, message: Any, now: float) -> bool:
-        """Whether a message is the vehicle's."""
+        """Take a message; return whether it is from the vehicle."""
         sender = (message.get_srcSystem(), message.get_srcComponent())
         kind = message.get_type()
         if sender != self.vehicle and kind == "HEARTBEAT" and self._is_vehicle(message):
@@ -110,7 +111,7 @@ class Guided:
         return True
 
     def _answered(self, answer: Any) -> None:
-        """An accepted mode is in force; a later HEARTBEAT with another one was set from elsewhere."""
+        """Take the answer to a mode request. Once accepted, another mode in a HEARTBEAT was set from elsewhere."""
         if answer.command == self._messages.MAV_CMD_DO_SET_MODE and self._asked is not None:
             if answer.result == self._messages.MAV_RESULT_ACCEPTED:
                 self.mode = int(self._asked)
@@ -119,8 +120,10 @@ class Guided:
             self._asked = None
 
     def _choose(self, sender: tuple[int, int], is_rover: bool, now: float) -> None:
-        """The first vehicle that is heard; another one that is confirmed by a second heartbeat in its place, where
-        that is no boat and this one is, or has fallen silent. None while one is under control.
+        """Choose the first vehicle that sends a heartbeat.
+
+        Another vehicle replaces it after two heartbeats, if only the other one is a boat, or if the chosen one is
+        silent. A vehicle under control is never replaced.
         """
         if self.vehicle is not None:
             heard, self._other = self._other, sender
@@ -140,7 +143,7 @@ class Guided:
 
     @property
     def _addressed(self) -> tuple[int, int]:
-        """Whom messages are for; (0, 0) is everybody."""
+        """Target of the messages, (system, component); (0, 0) is everybody."""
         return self.vehicle or (0, 0)
 
     def _is_rover(self, heartbeat: Any) -> bool:
@@ -150,11 +153,11 @@ class Guided:
         return heartbeat.autopilot == messages.MAV_AUTOPILOT_ARDUPILOTMEGA and heartbeat.type in kinds
 
     def alive(self, now: float) -> bool:
-        """Whether the vehicle answers."""
+        """Whether the vehicle still sends: messages within `silence`, and heartbeats within `HEARTBEAT_LOST`."""
         return now - self._received <= self._silence and now - self._heartbeat <= HEARTBEAT_LOST
 
     def obstacle(self, now: float) -> str:
-        """Why the vehicle could not be steered now, "" when it could."""
+        """Why the vehicle could not be steered now; "" if it could."""
         if self.vehicle is None:
             return "no vehicle answers"
         return self.readiness.obstacle(now) if self.is_rover else _NO_ROVER
@@ -165,7 +168,7 @@ class Guided:
         return bool(self.refusal) and self.phase is Takeover.TAKING
 
     def due(self, now: float, order: Order | None) -> list[Any]:
-        """What to send now; to be called every 0.1 s or more often."""
+        """The messages to send now; call it at least every 0.1 s."""
         due = []
         if now - self._own_heartbeat >= 1.0:
             self._own_heartbeat = now
@@ -179,7 +182,7 @@ class Guided:
         return due
 
     def last_messages(self, hands_back: bool) -> list[Any]:
-        """What to send before the link closes: HOLD, or MANUAL for the skipper."""
+        """The messages to send before the link closes: zero thrust and HOLD, or MANUAL for the skipper."""
         if self.vehicle is None or self.phase in (Takeover.FREE, Takeover.RETURNING):
             return []
         if hands_back:
@@ -187,7 +190,7 @@ class Guided:
         return [self._target_message(0.0, 0.0, 0.0), self._mode_message(RoverMode.HOLD)]
 
     def _judge(self, now: float, order: Order) -> None:
-        """The phase, by the order and the vehicle's mode."""
+        """Update the phase from the order and the vehicle's mode."""
         steers = order.engaged and order.state is not State.STOPPED
         guided = self.mode == RoverMode.GUIDED
         if not steers:
@@ -202,7 +205,7 @@ class Guided:
             self._watch(guided, now)
 
     def _watch(self, guided: bool, now: float) -> None:
-        """Whether the vehicle follows while the autopilot steers."""
+        """Check that the vehicle follows while the autopilot steers; set `refusal` if not."""
         if not self.is_rover:
             self.refusal = _NO_ROVER
         elif not self.is_armed:
@@ -218,7 +221,7 @@ class Guided:
             self._enter(Takeover.TAKING, now)
 
     def _is_left(self, guided: bool, now: float) -> bool:
-        """Whether the vehicle has left GUIDED for good, or does not respond."""
+        """Whether the vehicle has left GUIDED and no request of GUIDED is pending, or does not respond."""
         on_its_way = now - self._asked_guided <= _CONFIRMED
         return (not guided and not on_its_way) or now - self._since > _GIVEN_UP
 
@@ -226,7 +229,7 @@ class Guided:
         self.phase, self._since, self._asked_at = phase, now, -math.inf
 
     def _requests(self, now: float) -> list[Any]:
-        """Requests of another mode, and of messages that do not come."""
+        """Requests of another mode, of missing messages, and of the parameter `_TURN_LIMIT`."""
         due = []
         mode = self._mode_wanted(now)
         if mode is not None and now - self._asked_at >= _ASKED_AGAIN:
@@ -245,7 +248,7 @@ class Guided:
         return due
 
     def _mode_wanted(self, now: float) -> RoverMode | None:
-        """The mode to request; None when it is in force, or once GUIDED was left from elsewhere."""
+        """The mode to request; None if it is in force, or if something else has ended GUIDED."""
         guided = self.mode == RoverMode.GUIDED
         if self.phase is Takeover.TAKING and not guided:
             return RoverMode.GUIDED

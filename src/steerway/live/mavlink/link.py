@@ -1,4 +1,4 @@
-"""A link that carries MAVLink both ways: UDP, TCP or a serial line; its dialect, and MAVLink 2 signing.
+"""A link that carries MAVLink both ways (UDP, TCP or a serial line), its dialect, and MAVLink 2 signing.
 
 Sending never waits for the peer.
 """
@@ -45,7 +45,7 @@ def mode_name(custom_mode: int) -> str:
 
 
 def dialect(address: str) -> Any:
-    """The module of messages, all of ArduPilot's and the common ones. Raises InputError where pymavlink is not."""
+    """The module of ArduPilot's and the common messages. Raises InputError without the package pymavlink."""
     try:
         import pymavlink.dialects.v20.ardupilotmega as messages
     except ImportError:
@@ -59,9 +59,9 @@ _SHORTEST = 8
 
 
 def key_of(path: str) -> bytes:
-    """The key in a file: the SHA-256 of a passphrase, as ground stations make it, or 64 hexadecimal digits.
+    """The key in a file: 64 hexadecimal digits, or a passphrase, whose SHA-256 is the key as in ground stations.
 
-    Raises InputError, which does not repeat it. Source: mavlink.io, guide "Message signing".
+    Raises InputError, without the key in its message. Source: mavlink.io, guide "Message signing".
     """
     text = secret_in(path, "signing key")
     if re.fullmatch(r"[0-9A-Fa-f]{64}", text):
@@ -72,24 +72,24 @@ def key_of(path: str) -> bytes:
 
 
 def sign(codec: Any, key: bytes, link: int = 0) -> None:
-    """Sign what a codec sends, and accept only what is signed with the same key."""
+    """Make a codec sign the messages that it sends, and accept only messages signed with the same key."""
     codec.signing.secret_key = key
     codec.signing.sign_outgoing = True
     codec.signing.link_id = link
     codec.signing.timestamp = int((time.time() - _EPOCH) / _TICK)
 
 
-_BACKLOG = 1 << 14  # bytes that may wait for a TCP peer; of a serial line none: an order that waits is out of date
+_BACKLOG = 1 << 14  # bytes that may wait for a TCP peer; none on a serial line, where a waiting order is out of date
 _KINDS = {"udpin": "udp", "udpout": "udpout", "tcp": "tcp", "": "serial"}
 
 
 class MavlinkLink:
-    """One link and the codec on it. `system` and `component` are the sender's in what is sent.
+    """One link and the codec on it. `system` and `component` are the sender's ids in sent messages.
 
-    `udpin` waits for packets and answers the sender of the last accepted one, `udpout` sends first. `receive` gets
-    every message and returns whether it is accepted; what is no message is counted in `broken`, what could not be sent
-    in `lost`. With `signing=FILE` in the address what is sent is signed, and only what is signed with the key in that
-    file is accepted; the rest counts as `broken`.
+    `udpin` waits for packets and answers the sender of the last accepted one; `udpout` sends first. `receive` gets
+    every message and returns whether it is accepted. `broken` counts data that are no message, `lost` messages that
+    could not be sent. With `signing=FILE` in the address, sent messages are signed with the key in that file, and
+    received messages without this signature count as `broken`.
     """
 
     def __init__(self, uri: Uri, receive: Callable[[object], bool], system: int = 1, component: int = 1):
@@ -136,15 +136,15 @@ class MavlinkLink:
             self._answer = None
 
     def _receive(self, data: bytes, answer: Write) -> None:
-        """A piece; of datagrams the sender of the last accepted one is answered."""
+        """Take received bytes. On a datagram link, answers go to the sender of the last accepted datagram."""
         by_datagrams = self.uri.via in ("udpin", "udpout")
-        if by_datagrams:  # one holds whole packets: what another sender left unfinished is no part of it
+        if by_datagrams:  # a datagram has whole packets: drop an unfinished packet of another sender
             self._begin()
         if self._feed(data) and self.uri.via == "udpin":
             self._answer = answer
 
     def _feed(self, data: bytes) -> bool:
-        """Whether any of the messages in a piece is accepted."""
+        """Decode received bytes; return whether any message in them is accepted."""
         accepted = False
         for message in self._codec.parse_buffer(data) or ():
             if message.get_type() == "BAD_DATA":

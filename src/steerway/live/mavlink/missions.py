@@ -1,8 +1,7 @@
-"""MAVLink with a ground station: it uploads, downloads and changes the route that is steered along, and the speed;
-it pauses and goes on.
+"""MAVLink with a ground station, which uploads and downloads the route, changes leg and speed, pauses and continues.
 
-To the ground station this is a boat of ArduPilot with a mission and nothing else. Item 0 is the home position, as
-ArduPilot has it. Source: mavlink.io, mission protocol, MAV_CMD.
+To the ground station this is a boat of ArduPilot with a mission and nothing else. Item 0 is the home position, as in
+ArduPilot. Source: mavlink.io, mission protocol, MAV_CMD.
 """
 
 import asyncio
@@ -21,13 +20,13 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger("steerway.live")
 _MOST = 1000
-"""Items of a mission."""
+"""Largest number of items of a mission."""
 _AGAIN, _TRIES = 1.0, 5
-"""s until an item is requested again, and how often."""
-_PERIOD = 0.2  # s between two looks at what is due
-_DEGREES = 1e-7  # of a unit of MISSION_ITEM_INT
+"""Time until a missing item is requested again (s), and largest number of requests."""
+_PERIOD = 0.2  # s between two checks for messages to send
+_DEGREES = 1e-7  # degrees per unit of MISSION_ITEM_INT
 _UNCHANGED, _AS_PLANNED = -1.0, -2.0
-"""Speeds of MAV_CMD_DO_CHANGE_SPEED that ask for none, and for the mission's own."""
+"""Values of the speed in MAV_CMD_DO_CHANGE_SPEED: keep the present speed; return to the mission's own speed."""
 
 
 class MissionServer:
@@ -52,7 +51,7 @@ class MissionServer:
         return handler(self, message, now)
 
     def due(self, now: float) -> list[Any]:
-        """Heartbeat and the item under way once a second, and the request of an item that did not come."""
+        """Heartbeat and the item under way once a second, and the request of a missing item."""
         due = []
         m = self._messages
         if now - self._heartbeat >= 1.0:
@@ -68,7 +67,7 @@ class MissionServer:
         return due
 
     def _of_another_kind(self, message: Any) -> list[Any]:
-        """Fences and rally points are those of the mission's file; a station that asks is told that there are none."""
+        """The answer to requests about fences and rally points: none. They are set in the mission file only."""
         self._peer = message.get_srcSystem(), message.get_srcComponent()
         m, kind = self._messages, message.mission_type
         if message.get_type() == "MISSION_REQUEST_LIST":
@@ -127,11 +126,11 @@ class MissionServer:
         return [self._messages.MAVLink_mission_current_message(self._routed.guide.item_under_way)]
 
     def _on_clear(self, message: Any, now: float) -> list[Any]:
-        """A boat that is steered keeps its mission."""
+        """Refuse to clear the mission: the boat keeps it."""
         return [self._ack(self._messages.MAV_MISSION_DENIED)]
 
     def _on_command(self, message: Any, now: float) -> list[Any]:
-        """Another speed, a pause and its end."""
+        """Carry out a command: change the speed, pause (hold the position) or continue the route."""
         m, what = self._messages, message.command
         if what not in (SPEED, m.MAV_CMD_DO_PAUSE_CONTINUE):
             return [m.MAVLink_command_ack_message(what, m.MAV_RESULT_UNSUPPORTED)]
@@ -175,7 +174,7 @@ _HANDLERS = {
 
 
 class MissionLink:
-    """A link on which ground stations give missions; runs beside the service."""
+    """A link on which ground stations upload missions; runs beside the service."""
 
     def __init__(self, uri: Uri, routed: "Supervisor", controls: "Controls"):
         self.link = MavlinkLink(uri, self._receive)

@@ -1,14 +1,14 @@
-"""Whether a vehicle can be steered: its EKF, receiver, battery, fail-safes and arming, by what it reports.
+"""Whether a vehicle can be steered, from its reports: EKF, receiver, battery, fail-safes and arming.
 
-A report that never comes is waited for and then taken as good: not every firmware sends each.
-Messages and flags: MAVLink ardupilotmega message set; ArduPilot's Rover goes into GUIDED with a position only.
+A missing report prevents steering for `_WAIT` s, then it counts as good: not every firmware sends every report.
+Messages and flags: MAVLink ardupilotmega message set. ArduPilot's Rover accepts GUIDED only when it has a position.
 """
 
 import math
 from typing import Any
 
-_WAIT = 5.0  # s from the first message for a report that has not come
-_STALE = 5.0  # s after which a report no longer holds
+_WAIT = 5.0  # s from the first message for which a missing report is waited for
+_STALE = 5.0  # s after which a report counts as missing
 _REFUSED = 5.0  # s between a refused take-over and the next attempt
 _WORDS = {
     "MAV_RESULT_TEMPORARILY_REJECTED": "rejected for now (TEMPORARILY_REJECTED)",
@@ -47,7 +47,7 @@ class Readiness:
         self._refused, self._refused_at = "", -math.inf
 
     def receive(self, message: Any, now: float) -> None:
-        """A message of the vehicle."""
+        """Take a message of the vehicle."""
         kind = message.get_type()
         self._first = now if math.isnan(self._first) else self._first
         if kind in ("HEARTBEAT", "EKF_STATUS_REPORT", "SYS_STATUS", "GPS_RAW_INT"):
@@ -58,11 +58,11 @@ class Readiness:
             self._prearm = message.text.partition(":")[2].strip()
 
     def refused(self, why: str, now: float) -> None:
-        """A take-over was refused: not ready for a while."""
+        """Note that a take-over was refused: the vehicle counts as not ready for `_REFUSED` s."""
         self._refused, self._refused_at = why, now
 
     def obstacle(self, now: float) -> str:
-        """Why the vehicle cannot be steered yet, "" when it can."""
+        """Why the vehicle cannot be steered yet; "" if it can."""
         checks = (self._ekf, self._receiver, self._battery, self._failsafe, self._arming)
         found = next((why for why in (check(now) for check in checks) if why), "")
         if not found and now - self._refused_at < _REFUSED:
@@ -70,7 +70,7 @@ class Readiness:
         return found
 
     def _report(self, kind: str, now: float) -> Any:
-        """A report that holds, "" while it may still come, None where it is not sent."""
+        """The newest report of a kind; "" while the first one may still arrive, None if it is missing after that."""
         message, came = self._reports.get(kind, (None, -math.inf))
         if now - came <= _STALE:
             return message

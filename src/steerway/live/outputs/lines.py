@@ -14,7 +14,7 @@ from steerway.live.rows import FIT, Order, Row, State
 class JsonLines(SinkOutput):
     """Sends a line of JSON per fix, or with `every_tick` per tick; its columns are those of `estimate`.
 
-    With an autopilot the line also has `state` and `reason` (null for none), for a fix those of the last tick.
+    With an autopilot the line also has `state` and `reason` (null for none), at a fix from the last tick.
     """
 
     def __init__(self, sink: Sink, every_tick: bool = False):
@@ -46,7 +46,7 @@ def json_line(row: Row, order: Order | None = None) -> bytes:
 
 
 PERIOD = 0.1
-"""s between two commands."""
+"""Time between two commands, s."""
 
 
 class PropellerCommands(SinkOutput):
@@ -99,7 +99,7 @@ class SentenceOutput(SinkOutput):
         return "" if self.has_peer else "no receiver of the sentences is connected"
 
     def sentences(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> list[str]:
-        """The sentences of a row; those of the leg are valid while the course is known and the state is in `FIT`."""
+        """The sentences of a row; the leg's are valid only while the course is known and the state is in `FIT`."""
         valid = row.valid and not math.isnan(row.sog)
         steering = []
         if leg is not None:

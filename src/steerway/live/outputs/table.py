@@ -32,8 +32,8 @@ _NO_AUTOPILOT = -1
 class TableFile(Output):
     """Writes all rows to one file at the end of the run: a row per fix, or with `every_tick` a row per tick.
 
-    With an autopilot the table also has `state` and `reason`, for a fix those of the last tick. Until the end the rows
-    are in `PATH.part`: a long run takes no memory, and the next run continues the table of one that was cut off.
+    With an autopilot the table also has `state` and `reason`, at a fix from the last tick. Until the end of the run the
+    rows are in `PATH.part`: a long run takes no memory, and the next run continues the table of a run that was cut off.
     `lossless`: wait for a slow disk. Raises InputError if the file cannot be written.
     """
 

@@ -19,7 +19,7 @@ from steerway.simulation.scenario import EstimatorTable, Scenario
 
 
 class ReceiverFix(NamedTuple):
-    """A fix of the receiver: times of its epoch and its delivery since the start, s; rad, m/s, NaN for not reported."""
+    """A fix of the receiver: its epoch and its delivery in s since the start; rad, m/s; NaN for unreported values."""
 
     epoch: float
     delivered: float
@@ -30,10 +30,10 @@ class ReceiverFix(NamedTuple):
 
 
 class SimulatedBoat:
-    """Carries out commands, one an actuator.
+    """Carries out commands, one per actuator.
 
-    `time` since the start, s; `motion` is the truth; `heading` the last reading of the compass, NaN without one. `seed`
-    replaces the scenario's.
+    `time`: s since the start; `motion`: the true motion; `heading`: last reading of the compass, NaN without a compass;
+    `seed`: replaces the seed of the scenario.
     """
 
     def __init__(self, scenario: Scenario, seed: int | None = None):
@@ -54,7 +54,7 @@ class SimulatedBoat:
 
     @property
     def time(self) -> float:
-        """Since the start, s."""
+        """Time since the start, s."""
         return self._steps * self.step_length
 
     def position(self) -> tuple[float, float]:
@@ -62,9 +62,9 @@ class SimulatedBoat:
         return displaced(*self.origin, self.motion.north, self.motion.east)
 
     def step(self, command: Sequence[float]) -> ReceiverFix | None:
-        """One step under a command; the fix that the receiver delivers at its end, None without one.
+        """Step under a command; return the fix that the receiver delivers at the end of the step, or None.
 
-        Raises InputError when the state is no longer finite.
+        Raises InputError if the state is no longer finite.
         """
         self._state = self.vessel.step(self._state, command, self._sea.conditions, self.step_length)
         self._sea.advance(self.motion)
@@ -98,10 +98,10 @@ class SimulatedBoat:
 
 
 class InnerLoops:
-    """PI with feedforward on the yaw rate, PI on the speed.
+    """Inner loops of a boat: PI with feedforward for the yaw rate, PI for the speed.
 
-    Both poles of the yaw-rate loop lie at 2/T of the boat's Nomoto model. Without a speed loop the thrust is 0.
-    `throttle` is the thrust as a share of full, 1 without a speed loop: that engine is not commanded.
+    Both poles of the yaw-rate loop are at 2/T, with T of the boat's Nomoto model. `throttle` is the fraction of full
+    thrust. For a boat without a speed loop the thrust is 0 and `throttle` 1: its engine is not commanded.
     """
 
     def __init__(self, boat: Boat):
@@ -113,7 +113,7 @@ class InnerLoops:
         self._integral = self.throttle = 0.0
 
     def step(self, yaw_rate: float, speed: float, motion: GroundMotion, dt: float) -> tuple[float, ...]:
-        """Commands for a yaw rate (rad/s) and a speed over ground along the hull (m/s)."""
+        """Actuator commands for a yaw rate (rad/s) and a speed over ground along the hull (m/s)."""
         force = 0.0 if self._speed is None else self._speed.step(speed, _ahead(motion), dt)
         error = yaw_rate - motion.yaw_rate
         wanted = self._feedforward * yaw_rate + self._proportional * error + self._integral
@@ -126,7 +126,7 @@ class InnerLoops:
         return tuple(command)
 
     def rest(self) -> tuple[float, ...]:
-        """Commands that do nothing; the integrals are reset."""
+        """Neutral commands; resets the integrals."""
         self._integral = self.throttle = 0.0
         if self._speed is not None:
             self._speed.restart()

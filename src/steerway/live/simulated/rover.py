@@ -1,7 +1,7 @@
-"""A MAVLink vehicle like ArduPilot's Rover, as far as a companion computer sees: modes, GUIDED targets, their timeout.
+"""A MAVLink vehicle like ArduPilot's Rover, as seen by a companion computer: modes, GUIDED targets and their timeout.
 
-No clock and no I/O: messages have the boat's time. As ArduPilot's Rover does, it takes thrust in GUIDED as a share of a
-speed (CRUISE_SPEED), drops a target after 3 s, counts the times of its messages from its start, and takes GUIDED only
+No clock and no I/O: messages have the boat's time. Like ArduPilot's Rover, it takes thrust in GUIDED as a fraction of
+CRUISE_SPEED; it drops a target after 3 s; its messages contain the time since its start; and it accepts GUIDED only
 once its own estimate (EKF) has a position.
 """
 
@@ -17,17 +17,18 @@ from steerway.live.simulated.boat import ReceiverFix
 TIMEOUT = 3.0
 """s without a target after which a vehicle in GUIDED stops."""
 TURN_LIMIT = math.radians(120.0)
-"""rad/s, as the parameter ATC_STR_RAT_MAX of ArduPilot's Rover is by default."""
+"""Limit of the yaw rate, rad/s: the default of the parameter ATC_STR_RAT_MAX of ArduPilot's Rover."""
 _TURN_PARAMETER = "ATC_STR_RAT_MAX"
 _MODES = (RoverMode.MANUAL, RoverMode.HOLD, RoverMode.GUIDED)
-_FIX_LOST = 1.5  # s without a fix after which the receiver has none
+_FIX_LOST = 1.5  # s after the last fix from which on the receiver reports no fix
 _UNKNOWN_16 = 0xFFFF
 _EKF_ATTITUDE, _EKF_ALL = 0b0010000001, 0b1100111111
-"""Flags of EKF_STATUS_REPORT: attitude and constant position, and attitude, velocity and position, also predicted."""
+"""Flags of EKF_STATUS_REPORT. First: attitude and constant position. Then: attitude, velocity and position, measured
+and predicted."""
 
 
 class Target(NamedTuple):
-    """The last target in GUIDED: rad/s and m/s, and its time, s."""
+    """The last target in GUIDED: yaw rate (rad/s), speed (m/s) and the time of the target (s)."""
 
     yaw_rate: float
     speed: float
@@ -42,8 +43,8 @@ class Rover:
     unix:     Unix time of the boat's time 0.
     armed:    whether it is armed from the start.
     ekf_time: s from the start until its EKF has a position.
-    compass:  whether it has one; without, its headings are not known.
-    turn_limit: of the yaw rate that it takes, rad/s.
+    compass:  whether it has a compass; without one it reports no heading.
+    turn_limit: limit of its yaw rate, rad/s.
     """
 
     def __init__(
@@ -64,8 +65,8 @@ class Rover:
         self.turn_limit = positive("turn", turn_limit)
         self.system, self.component = 1, 1
         self.mode = RoverMode.MANUAL
-        self.heading = math.nan  # by the compass; without one the truth
-        self.throttle = 0.0  # share of full
+        self.heading = math.nan  # from the compass; NaN: the true heading is used
+        self.throttle = 0.0  # fraction of full
         self._target: Target | None = None
         self._seen: ReceiverFix | None = None
         self._intervals = {
@@ -80,13 +81,13 @@ class Rover:
         self._sent = dict.fromkeys(self._intervals, -math.inf)
 
     def target(self, now: float) -> Target | None:
-        """The target in force; None for engines off."""
+        """The target in force; None means engines off."""
         if self._target is not None and now - self._target.time > self.timeout:
             self._target = None
         return self._target if self.armed and self.mode is RoverMode.GUIDED else None
 
     def see(self, seen: ReceiverFix) -> None:
-        """The receiver delivers a fix."""
+        """Take a fix that the receiver delivers."""
         self._seen = seen
 
     def receive(self, message: Any, now: float) -> list[Any]:
@@ -105,7 +106,7 @@ class Rover:
         return due
 
     def _set_mode(self, number: int, now: float) -> int:
-        """The result of a request."""
+        """Carry out a request of a mode; return its MAV_RESULT."""
         if number not in _MODES or (number == RoverMode.GUIDED and now < self.ekf_time):
             return self._messages.MAV_RESULT_FAILED
         if RoverMode(number) is not self.mode:
@@ -139,7 +140,7 @@ class Rover:
         return self._messages.MAVLink_command_ack_message(command, result)
 
     def _on_target(self, message: Any, now: float) -> list[Any]:
-        """A target of yaw rate and speed; one of attitude is ignored."""
+        """Take a target of yaw rate and thrust; a target of attitude is ignored."""
         m = self._messages
         ignored = m.ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE | m.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
         if not message.type_mask & ignored:
@@ -150,7 +151,7 @@ class Rover:
         return []
 
     def _on_parameter(self, message: Any, now: float) -> list[Any]:
-        """Only that of the turns is known; an unknown one is not answered, as by ArduPilot."""
+        """Answer the request of ATC_STR_RAT_MAX; as in ArduPilot, an unknown parameter gets no answer."""
         if message.param_id != _TURN_PARAMETER:
             return []
         m = self._messages
@@ -168,12 +169,12 @@ class Rover:
         )
 
     def _ekf(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
-        """Attitude only and a constant position at first, then all."""
+        """EKF_STATUS_REPORT: until `ekf_time` attitude and a constant position only, then everything."""
         flags = _EKF_ALL if now >= self.ekf_time else _EKF_ATTITUDE
         return self._messages.MAVLink_ekf_status_report_message(flags, 0.1, 0.1, 0.1, 0.1, 0.0)
 
     def _hud(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
-        """Heading 0 where it is not known."""
+        """VFR_HUD, with heading 0 if the heading is unknown."""
         heading = self._heading_of(motion)
         degrees = 0 if math.isnan(heading) else round(math.degrees(heading)) % 360
         sog = math.hypot(motion.north_velocity, motion.east_velocity)
@@ -203,7 +204,7 @@ class Rover:
         )
 
     def _gps_raw(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> Any:
-        """The newest fix; its time is that of its delivery, since the start."""
+        """GPS_RAW_INT: the newest fix, with the time of its delivery since the start."""
         m, seen = self._messages, self._seen
         if seen is None or now - seen.delivered > _FIX_LOST:
             unknown = [0, 0, 0, _UNKNOWN_16, _UNKNOWN_16, _UNKNOWN_16, _UNKNOWN_16]
@@ -251,8 +252,8 @@ def _hundredths(angle: float) -> int:
 SPEED = 1.0
 """m/s"""
 RADIUS = 15.0
-"""m, around the position at the start."""
-_GAIN, _MOST = 0.3, 0.3  # 1/s from course error to yaw rate, and rad/s
+"""Radius of the circle around the position at the start, m."""
+_GAIN, _MOST = 0.3, 0.3  # gain from course error to yaw rate (1/s), and largest yaw rate (rad/s)
 
 
 class Skipper:
@@ -262,7 +263,7 @@ class Skipper:
         self._north, self._east = motion.north, motion.east
 
     def step(self, motion: GroundMotion) -> Target:
-        """Target yaw rate and speed: clockwise along the circle, back to it from inside and outside."""
+        """Target yaw rate and speed: clockwise along the circle, and back to the circle from inside or outside."""
         north, east = motion.north - self._north, motion.east - self._east
         outside = math.hypot(north, east) / RADIUS - 1.0
         course = math.atan2(east, north) + 0.5 * math.pi + math.atan(outside)

@@ -33,7 +33,7 @@ SILENCE = 1.0
 
 
 class PropellerReceiver:
-    """Receives the autopilot's commands, datagrams of JSON with `port` and `starboard`, and keeps the newest.
+    """Receives the autopilot's commands as JSON datagrams with `port` and `starboard`, and keeps the newest command.
 
     Raises InputError for a vessel without two propellers.
     """
@@ -52,7 +52,7 @@ class PropellerReceiver:
 
     @property
     def obeyed(self) -> bool:
-        """Whether there was ever a command."""
+        """Whether any command has arrived."""
         return self._received > -math.inf
 
     def command(self) -> tuple[float, ...] | None:
@@ -65,7 +65,7 @@ class PropellerReceiver:
         )
 
     def receive(self, line: bytes) -> None:
-        """A datagram; what is no command is ignored."""
+        """Take a datagram; anything but a command is ignored."""
         try:
             command = json.loads(line)
             newest = float(command["port"]), float(command["starboard"])
@@ -95,17 +95,17 @@ COLUMNS = (
     "asked_yaw_rate_dps",
     "mode",
 )
-"""What is recorded at every fix; `mode` is null without MAVLink, the targets with engines off."""
+"""Columns recorded at every fix. `mode` is null without MAVLink; the targets are null with engines off."""
 
 
 class RunningBoat:
-    """A boat under way: by GUIDED while that is on, by propeller commands once there were any, else by hand.
+    """A boat under way, steered by GUIDED while this mode is on; by propeller commands once any arrived; else by hand.
 
-    sinks:  links on which the receiver sends GGA and RMC, and HDT with a compass.
-    mavlink, cruise: the address on which it is a MAVLink vehicle, and its speed at thrust 1, m/s.
-    propellers: the address on which the propellers are commanded.
+    sinks:  links on which the receiver sends GGA and RMC, and with a compass HDT.
+    mavlink, cruise: the address of the boat as a MAVLink vehicle; its speed at thrust 1, m/s.
+    propellers: the address that receives propeller commands.
     speed:  how many times faster than real time.
-    keeps:  whether the truth at every fix is recorded for `table`.
+    keeps:  whether the true state at every fix is recorded for `table`.
     """
 
     def __init__(
@@ -151,13 +151,13 @@ class RunningBoat:
             tasks.create_task(self._sail())
 
     def table(self) -> "pl.DataFrame":
-        """The truth at every fix, a polars DataFrame of COLUMNS."""
+        """The true state at every fix, as a polars DataFrame with COLUMNS."""
         import polars as pl
 
         return pl.DataFrame(self._kept, schema=dict.fromkeys(COLUMNS, pl.Float64), orient="row")
 
     def write(self, directory: str | Path) -> Path:
-        """The table as run.parquet in a directory."""
+        """Write the table as run.parquet to a directory; return its path."""
         path = Path(directory) / "run.parquet"
         with complete_or_absent(path) as file:
             self.table().write_parquet(file)
@@ -181,7 +181,7 @@ class RunningBoat:
             self._send(seen)
         if self.rover is not None and self.link is not None:
             self.rover.heading = self.boat.heading
-            is_driven = self.propellers is not None and self.propellers.obeyed  # past the vehicle
+            is_driven = self.propellers is not None and self.propellers.obeyed  # propeller commands bypass the vehicle
             self.rover.throttle = 1.0 if is_driven else self._loops.throttle
             self.link.send(self.rover.due(self.boat.time, self.boat.motion, self.boat.position()))
 
@@ -235,7 +235,7 @@ def sail_live(
     speed: float = 1.0,
     out: str | Path | None = None,
 ) -> None:
-    """Run until SIGINT or SIGTERM. Raises InputError for addresses that cannot be, and without any output."""
+    """Run until SIGINT or SIGTERM. Raises InputError for invalid addresses, and without any output."""
     if not to and mavlink is None:
         raise InputError("--live has no output, expected --to ADDRESS or --mavlink ADDRESS")
     if out is not None:
