@@ -318,6 +318,8 @@ def test_the_leg_that_is_gone_to_leads_from_the_waypoint_before(target, directio
     mission.exchange(Route(SQUARE.north + 10.0, SQUARE.east + 10.0))
     moved = mission.step(60.0, 40.0, 1.0)
     assert moved.target == target and moved.cross_track == pytest.approx(across)
+    with pytest.raises(InputError, match="the route has 2 waypoints, expected 4 as before"):
+        mission.exchange(Route(SQUARE.north[:2], SQUARE.east[:2]))
 
 
 def test_to_a_waypoint_beyond_which_the_boat_lies_she_goes_straight_unless_she_is_at_it():

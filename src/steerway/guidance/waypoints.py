@@ -145,7 +145,12 @@ class Mission:
             self._sail(target, north, east, north, east)
 
     def exchange(self, route: Route) -> None:
-        """Replace the route by another with as many waypoints, from the active leg on."""
+        """Replace the route by another with as many waypoints, from the active leg on.
+
+        Raises InputError for a route with more or fewer.
+        """
+        if len(route) != len(self.route):
+            raise InputError(f"the route has {len(route)} waypoints, expected {len(self.route)} as before")
         self.route = route
         if self._target > 0 and self.phase is Phase.UNDER_WAY:
             before = self._target - 1

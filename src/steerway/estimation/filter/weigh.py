@@ -1,7 +1,4 @@
-"""Correct all modes by a fix, which may be good, poor, the first after a step of the receiver's error, or an outlier.
-
-Every hypothesis has its density in every mode. The correction is the mean over all hypotheses.
-"""
+"""Correct all modes by a fix: good, poor, the first after a step of the receiver's error, or an outlier."""
 
 import math
 from typing import NamedTuple
