@@ -265,7 +265,7 @@ def test_of_many_headings_in_an_epoch_without_times_the_first_is_kept_and_the_re
     headings = b"".join(sealed(f"HEHDT,{heading:.1f},T") for heading in range(100, 110))
     recording = nmea0183.read(gga(START, 54.0, 10.0) + headings + gga(START + 1, 54.0, 10.001) + headings)
     np.testing.assert_allclose(np.degrees(recording.sources["HE"].heading), [100.0, 100.0])
-    assert recording.skipped == {"repeated within an epoch, has no time field": 18}
+    assert recording.skipped == {"without a time field and repeated within an epoch": 18}
 
 
 ROLLOVER = 1024 * 7 * DAY

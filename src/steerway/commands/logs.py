@@ -220,7 +220,11 @@ def compare(
     if as_json:
         print_json(found.as_dict() | {"smoothed": smoothed, "of_hull": of_hull})
         return
-    how = [("antenna", f"rolls; compared as {SWING:g} s means, since the estimate is the hull's")] if of_hull else []
+    how = (
+        [("antenna", f"rolls: velocities are compared as {SWING:g} s means, because the estimate is that of the hull")]
+        if of_hull
+        else []
+    )
     print_pairs([("estimate", which_estimate(smoothed)), *how, *found.sentences()])
     print_notes(fixes.notes)
 

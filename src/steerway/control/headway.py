@@ -14,9 +14,6 @@ _CARRIED, _CARRIED_TIME = 4.0, 8.0
 """Two distances: in radii of the tightest turn, and in s at top speed. A boat is carried away once its distance from
 the waypoint exceeds the least distance so far by the larger of both. On squares in a current of 65 % of its speed, a
 turn carries the boat back by up to 12 m."""
-_TURNING_ROUND = 2.0
-"""Factor on this distance until the boat first comes nearer to a waypoint. In a current of 65 % of its speed, a boat
-whose bow points down the current drifts 18 m before it has turned."""
 
 
 class Headway:
@@ -32,7 +29,6 @@ class Headway:
         self.target = -1
         self._overpowered = self._without = self._carried_back = self._allowed_back = 0.0
         self._nearest = self._before = self._closest = math.inf
-        self._has_gained = False  # whether the boat has come nearer to a waypoint
 
     @property
     def trouble(self) -> str:
@@ -58,10 +54,8 @@ class Headway:
         gains = is_new or leg.distance < self._nearest - self._least * _PATIENCE
         self._before = leg.distance if nearer else self._before
         self._nearest = leg.distance if gains else self._nearest
-        self._has_gained |= gains and not is_new
         self._without = 0.0 if nearer else self._without + dt
         self._closest = min(self._closest, leg.distance)
         self._carried_back = leg.distance - self._closest if leg.remaining > 0.0 else 0.0
-        allowed = self._top_speed * max(_CARRIED / turn_rate, _CARRIED_TIME)
-        self._allowed_back = allowed if self._has_gained else _TURNING_ROUND * allowed
+        self._allowed_back = self._top_speed * max(_CARRIED / turn_rate, _CARRIED_TIME)
         self._overpowered = 0.0 if fastest > self._least or gains else self._overpowered + dt

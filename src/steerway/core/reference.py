@@ -211,7 +211,7 @@ SHAPERS: dict[str, Callable[["ReferenceTable", float], Filter]] = {
 class ReferenceTable(Table):
     """The filter between guidance and autopilot; the default `kind` is the vessel's.
 
-    `time_constant` (s) of a low-pass, by default 2/ω_n of the autopilot: 40 s for the ship of P1.
+    `time_constant`: of the low-pass, by default 2/ω_n with the autopilot's bandwidth ω_n (40 s for the ship of P1).
     """
 
     kind: Literal[*SHAPERS] | None = None  # type: ignore[valid-type]

@@ -135,7 +135,7 @@ class Running:
         self.is_current = False
 
     def advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
-        """Advance by dt (s), then take a fix in the plane (m; NaN for none) and aids (1 or 0, aids).
+        """Advance by dt (s), then take a fix in the plane (m; NaN for none) and one row of aids, or no row.
 
         excess: variance of the fix over the usual one.
         """

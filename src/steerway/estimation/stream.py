@@ -181,7 +181,7 @@ class FiveStateFilter:
         self._advance(0.0, math.nan, math.nan, 1.0, self._aids(measured))
 
     def _aids(self, aids: Sequence[float] | Floats | None) -> Floats:
-        """Table (1 or 0, aids) of the values of those in `aid`."""
+        """The values of those in `aid` as a table (1, aids); without any (0, aids)."""
         if not self.aid or aids is None:
             return NO_AIDS
         return np.array([[a if name in self.aid else math.nan for name, a in zip(AIDS, aids, strict=True)]])

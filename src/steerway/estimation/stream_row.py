@@ -65,7 +65,7 @@ class Alike(NamedTuple):
 def step(
     banks: Floats, models: Floats, dt: float, first: float, second: float, excess: float, aids: Floats, outs: Floats
 ) -> None:
-    """Step structures of equal dimensions by one row (see `Row`), as `run_record` does; aids: (1 or 0, aids).
+    """Step structures of equal dimensions by one row (see `Row`), as `run_record` does; aids: one row or none.
 
     outs (structures, FUSED + 3) ← `state_row`, NIS, WRONG and LOG_DENSITY.
     """

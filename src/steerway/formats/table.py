@@ -146,7 +146,7 @@ class _Reader:
         return np.where(np.isfinite(values), values, np.nan)
 
     def stated(self, column: Column) -> Column:
-        """The column with the unit that its first cell states, if its name states none."""
+        """The column, with the unit stated in its first filled cell if its name states none."""
         series = self._series(column)
         if not column.assumed or series.dtype != pl.String:
             return column

@@ -106,7 +106,8 @@ def fuse(x: Floats, p: Floats, probability: Floats, model: Model, h: Floats, out
 def add_unresolved_speed(processes: Records, apart: float, out: Floats) -> None:
     """Add to the variance of the speed in `out` (FUSED) the motion between fixes that are `apart` (s) from each other.
 
-    The wander of a structure is fitted to what the fixes resolve. Faster wander has its usual size, see QUICK_SPEED.
+    The fit sees only wander slow enough for the fixes to resolve. Faster wander is assumed to have its usual size
+    (QUICK_SPEED); the part that the structure's own wander contributes is subtracted.
     """
     out[SOG_VARIANCE] += unresolved_variance(processes, ON_SPEED, apart, QUICK_SPEED * out[2], QUICK_SPEED_TIME)
 

@@ -83,6 +83,6 @@ def _kinds(modes: Records) -> Ints:
 
 
 def reversed_aids(aids: Floats) -> Floats:
-    """Aids (n or 0, aids) of the vessel backwards, on the opposite course."""
+    """Aids of the vessel going backwards, on the opposite course; a table of n rows or none."""
     turned = np.where(STATE_OF == RATE, -aids, aids)
     return np.where(IS_ANGLE, wrap_array(turned + np.pi), turned)

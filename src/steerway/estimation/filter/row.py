@@ -37,7 +37,7 @@ class Taken(NamedTuple):
 
 @inlined_kernel
 def take_row(bank: Bank, model: Model, row: Row, aids: Floats) -> Taken:
-    """Start at the first fix; later predict to the time of the row and correct by its fix and its aids (aids or 0,)."""
+    """Start at the first fix; later predict to the time of the row and correct by its fix and its aids, if any."""
     fixed = math.isfinite(row.north) and math.isfinite(row.east)
     nis, log_density, wrong = math.nan, 0.0, math.nan
     if bank.run[0].started == 0:

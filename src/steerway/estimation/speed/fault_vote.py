@@ -72,8 +72,8 @@ class FaultVote:
     def take(
         self, which: int, time: float, reading: float, estimate: float, third: float, inertial: float = math.nan
     ) -> None:
-        """Take a reading of instrument `which` (0 or 1), with its estimate, the third instrument's reading and the
-        speed integrated from an accelerometer, up to a constant (NaN: none)."""
+        """Take a reading of instrument `which` (0 or 1), and what it is compared with: the filter's `estimate` of the
+        speed, the reading of the `third` instrument, and `inertial`, an integrated accelerometer (NaN: none)."""
         if which not in (0, 1):
             raise InputError(f"fault_vote.which is {which}, expected 0 or 1")
         self._last[which] = (self._last[which] + 1) % _ROWS

@@ -56,8 +56,8 @@ time constants of its speed); and least 1σ of the heading at rest, rad. Chosen:
 _GATHERED = 1.4
 """A driven boat counts as moving after this many time constants of its speed. Chosen: it then has 75 % of its speed."""
 _UNSTEADY, _SETTLING = 0.25, 5.0
-"""While a vehicle's own speed loop begins: 1σ of the speed about its response, as a share of the usual one, and how
-long, s, this lasts. Chosen: ArduPilot's Rover begins without thrust, and a motorboat loses a third of its speed."""
+"""1σ of the speed about the modelled response while a vehicle's own speed loop settles, as a share of the usual speed,
+and the settling time, s. Chosen: ArduPilot's Rover begins without thrust, and a motorboat loses a third of its speed."""
 _DRIVEN_NOISE = 0.12
 """1σ of the speed about the one that the throttle yields, as a share of the usual speed. The value is chosen."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05

@@ -34,7 +34,7 @@ CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN
 DATED, LATITUDE, LONGITUDE, AHEAD, LOCAL = range(MEMORY - 5, MEMORY)
 
 REPEATED, UNTIMED = 0, 1
-LOST = ("repeated within an epoch, has no time field", "before the first time in the log")
+LOST = ("without a time field and repeated within an epoch", "before the first time in the log")
 
 DAY = 86400.0
 ROLLOVER = 1024.0 * 7.0 * DAY
