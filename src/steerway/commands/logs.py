@@ -220,11 +220,8 @@ def compare(
     if as_json:
         print_json(found.as_dict() | {"smoothed": smoothed, "of_hull": of_hull})
         return
-    how = (
-        [("antenna", f"rolls: velocities are compared as {SWING:g} s means, because the estimate is that of the hull")]
-        if of_hull
-        else []
-    )
+    rolls = f"rolls: velocities are compared as {SWING:g} s means, because the estimate is that of the hull"
+    how = [("antenna", rolls)] if of_hull else []
     print_pairs([("estimate", which_estimate(smoothed)), *how, *found.sentences()])
     print_notes(fixes.notes)
 

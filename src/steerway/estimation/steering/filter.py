@@ -57,7 +57,7 @@ _GATHERED = 1.4
 """A driven boat counts as moving after this many time constants of its speed. Chosen: it then has 75 % of its speed."""
 _UNSTEADY, _SETTLING = 0.25, 5.0
 """1σ of the speed about the modelled response while a vehicle's own speed loop settles, as a share of the usual speed,
-and the settling time, s. Chosen: ArduPilot's Rover begins without thrust, and a motorboat loses a third of its speed."""
+and the settling time, s. Chosen: ArduPilot's Rover begins without thrust; a motorboat loses a third of its speed."""
 _DRIVEN_NOISE = 0.12
 """1σ of the speed about the one that the throttle yields, as a share of the usual speed. The value is chosen."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
