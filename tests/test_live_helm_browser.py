@@ -229,6 +229,11 @@ def works(page):
     assert page.text("state") == "stopped"
 
 
+def is_red(element):
+    red, green, blue = map(int, re.findall(r"\d+", element.value_of_css_property("background-color"))[:3])
+    return red > 150 and green < 60 and blue < 60
+
+
 def fits(page):
     """Nothing exceeds the width of the screen, and the stop button is large and visible."""
     for width, height in (LAPTOP, PHONE):
@@ -239,7 +244,6 @@ def fits(page):
         stop = page.find("stop")
         where = page.browser.execute_script("return arguments[0].getBoundingClientRect().toJSON()", stop)
         assert where["bottom"] <= height and where["height"] >= 56.0 and where["width"] >= 0.5 * width
-        red, green, blue = map(int, re.findall(r"\d+", stop.value_of_css_property("background-color"))[:3])
-        assert red > 150 and green < 60 and blue < 60
+        until(lambda stop=stop: is_red(stop), 10.0)  # it is grey while no data arrive
         page.browser.execute_script("helmShade()")
         until(lambda: page.browser.execute_script("return Quasar.Dark.isActive") is (width > 600))  # noqa: B023
