@@ -8,14 +8,11 @@ likelihood, for instance where a fix is an outlier on one side only. Then each n
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from steerway.core.arrays import Floats
-
-if TYPE_CHECKING:
-    from steerway.estimation.fit.posterior import Posterior
 
 _TOLERANCE = 0.3
 """The search ends after a round that raises the log posterior by less than this: a tenth of `selection.BETTER`."""
@@ -34,13 +31,25 @@ _PROMISING = 0.03
 """A number is varied alone if its slope promises a gain above this: a tenth of `_TOLERANCE`."""
 
 
+class LogPosterior(Protocol):
+    """A log posterior of numbers x, as a sum over rows: `posterior.Posterior`."""
+
+    def densities(self, x: Floats) -> Floats: ...
+
+    def log(self, x: Floats, each: Floats) -> float: ...
+
+    def scores(self, x: Floats, each: Floats) -> Floats: ...
+
+    def within(self, x: Floats) -> Floats: ...
+
+
 class Ascent:
     """State of the search: numbers x, log density and scores of every row, log posterior."""
 
     scores: Floats
     measured: Floats
 
-    def __init__(self, posterior: "Posterior", x: Floats) -> None:
+    def __init__(self, posterior: LogPosterior, x: Floats) -> None:
         self.posterior, self.x = posterior, x
         self.each = posterior.densities(x)
         self.log = posterior.log(x, self.each)

@@ -141,17 +141,17 @@ def fitted(parts: Parts, rows: Rows, start: Values, rounds: int = 2, shortest: f
         return Fit(parts, values, -math.inf, -math.inf, posterior.calls, {}, ())
     spread = posterior.deviations * np.sqrt(np.diag(np.linalg.inv(information)))
     deviations = dict(zip(posterior.names, spread.tolist(), strict=True))
-    others = drawn(ascent, information, draws)
+    others = drawn(posterior, ascent, information, draws)
     return Fit(parts, values, ascent.log, evidence, posterior.calls, deviations, others)
 
 
-def drawn(ascent: Ascent, information: Floats, draws: int) -> tuple[Values, ...]:
+def drawn(posterior: Posterior, ascent: Ascent, information: Floats, draws: int) -> tuple[Values, ...]:
     """Samples around a maximum by the normal distribution with this information, in pairs of opposite ones.
 
     A sample is moved towards the maximum if the posterior has fallen farther there than the normal distribution. The
     posterior falls so where a noise is too large.
     """
-    posterior, x = ascent.posterior, ascent.x
+    x = ascent.x
     lower = np.linalg.cholesky(information)
     others = []
     for normal in _WIDTH * np.random.default_rng(0).standard_normal((len(x), draws // 2)).T:
