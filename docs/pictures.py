@@ -28,11 +28,11 @@ IMAGES = DOCS / "images"
 STEERWAY = (sys.executable, "-c", "from steerway.commands.cli import main; main()")
 LAPTOP, PHONE = (1200, 940), (390, 940)
 GAP, GROUND = 24, (0.88, 0.90, 0.92)
-HALFWAY_AROUND, AROUND = 110.0, 240.0
+HALFWAY_AROUND, AROUND = 112.0, 240.0
 """Seconds in which the boat of the desk starts and sails two legs of the square, and the whole of it."""
-FRAME, SHOWN = 2.0, 0.12
+FRAME, SHOWN = 4.0, 0.24
 """Seconds from one frame of helm.gif to the next, as sailed and as shown."""
-FRAME_SIZE = (800, 627)
+FRAME_SIZE = (640, 502)
 
 
 @contextmanager
@@ -122,7 +122,7 @@ def helm(_: Path) -> np.ndarray:
 
 def animate(frames: list[Image.Image], path: Path) -> None:
     """Write frames as one GIF, in the colours of the middle one."""
-    colours = frames[len(frames) // 2].quantize(64)
+    colours = frames[len(frames) // 2].quantize(48)
     first, *rest = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
     first.save(path, save_all=True, append_images=rest, duration=round(1000 * SHOWN), loop=0)
 
