@@ -51,7 +51,7 @@ def unplaced(label: str) -> list[int]:
 
 
 def found_in(place: str) -> object:
-    """The object with a dotted name of `rows`; raises LookupError if there is none."""
+    """The object with a dotted name of `rows`; raises LookupError for an unknown name."""
     parts = place.split(".")
     for end in range(len(parts), 0, -1):
         try:

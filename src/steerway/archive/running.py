@@ -174,7 +174,7 @@ def _forget_orphans(store: Store, manifest: dict[str, Any]) -> None:
     known = {each["sha256"][:16] for each in manifest["inputs"].values()}
     for directory in (store.root / "staged").glob("[!.]*"):
         if directory.name not in known:
-            _undo(store, manifest, units_in(directory))
+            _undo(store, manifest, units_in(directory.glob("day=*/bucket=*")))
             shutil.rmtree(directory)
 
 
@@ -226,10 +226,10 @@ def _stage(
                 raise
             _fail(report, path, error, strict)
             continue
-        touched = units_in(part)
+        touched = units_in(part.glob("day=*/bucket=*"))
         if name in known:
             old = store.staged_directory(known[name]["sha256"][:16])
-            touched |= units_in(old)
+            touched |= units_in(old.glob("day=*/bucket=*"))
         undone = _undo(store, manifest, touched)
         if undone:
             days = sorted({day for day, _ in undone})

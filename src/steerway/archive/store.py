@@ -74,7 +74,7 @@ class Store:
 
     @classmethod
     def opened(cls, directory: str | Path) -> "Store":
-        """The archive in a directory. Raises InputError if there is none."""
+        """The archive in a directory. Raises InputError for a directory without an archive."""
         store = cls(Path(directory))
         if not store.manifest_path.is_file():
             raise InputError(f"{directory} holds no archive, expected a directory made by `steerway archive run`")
@@ -105,7 +105,7 @@ class Store:
 
     def staged_units(self) -> list[tuple[int, int]]:
         """(day, bucket) of all staged reports, in order."""
-        return sorted(unit for unit in units_in(self.root / "staged") if unit[1] >= 0)
+        return sorted(unit for unit in units_in(self.root.glob("staged/*/day=*/bucket=*")) if unit[1] >= 0)
 
     def staged(self, day: int, bucket: int, digits: dict[str, float], until: float = math.inf) -> pl.DataFrame:
         """The reports of a unit before a time (Unix s). digits: position resolution (°) by key of the input."""
@@ -165,6 +165,6 @@ class Store:
                 part.unlink(missing_ok=True)
 
 
-def units_in(directory: Path) -> set[tuple[int, int]]:
-    """The (day, bucket) pairs of the reports in a directory of one or all inputs."""
-    return {(int(each.parent.name[4:]), int(each.name[7:])) for each in directory.glob("**/day=*/bucket=*")}
+def units_in(directories: Iterable[Path]) -> set[tuple[int, int]]:
+    """The (day, bucket) pairs of directories day=…/bucket=…."""
+    return {(int(each.parent.name[4:]), int(each.name[7:])) for each in directories}

@@ -129,7 +129,7 @@ def track_of(
 
 @called_kernel
 def slot_of(tracks: np.ndarray, number: int, otherwise: int) -> int:
-    """The slot of the track with this number, or `otherwise` if there is none."""
+    """The slot of the track with this number, or `otherwise` if no slot has it."""
     for s in range(len(tracks)):
         if tracks[s].use == TRACKED and tracks[s].number == number:
             return s

@@ -64,7 +64,7 @@ def study(
 
 
 def installed() -> dict[str, str]:
-    """Study name → module, of all installed packages. Raises InputError if there is none."""
+    """Study name → module, of all installed packages. Raises InputError without any."""
     modules: dict[str, str] = {}
     for entry in entry_points(group=GROUP):
         modules |= entry.load()

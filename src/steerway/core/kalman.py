@@ -1,7 +1,7 @@
 """The Kalman update by a scalar and by a position, for all filters of this package except those with several modes.
 
 Filters that use positions have north and east as their first two states. A fix may have coloured noise besides white
-noise, such as wave motion: its north and east parts are the states g and g + 1; with g = 0 there are none. The kernels
+noise, such as wave motion: its north and east parts are the states g and g + 1; g = 0 means no such errors. The kernels
 read and write the upper triangle of a covariance.
 """
 

@@ -233,7 +233,7 @@ class Motion(Record):
             object.__setattr__(self, "position_relative_std", self.position_std)
 
     def summary(self) -> dict[str, float | str | None]:
-        """Statistics of the estimate over rows with known values, NaN if there are none; start, stop in ISO 8601."""
+        """Statistics of the estimate over rows with known values, NaN without such rows; start, stop in ISO 8601."""
         from steerway.core.timestamps import iso
 
         status = np.bincount(self.status, minlength=len(STATUSES))

@@ -101,7 +101,7 @@ class _Shaper(ABC):
         """Lag (s) of the angle behind a ramp command whose rate is not given."""
 
     def _before(self, command: float) -> Reference:
-        """The last reference; if there is none yet, a reference at rest on the first command."""
+        """The last reference; before the first step, a reference at rest on the command."""
         return self.start(command) if self.reference is None else self.reference
 
     def _held(self, unknown: tuple[float, float, float]) -> Reference:

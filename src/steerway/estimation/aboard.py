@@ -85,9 +85,9 @@ class FilterEstimator:
         if self.filter.aid:
             self.filter.aid_by(sog, cog, heading, water_speed, yaw_rate)
         north, east, sog, cog, rate, sog_std, cog_std, rate_std, relative = self.filter.output()
-        std, turning = math.hypot(relative, self._slow_std), self.tracker.step(heading, yaw_rate, dt)
-        motion = Estimate(north, east, sog, cog, rate, sog_std, cog_std, rate_std, std, *turning)
-        return motion._replace(position_relative_std=relative)
+        std, (bow, turning) = math.hypot(relative, self._slow_std), self.tracker.step(heading, yaw_rate, dt)
+        motion = north, east, sog, cog, rate, sog_std, cog_std, rate_std
+        return Estimate(*motion, std, bow, turning, position_relative_std=relative)
 
 
 class AtFaceValue:

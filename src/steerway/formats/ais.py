@@ -139,7 +139,7 @@ def _joined(
 
 
 def _stamp(before: bytes, after: bytes) -> str | None:
-    """The time in a sentence's tag block, prefix or suffix, as text; None if there is none."""
+    """The time in a sentence's tag block, prefix or suffix, as text; None for a sentence without time."""
     if not before and not after:
         return None
     for pattern, text in ((_TAG_TIME, before), (_ISO, before), (_UNIX, before), (_UNIX, after), (_ISO, after)):

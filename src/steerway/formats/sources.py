@@ -84,7 +84,7 @@ def _intervals(placed: Fixes) -> Floats:
 
 
 def _resolution(placed: Fixes) -> float:
-    """The last decimal (of degrees or minutes) of the positions, in m; NaN if there is none."""
+    """The last decimal (of degrees or minutes) of the positions, in m; NaN if they have none."""
     some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
     meridian, _ = radii(float(placed.latitude[0]))
     return last_digit(np.concatenate([some.latitude, some.longitude])) * meridian

@@ -54,7 +54,7 @@ class ReplayedLearning(RecordedLearning):
     def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
         super().__init__(start, aid, background=False)
         self._moments = moments
-        self._inferred = self._found
+        self._inferred = self._found  # none yet, of the same type
 
     def _infer_if_due(self) -> None:
         if (BEGINS, self._count) in self._moments:

@@ -65,7 +65,7 @@ def differences(reference: NamedTrack, track: NamedTrack) -> dict[str, np.ndarra
 
 
 def statistics(values: np.ndarray) -> dict[str, float]:
-    """rms, median, p95 and max of the absolute known values of (n,), and their number n; NaN if there are none."""
+    """rms, median, p95 and max of the absolute known values of (n,), and their number n; NaN if n is 0."""
     known = np.abs(values[np.isfinite(values)])
     found = {name: float(of(known)) if len(known) else np.nan for name, of in _STATISTICS.items()}
     return found | {"n": len(known)}

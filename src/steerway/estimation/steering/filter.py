@@ -274,7 +274,7 @@ class SteeringFilter:
         before, x = self._ahead
         if not before <= time:
             before, x = self._time, self._mixture.states[best]
-        x = moved_by_orders(x, self._table, self._driven if self._is_by_throttle else self._parameters, before, time)
+        x = moved_by_orders(x, self._table, self._parameters_at(time), before, time)
         self._ahead = time, x
         return x
 

@@ -111,7 +111,7 @@ def _half(values: Values, name: str, *others: float) -> tuple[float, ...]:
 
 
 def _longer(periods: tuple[float, ...], least: float) -> tuple[float, ...]:
-    """The periods longer than `least` (s); if there is none, the unknown periods longer than `_WAVE`."""
+    """The periods longer than `least` (s); without any, the unknown periods longer than `_WAVE`."""
     unknown = tuple(period for period in UNKNOWN_PERIODS if period > _WAVE)
     return tuple(period for period in periods if period > least) or unknown
 

@@ -153,7 +153,7 @@ def _gns(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 @part_of_kernels
 def _quality(mode: int) -> int:
-    """The GGA quality that corresponds to a mode indicator; 0 if there is none."""
+    """The GGA quality that corresponds to a mode indicator; 0 for an unknown one."""
     for quality, letter in enumerate(_MODES):
         if mode == letter:
             return quality
@@ -273,7 +273,7 @@ def _gst(buffer: bytes, fields: NDArray[np.int64], n: int, row: Floats) -> int:
 
 @part_of_kernels
 def _time_field(kind: int, n: int) -> int:
-    """Index of the time field; 0 if there is none."""
+    """Index of the time field; 0 for a sentence without time."""
     if kind == GLL:
         return 5 if n >= 7 else 0
     return 1 if kind <= GNS or kind == ZDA or kind == GST else 0

@@ -24,7 +24,7 @@ _TWO_STREAMS = 0.3  # least share of such epochs; fewer are accidents
 
 
 class Division(NamedTuple):
-    """Division of a talker: by formatters, best first, or if there are none by continuity."""
+    """Division of a talker: by formatters, best first, or by continuity without formatters."""
 
     formatters: tuple[int, ...] = ()
 
