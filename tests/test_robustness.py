@@ -55,6 +55,29 @@ def test_jump_burst_and_step(speed, std):
     assert np.mean(consistent) > 0.97
 
 
+@pytest.mark.parametrize(
+    "places",
+    [[(0.0, 0.0)], [(-33.0, 151.0)] * 3, [(89.99, 0.0), (-60.0, -170.0), (0.0, 0.0)]],
+    ids=["no fix written as 0, 0", "three in another ocean", "three in three oceans"],
+)
+def test_fixes_in_another_ocean_do_no_more_than_fixes_nearby(places):
+    """They displaced the track by up to 14 m, and a stream stated positions and courses as from there."""
+    scene, estimator = turning(3.0, 0.5, 100.0, rate=1.0), FiveStateFilter("small-usv")
+    fixes, begin, end = scene.fixes(0.3, 1), 60, 60 + len(places)
+    nearby, away = (replace(fixes, latitude=fixes.latitude.copy(), longitude=fixes.longitude.copy()) for _ in range(2))
+    nearby.latitude[begin:end] += 5e3 / 6371e3
+    away.latitude[begin:end], away.longitude[begin:end] = np.radians(places).T
+    expected, recorded = estimator.filter(nearby), estimator.filter(away)
+    placed = zip(away.latitude, away.longitude, strict=True)
+    streamed = np.array([estimator.row(float(k > 0), *place)[0] for k, place in enumerate(placed)])
+    for cog, sog in ((recorded.cog, recorded.sog), (streamed[:, 3], streamed[:, 2])):
+        assert np.nanmax(np.abs(wrap_array(cog - expected.cog)[20:])) < 1e-3
+        assert np.nanmax(np.abs(sog - expected.sog)[20:]) < 1e-3
+    for latitude, longitude in ((recorded.latitude, recorded.longitude), streamed[:, :2].T):
+        apart = np.hypot(latitude - expected.latitude, (longitude - expected.longitude) * np.cos(latitude))
+        assert 6371e3 * apart.max() < 0.05
+
+
 @pytest.mark.parametrize("turns", [{}, {"turn_time": 10.0, "straight_time": 40.0, "turn_speed_noise": 1e-3}])
 def test_a_position_taken_anew_leaves_a_covariance_that_one_can_have(turns):
     """The receiver's slow error goes along with the motion by then; forgetting half of that made variances negative."""

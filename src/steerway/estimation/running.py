@@ -30,6 +30,7 @@ from steerway.estimation.stream_row import (
     SINCE,
     Alike,
     doubt_slide,
+    origin_of,
     place_of,
     read,
     read_plain,
@@ -229,7 +230,8 @@ class Running:
         moments = np.zeros((len(self.banks), MOMENTS))
         for bank, out in zip(self.banks, moments, strict=True):
             place_moments(bank, out)
-        nn, ne, ee = rotated(mixed(moments, self.weights), self.state[AZIMUTH])
+        azimuth = origin_of(self.state, self.estimate())[AZIMUTH]
+        nn, ne, ee = rotated(mixed(moments, self.weights), azimuth)
         return np.array([[nn, ne], [ne, ee]])
 
     def gyro_bias(self) -> float:

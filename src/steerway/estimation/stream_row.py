@@ -13,7 +13,7 @@ from steerway.estimation.log.accuracy import variance_scale
 from steerway.estimation.log.copies import TURNED
 from steerway.estimation.log.course import COG, EAST, NORTH, SOG, SOG_STD
 from steerway.estimation.log.outage import SHORTEST, SLIDES, doubt, is_faster, is_outage
-from steerway.estimation.log.plane import place_near, step_between
+from steerway.estimation.log.plane import LONG_STEP, place_near, step_between
 from steerway.estimation.log.record import LONG
 from steerway.estimation.log.run import UNKNOWN_SPEED
 
@@ -39,9 +39,11 @@ from steerway.estimation.log.run import UNKNOWN_SPEED
     SLIDES_IN,  # 1 if positions after this outage are suspected to slide, see `log.outage`
     FIXED_SOG,  # m/s at the last fix
     FIXED_COG,
-) = range(21)
+    ASTRAY,  # 1 if the last step was long, and did not lead back home
+    HOME,  # LATITUDE to AZIMUTH of the last fix before the last long step, see `plane.Plane.home`
+) = range(23)
 """State of the filter before the banks. With fields of a NamedTuple instead, a streamed step takes a quarter longer."""
-HEADER = FIXED_COG + 1
+HEADER = HOME + AZIMUTH + 1
 _ONE_BANK = HEADER + 1
 """Index at which the bank of a single structure begins, after its weight."""
 NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
@@ -177,30 +179,59 @@ def read(banks: Floats, models: Floats, outs: Floats) -> None:
 
 @kernel
 def walk(state: Floats, latitude: float, longitude: float) -> tuple[float, float]:
-    """Move the origin of the header to a fix (rad). Returns the coordinates of the fix in the plane (m)."""
+    """Move the origin of the header to a fix (rad). Returns the coordinates of the fix in the plane (m).
+
+    A fix is reached from the one before, or from HOME if a long step leads back there, see `plane.LONG_STEP`.
+    """
     if state[PLACED] == 0.0:
         state[PLACED] = 1.0
-    else:
-        north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
-        c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
-        state[FIRST] += c * north + s * east
-        state[SECOND] += c * east - s * north
-        state[AZIMUTH] += convergence
-        for way, other in ((abs(north), abs(east)), (abs(east), abs(north))):
-            if way > TURNED * other and (way < state[COARSE] or state[COARSE] == 0.0):
-                state[COARSE] = way
+        state[LATITUDE], state[LONGITUDE] = latitude, longitude
+        state[HOME:HEADER] = state[: AZIMUTH + 1]
+        return state[FIRST], state[SECOND]
+    north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
+    was_astray, state[ASTRAY] = state[ASTRAY], 0.0
+    if math.hypot(north, east) > LONG_STEP:
+        home = state[HOME:HEADER].copy()
+        if was_astray == 0.0:
+            state[HOME:HEADER] = state[: AZIMUTH + 1]
+        back = step_between(home[LATITUDE], home[LONGITUDE], latitude, longitude)
+        if math.hypot(back[0], back[1]) <= LONG_STEP:
+            state[: AZIMUTH + 1] = home
+            north, east, convergence = back
+        else:
+            state[ASTRAY] = 1.0
+    c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
+    state[FIRST] += c * north + s * east
+    state[SECOND] += c * east - s * north
+    state[AZIMUTH] += convergence
+    for way, other in ((abs(north), abs(east)), (abs(east), abs(north))):
+        if way > TURNED * other and (way < state[COARSE] or state[COARSE] == 0.0):
+            state[COARSE] = way
     state[LATITUDE], state[LONGITUDE] = latitude, longitude
     return state[FIRST], state[SECOND]
 
 
 @kernel
+def origin_of(state: Floats, estimate: Floats) -> Floats:
+    """LATITUDE to AZIMUTH (5,) of the origin by which an estimate (9,) is placed: the last fix, or HOME if that is
+    nearer than a last fix far away."""
+    ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
+    home_ahead, home_aside = estimate[NORTH] - state[HOME + FIRST], estimate[EAST] - state[HOME + SECOND]
+    away = math.hypot(ahead, aside)
+    if away > LONG_STEP and math.hypot(home_ahead, home_aside) < away:
+        return state[HOME:HEADER]
+    return state[: AZIMUTH + 1]
+
+
+@kernel
 def place_of(state: Floats, estimate: Floats) -> tuple[float, float]:
     """Latitude and longitude (rad) of an estimate (9,)."""
-    ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
-    return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
+    origin = origin_of(state, estimate)
+    ahead, aside = estimate[NORTH] - origin[FIRST], estimate[EAST] - origin[SECOND]
+    return place_near(origin[LATITUDE], origin[LONGITUDE], origin[AZIMUTH], ahead, aside)
 
 
 def true_course(state: Floats, estimate: Floats) -> float:
     """Course (rad) of an estimate (9,) from true north."""
-    cog = estimate.item(COG) + state.item(AZIMUTH)
+    cog = estimate.item(COG) + origin_of(state, estimate).item(AZIMUTH)
     return cog if -math.pi <= cog < math.pi else (cog + math.pi) % (2.0 * math.pi) - math.pi

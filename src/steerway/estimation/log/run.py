@@ -32,7 +32,7 @@ from steerway.estimation.log.course import (
 )
 from steerway.estimation.log.digits import ends_of_repeats, quantum_of
 from steerway.estimation.log.outage import doubt_slides
-from steerway.estimation.log.plane import Plane, laid_out, placed, steps_between
+from steerway.estimation.log.plane import LONG_STEP, Plane, laid_out, placed, steps_between
 from steerway.estimation.log.record import LONG, extrapolated, of_other_receiver, predictions, usual_interval
 from steerway.estimation.log.rows import (
     distinct_rows,
@@ -56,8 +56,6 @@ UNKNOWN_SPEED = 3.0
 _BLOCK, _OVERLAP = 20_000, 2_000
 """Predictions in a block, which bounds the memory, and predictions after it from which the smoother starts: minutes,
 long enough to forget every motion."""
-_FLAT = 50e3
-"""Largest distance (m) of an estimate from the fix by which it is placed."""
 _NONE = np.empty(0)
 
 
@@ -190,17 +188,14 @@ class Track:
             self.time = stamps
 
     def pass_over_far_fixes(self, estimate: Floats) -> None:
-        """Place rows of an estimate (n, 9) by the fix before or after if their own fix is an outlier far away.
-
-        The Earth is treated as flat between a fix and the estimate: over 50 km this errs by 3 m, over an ocean by a
-        degree.
-        """
+        """Place rows of an estimate (n, 9) by the next fix, or one before, if their own fix is an outlier far away."""
         plane = self._plane
         if len(plane.first):
-            fixes = np.clip(self._fix + np.array([[0], [-1], [1]]), 0, len(plane.first) - 1)
+            after = np.minimum(self._fix + 1, len(plane.first) - 1)
+            fixes = np.stack([self._fix, plane.home[self._fix], after])
             away = np.hypot(estimate[:, 0] - plane.first[fixes], estimate[:, 1] - plane.second[fixes])
             nearest = fixes[np.argmin(away, axis=0), np.arange(len(self._fix))]
-            self._fix = np.where(away[0] > _FLAT, nearest, self._fix)
+            self._fix = np.where(away[0] > LONG_STEP, nearest, self._fix)
 
     @property
     def azimuth(self) -> Floats:
@@ -223,7 +218,7 @@ class Track:
 def _plane_of(latitude: Floats, longitude: Floats) -> Plane:
     if len(latitude):
         return laid_out(latitude, longitude)
-    return Plane(latitude, longitude, _NONE, _NONE, _NONE)
+    return Plane(latitude, longitude, _NONE, _NONE, _NONE, np.empty(0, np.int64))
 
 
 def _new(time: Floats, latitude: Floats, longitude: Floats, fixed: Bools, quantum: tuple[float, float]) -> Bools:
