@@ -81,7 +81,7 @@ def live(
     log_to_stderr("steerway live")
     settings = Settings() if config is None else Settings.load(config)
     given: dict[str, Any] = {name: context.params.get(name) for name in Settings.model_fields}
-    given |= {name: value and tuple(value) for name, value in given.items() if name in ("inputs", "outputs", "source")}
+    given |= {name: tuple(given[name] or ()) or None for name in ("inputs", "outputs", "source")}
     given["aid"] = None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip())
     given["accuracy"] = False if no_accuracy else None
     launch(settings.overridden(**given))
