@@ -67,7 +67,8 @@ def parse(text: str, schemes: Collection[str], default_ports: Mapping[str, int])
     except ValueError as error:
         raise InputError(f"{text}: {error}, expected scheme://host:port") from None
     if parts.scheme not in schemes:
-        raise InputError(f"{text!r} is not a known address, expected one that begins with {', '.join(schemes)}")
+        known = ", ".join(f"{scheme}:" for scheme in schemes)
+        raise InputError(f"{text!r} is not a known address, expected one that begins with {known}")
     options = dict(parse_qsl(parts.query, keep_blank_values=True))
     return Uri(text, parts.scheme, host, port, parts.path, options)
 
