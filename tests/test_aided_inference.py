@@ -114,14 +114,14 @@ def test_a_doppler_velocity_is_used():
 
 
 def test_differences_of_the_same_positions_are_not():
-    structures = scenes.small_craft()[2].profile.weighed
+    structures = scenes.small_craft()[2].profile.structures
     assert velocity_of(doppler(), structures)
     assert not any(velocity_of(differences(span), structures) for span in (1, 15))
 
 
 def test_without_a_velocity_and_with_a_profile_nothing_changes():
     _, fixes, alone = scenes.small_craft()
-    assert not velocity_of(fixes, alone.profile.weighed)
+    assert not velocity_of(fixes, alone.profile.structures)
     np.testing.assert_array_equal(
         steerway.estimate(doppler(), "small-usv", aid=("auto",)).sog, steerway.estimate(fixes, "small-usv").sog
     )

@@ -14,7 +14,7 @@ from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.testing import (
     HeadingTracker,
-    WeighedStructure,
+    Structure,
     model_of_profile,
     noise,
     parameters_of,
@@ -44,7 +44,7 @@ def inferred(parts=PARTS):
     """A profile with the prior medians of a structure."""
     names, medians, _ = parameters_of(parts)
     values = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    return InferredProfile(structures=(WeighedStructure(weight=1.0, parts=parts, values=values),))
+    return InferredProfile(structures=(Structure(weight=1.0, parts=parts, values=values),))
 
 
 def test_two_modes_with_aids_are_smoothed(fixes):

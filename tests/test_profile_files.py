@@ -67,7 +67,7 @@ def test_steps_and_an_uncertain_moment_of_earlier_versions_are_read(inferred, tm
     old = tmp_path / "old.toml"
     text = inferred.read_text().replace('"wander"]', '"wander", "steps", "clock"]')
     old.write_text(text.replace("fix_std =", "step_every = 9.0\nstep_std = 0.1\ntime_std = 0.02\nfix_std ="))
-    receiver = load_profile(old).weighed[0].model.receiver[0]
+    receiver = load_profile(old).structures[0].model.receiver[0]
     assert caplog.messages == []
     assert receiver["step_rate"] == pytest.approx(1.0 / 9.0) and receiver["step_variance"] == pytest.approx(0.01)
     assert receiver["time_variance"] == pytest.approx(0.0004)

@@ -17,7 +17,7 @@ from steerway.estimation.testing import (
     MODES,
     SPEED,
     LogEstimator,
-    WeighedStructure,
+    Structure,
     advance,
     extrapolated,
     model_of,
@@ -61,7 +61,7 @@ def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
     """Far from where the receiver was and from where it is: the fixes after it are taken."""
     names, medians, _ = parameters_of(("base", "wander"))
     values = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    profile = InferredProfile(structures=(WeighedStructure(weight=1.0, parts=("base", "wander"), values=values),))
+    profile = InferredProfile(structures=(Structure(weight=1.0, parts=("base", "wander"), values=values),))
     off = np.where(np.arange(61) < 30, 0.0, 20.0) - 12.0 * (np.arange(61) == 50)
     fixes = straight(2.0, 0.0, 12.0).fixes(0.0, 0, lambda _: (0.0 * off, off))
     status = steerway.estimate(fixes, profile, causal=True).status

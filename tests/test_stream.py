@@ -91,7 +91,9 @@ def test_the_rows_are_those_of_estimate(aid, trouble):
         fixes = replace(fixes, sog=sog, cog=cog)
         extra = {"sog_std": 0.1, "sog_error_std": 0.05, "sog_error_time": 3.0}
         extra |= {"velocity_std": 0.1, "cog_error_std": 0.05, "cog_error_time": 3.0}
-        structures = [s._replace(parts=(*s.parts, *aid), values=s.values | extra) for s in chosen.weighed]
+        structures = [
+            s.model_copy(update={"parts": (*s.parts, *aid), "values": s.values | extra}) for s in chosen.structures
+        ]
         chosen = InferredProfile.of(structures)
     motion = steerway.estimate(fixes, chosen, aid=aid, causal=True)
     values, nis, status = streamed(InferredFilter(chosen, aid), fixes)

@@ -31,7 +31,8 @@ _NONE = np.empty(0)
 def structure(parts=(), **numbers):
     parts = ("base", "wander", *parts)
     names, medians, _ = parameters_of(parts)
-    return Structure(1.0, parts, dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": NOISE} | numbers)
+    values = dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": NOISE} | numbers
+    return Structure(weight=1.0, parts=parts, values=values)
 
 
 def record(north, east, dt=0.2, aids=None):

@@ -20,7 +20,6 @@ from steerway.core.files import made_directory
 from steerway.core.kernel_cache import source_digest
 from steerway.core.locks import LOCK, only_writer
 from steerway.core.workers import run_chains
-from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 
 UNIT_ROWS = 400_000
@@ -73,7 +72,7 @@ def run(
     smooth: bool = False,
     rate: float | None = None,
     aid: tuple[str, ...] = (),
-    profile: Profile | InferredProfile | None = None,
+    profile: Profile | None = None,
     vessel_column: str | None = None,
     strict: bool = False,
     progress: Tell | None = None,
@@ -98,7 +97,7 @@ def run(
     for name in aid:
         if name not in _AIDS:
             raise InputError(f"aid {name!r} is unknown, expected some of {', '.join(_AIDS)}")
-    if isinstance(profile, InferredProfile):
+    if profile is not None and profile.structures:
         raise InputError(
             f"profile {profile.name} is a profile of structures, which archives do not support; expected one of the "
             "five-state filter (steerway profile list)"

@@ -66,7 +66,7 @@ def run(
     from steerway.archive.running import DiskFull
     from steerway.archive.running import run as run_archive
     from steerway.commands import interruption
-    from steerway.estimation.vessel.inferred import profile_of
+    from steerway.estimation.vessel.profile import profile_of
 
     interruption.note = "finished work is kept, the same command continues"
     try:

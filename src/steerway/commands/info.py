@@ -64,7 +64,6 @@ def _models(logs: Sequence[str], max_size: float | None) -> dict[str, Any]:
     from steerway.estimation.fit.description import structures_of
     from steerway.estimation.log.run import Track
     from steerway.estimation.log_estimate import LogEstimator
-    from steerway.estimation.vessel.inferred import InferredProfile
 
     fixes = read_logs(logs, None, None, None, max_size)
     placed = fixes.rows(fixes.has_position)
@@ -72,7 +71,7 @@ def _models(logs: Sequence[str], max_size: float | None) -> dict[str, Any]:
     estimator = LogEstimator(fixes)
     tracks = [Track(each, ()) for _, each in placed.tracks()]
     used = estimator.profile
-    found = structures_of(used, estimator.inference) if isinstance(used, InferredProfile) else []
+    found = structures_of(used, estimator.inference)
     return {
         "fixes": len(placed),
         "repeated": int(same.sum()),

@@ -72,7 +72,6 @@ def estimate(
     from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log.rows import expect_rate, variance_scales
     from steerway.estimation.log_estimate import LogEstimator
-    from steerway.estimation.vessel.inferred import InferredProfile
     from steerway.report.summary import summarise
 
     _expect_outputs(logs, out, report, episodes)
@@ -86,7 +85,7 @@ def estimate(
     late = lateness(fixes)
     down_weighted = int((variance_scales(fixes) > 1.0).sum())
     used = estimator.profile
-    structures = structures_of(used, estimator.inference) if isinstance(used, InferredProfile) else []
+    structures = structures_of(used, estimator.inference)
     summary = summarise(fixes, motion, estimator.profile.name, smoothed, down_weighted, late, structures, aids)
     _write_outputs(logs, out, report, episodes, fixes, motion, summary)
     if as_json:
@@ -202,7 +201,6 @@ def compare(
     from steerway.estimation.log.compare import SWING
     from steerway.estimation.log.compare import compare as agreement
     from steerway.estimation.log_estimate import LogEstimator
-    from steerway.estimation.vessel.inferred import InferredProfile
     from steerway.report.summary import which_estimate
 
     smoothed = asks_smoothed(logs, causal, smooth)
@@ -215,7 +213,7 @@ def compare(
         _compare_with_truth(truth, fixes, motion, as_json)
         return
     used = estimator.profile
-    of_hull = isinstance(used, InferredProfile) and is_of_hull(structures_of(used))
+    of_hull = is_of_hull(structures_of(used))
     found = agreement(fixes, motion, least_speed, SWING if of_hull else 0.0)
     if as_json:
         print_json(found.as_dict() | {"smoothed": smoothed, "of_hull": of_hull})

@@ -53,7 +53,7 @@ def show_profile(
 
         steerway profile show small-usv > mine.toml
     """
-    from steerway.estimation.vessel.inferred import profile_of
+    from steerway.estimation.vessel.profile import profile_of
 
     profile = profile_of(name)
     if as_json:
@@ -82,13 +82,10 @@ def make_profile(
     from steerway.estimation import choose_profile
     from steerway.estimation import tune as fit
     from steerway.estimation.fit.description import structures_of
-    from steerway.estimation.vessel.inferred import InferredProfile
-    from steerway.estimation.vessel.profile import Profile
 
     expect_output(out, logs)
     expect_toml(out)
     fixes = read_logs(logs, source, start, stop)
-    profile: Profile | InferredProfile
     if tuned:
         with progress_line("fitting") as step:
             found = fit(fixes, name=out.stem, progress=step)
@@ -96,7 +93,7 @@ def make_profile(
         print_pairs(found.sentences())
     else:
         profile = choose_profile(fixes).model_copy(update={"name": out.stem})
-        if isinstance(profile, InferredProfile):
+        if profile.structures:
             print_pairs([(f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(profile)])
         else:
             print_pairs([("built in", profile.description)])

@@ -151,7 +151,7 @@ def advise(
         steerway advise examples/otter-mission.toml --strict
     """
     from steerway.control.bandwidth import advice, carried_bandwidth
-    from steerway.estimation.vessel.inferred import profile_of
+    from steerway.estimation.vessel.profile import profile_of
     from steerway.simulation import advising
     from steerway.simulation.reading import load_scenario
 

@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict
     from steerway.estimation.stream import FiveStateFilter, InferredFilter
-    from steerway.estimation.vessel.inferred import InferredProfile, load_profile
-    from steerway.estimation.vessel.profile import Profile
+    from steerway.estimation.vessel.profile import InferredProfile, Profile, load_profile
 
 __all__ = [
     "Agreement",

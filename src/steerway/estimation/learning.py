@@ -16,14 +16,15 @@ from steerway.core.gaps import LONGEST_GAP
 from steerway.estimation.filter.model import Bank, Model, empty_bank
 from steerway.estimation.filter.row import Rows, outputs, run_record
 from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_in
-from steerway.estimation.fit.selection import Structure, infer
+from steerway.estimation.fit.selection import infer
 from steerway.estimation.log.digits import quantum_of
 from steerway.estimation.log.record import Measurements, extrapolated, measurements
 from steerway.estimation.running import Set, set_of
 from steerway.estimation.stream import FiveStateFilter
 from steerway.estimation.stream_row import LATITUDE, LONGITUDE
 from steerway.estimation.vessel.aids import AIDS
-from steerway.estimation.vessel.inferred import InferredProfile, prior_profile
+from steerway.estimation.vessel.profile import Profile, prior_profile
+from steerway.estimation.vessel.structures import Structure
 
 LOG = logging.getLogger("steerway.live")
 _WINDOW, _ROWS = 1200.0, 12_000
@@ -50,10 +51,10 @@ class LearningFilter(FiveStateFilter):
 
     def __init__(
         self,
-        start: InferredProfile | None = None,
+        start: Profile | None = None,
         aid: tuple[str, ...] = (),
         background: bool = True,
-        keep: Callable[[InferredProfile], None] | None = None,
+        keep: Callable[[Profile], None] | None = None,
     ):
         self._auto = AUTO in aid
         used = tuple(each for each in aid if each != AUTO) + (VELOCITY if self._auto else ())
@@ -135,7 +136,7 @@ class LearningFilter(FiveStateFilter):
             for each in running.structures:
                 banks.append(empty_bank(each))
                 _run(record, each, banks[-1])
-            self.learned = InferredProfile.of(structures, "learned")
+            self.learned = Profile.of(structures, "learned")
             if self.keep is not None:
                 self.keep(self.learned)
             self._found = running, banks, rows[-1][0], when

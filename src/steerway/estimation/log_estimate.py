@@ -7,10 +7,9 @@ from steerway.core.records import Fixes, Motion
 from steerway.estimation.fit.auto_aids import AUTO, VELOCITY, velocity_of, velocity_parts
 from steerway.estimation.fit.selection import Inference
 from steerway.estimation.log.run import infer_log, motion_of
-from steerway.estimation.vessel.inferred import InferredProfile, profile_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, profile_of
 
-AnyProfile = Profile | InferredProfile | str | Path | None
+AnyProfile = Profile | str | Path | None
 _ONE_TIME = 1e-3  # s: times of a log that differ by no more are one time that was rounded
 
 
@@ -56,7 +55,7 @@ class LogEstimator:
     `inference` contains the fits of all structures that were compared; None with a given profile.
     """
 
-    profile: Profile | InferredProfile
+    profile: Profile
     inference: Inference | None = None
 
     def __init__(self, fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()):
@@ -67,7 +66,7 @@ class LogEstimator:
             if AUTO in aid and velocity_of(fixes, self.inference.structures):
                 self.aid = tuple(dict.fromkeys((*self.aid, *VELOCITY)))
                 self.inference = infer_log(fixes, self.aid)
-            self.profile = InferredProfile.of(self.inference.structures)
+            self.profile = Profile.of(self.inference.structures)
         else:
             self.profile = choose_profile(fixes, profile, self.aid)
             if AUTO in aid:
@@ -94,7 +93,7 @@ def _refuse(fixes: Fixes) -> None:
         raise InputError(f"the log has {found}, expected at least two at different times")
 
 
-def choose_profile(fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()) -> Profile | InferredProfile:
+def choose_profile(fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()) -> Profile:
     """The profile named by `profile`, or for None the one that `estimate` uses: inferred from the log with these aids.
 
     For reports of many vessels that is the built-in profile "ais". Raises InputError as `estimate` does.
@@ -103,4 +102,4 @@ def choose_profile(fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...
         return profile_of(profile)
     if fixes.mmsi is not None:
         return Profile.named("ais")
-    return InferredProfile.of(infer_log(fixes, aid).structures)
+    return Profile.of(infer_log(fixes, aid).structures)

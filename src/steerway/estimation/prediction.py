@@ -15,7 +15,6 @@ from steerway.estimation.filter.voyages import forecasts
 from steerway.estimation.log.place import rotated
 from steerway.estimation.log.run import Track
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
-from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 
 if TYPE_CHECKING:
@@ -156,16 +155,16 @@ def _aids_of(fixes: Fixes, aid: tuple[str, ...] | None) -> tuple[str, ...]:
 
 
 def _ahead(
-    profile: Profile | InferredProfile, aid: tuple[str, ...], fixes: Fixes, rows: list[int] | None, horizons: Floats
+    profile: Profile, aid: tuple[str, ...], fixes: Fixes, rows: list[int] | None, horizons: Floats
 ) -> list[tuple[float, float, float, float, float, float]]:
     """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) for all horizons of every row; for None, of the last row."""
     track = Track(fixes, aid, recognises=profile.recognises)
-    if isinstance(profile, Profile):
-        (_, model), (_, on_average) = *profile.models(aid), *profile.on_average.models(aid)
+    if not profile.structures:
+        model, on_average = (each.models(aid)[0].model for each in (profile, profile.on_average))
         moments = forecasts_by_numbers(track.record, model, on_average, horizons, rows)
     else:
         order = np.argsort(horizons)
-        moments = forecasts(track, profile.weighed, horizons[order], rows)
+        moments = forecasts(track, profile.structures, horizons[order], rows)
         moments[:, order] = moments.copy()
     found = []
     for row, of_row in zip([len(track.time) - 1] if rows is None else rows, moments, strict=True):

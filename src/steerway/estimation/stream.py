@@ -37,8 +37,7 @@ from steerway.estimation.stream_row import (
     walk,
 )
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS, expect_aids
-from steerway.estimation.vessel.inferred import InferredProfile, prior_profile, profile_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, prior_profile, profile_of
 
 _NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9  # rad, with room for rounding
 
@@ -53,7 +52,7 @@ class FiveStateFilter:
     `smooth(fixes)`. Filters are independent of one another.
 
     Args:
-        profile: a profile of either kind, the name of a built-in one or a .toml file. None for an unknown vessel:
+        profile: a profile, the name of a built-in one or a .toml file. None for an unknown vessel:
             vessels of every declared kind, with receivers of 0.025 to 6.4 m, are filtered together and weighted by
             their likelihood; a whole record is estimated as by `steerway.estimate`.
         aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to use beside positions, where structures of
@@ -66,7 +65,7 @@ class FiveStateFilter:
 
     def __init__(
         self,
-        profile: Profile | InferredProfile | str | None = None,
+        profile: Profile | str | None = None,
         aid: tuple[str, ...] = (),
         learns: bool = False,
         lag: float = 0.0,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from steerway.estimation.filter.weigh import take_fix
     from steerway.estimation.fit import tune
     from steerway.estimation.fit.auto_aids import velocity_of
-    from steerway.estimation.fit.selection import Structure, infer
+    from steerway.estimation.fit.selection import infer
     from steerway.estimation.heading.aboard import HeadingAboard
     from steerway.estimation.heading.aboard import model_of as heading_model_of
     from steerway.estimation.heading.aided import PRODUCT
@@ -49,8 +49,7 @@ if TYPE_CHECKING:
     from steerway.estimation.speed.fusion import AIDS as SPEED_AIDS
     from steerway.estimation.vessel.aids import AIDS, NO_AIDS
     from steerway.estimation.vessel.flat import model_of_profile
-    from steerway.estimation.vessel.inferred import WeighedStructure, prior_profile
-    from steerway.estimation.vessel.profile import BUILT_IN
-    from steerway.estimation.vessel.structures import MODES, model_of, parameters_of
+    from steerway.estimation.vessel.profile import BUILT_IN, prior_profile
+    from steerway.estimation.vessel.structures import MODES, Structure, model_of, parameters_of
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -13,8 +13,7 @@ import numpy as np
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.estimation.learning import LearningFilter
-from steerway.estimation.vessel.inferred import InferredProfile, profile_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import addresses
 from steerway.live.addresses import Context
@@ -178,21 +177,21 @@ def _page(settings: Settings) -> Address | None:
     return address(settings.helm, token_of(settings.helm_token_file), settings.helm_origin)
 
 
-def _tuning(settings: Settings, aids: tuple[str, ...], replayed: bool) -> Profile | InferredProfile | RecordedLearning:
+def _tuning(settings: Settings, aids: tuple[str, ...], replayed: bool) -> Profile | RecordedLearning:
     """The given profile; else a filter that learns a profile, and starts with the profile stored by the last run."""
     if settings.profile is not None:
         return profile_of(settings.profile)
     start, keep = None, None
     if settings.learned is not None:
         path = Path(settings.learned)
-        start, keep = InferredProfile.load(path) if path.exists() else None, lambda profile: profile.save(path)
+        start, keep = Profile.load(path) if path.exists() else None, lambda profile: profile.save(path)
     return RecordedLearning(start, aids, not replayed, keep)
 
 
 def _recorder(
     path: str,
     settings: Settings,
-    tuning: Profile | InferredProfile | RecordedLearning,
+    tuning: Profile | RecordedLearning,
     aids: tuple[str, ...],
     inputs: Sequence[object],
 ) -> "Recorder":

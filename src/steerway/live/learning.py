@@ -10,7 +10,7 @@ from typing import Any
 
 from steerway.core.arrays import Floats
 from steerway.estimation.learning import LearningFilter
-from steerway.estimation.vessel.inferred import InferredProfile
+from steerway.estimation.vessel.profile import Profile
 
 BEGINS, TAKES = "begins", "takes"
 """Names of reports. `BEGINS`: an inference begins, from the rows so far. `TAKES`: the filter takes the new profile."""
@@ -51,7 +51,7 @@ class RecordedLearning(LearningFilter):
 class ReplayedLearning(RecordedLearning):
     """Learns at recorded rows. The keys of `moments` are (`BEGINS` or `TAKES`, number of the row)."""
 
-    def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
+    def __init__(self, start: Profile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
         super().__init__(start, aid, background=False)
         self._moments = moments
         self._inferred = self._found  # none yet, of the same type

@@ -19,8 +19,7 @@ from steerway.estimation.fit.auto_aids import AUTO, velocity_parts
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.stream import FiveStateFilter
 from steerway.estimation.vessel.aids import AIDS
-from steerway.estimation.vessel.inferred import InferredProfile, profile_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
 
@@ -74,7 +73,7 @@ class Navigator:
 
     def __init__(
         self,
-        profile: Profile | InferredProfile | LearningFilter | str | None = None,
+        profile: Profile | LearningFilter | str | None = None,
         aid: tuple[str, ...] = (),
         sources: tuple[str, ...] = (),
         max_dead_reckoning: float = 10.0,
@@ -301,7 +300,7 @@ class Navigator:
         return max(stop - start, 0.0)
 
 
-def filter_of(profile: Profile | InferredProfile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
+def filter_of(profile: Profile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
     """The filter of a profile; "auto" among the aids stands for those of SOG and COG that its structures model."""
     if AUTO in aid:
         aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile_of(profile))) if each != AUTO))

@@ -10,7 +10,8 @@ import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import Motion
-from steerway.estimation.vessel.inferred import parse_profile
+from steerway.core.settings import parse_toml
+from steerway.estimation.vessel.profile import Profile
 from steerway.formats.mcap import INPUT, MAGIC, messages, require_mcap
 from steerway.live.learning import ReplayedLearning
 from steerway.live.navigator import Navigator
@@ -124,7 +125,7 @@ def _is_cut(file: BinaryIO) -> bool:
 
 def _service(settings: dict[str, Any], kept: _Kept, moments: dict[tuple[str, int], bool]) -> Service:
     text, latency, learns = settings.pop("profile"), settings.pop("latency"), settings.pop("learns", False)
-    profile: Any = None if text is None else parse_profile(text, "its profile")
+    profile: Any = None if text is None else Profile.made_of(parse_toml(text, "its profile"), "its profile")
     settings |= {"aid": tuple(settings["aid"]), "sources": tuple(settings["sources"])}
     tuning = ReplayedLearning(profile, settings["aid"], moments) if learns else profile
     return Service(Navigator(tuning, **settings), [kept], settings["rate"] or RATE, latency)

@@ -27,7 +27,6 @@ from steerway.estimation.steering import Response
 from steerway.estimation.steering.filter import MODEL_SHARE, MODEL_TIME
 from steerway.estimation.steering.motion import ERROR_TIME
 from steerway.estimation.steering.prediction import bias_density, rate_density
-from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.profile import Profile
 from steerway.pilot import response_of
 from steerway.sensors.gnss import GnssTable
@@ -82,7 +81,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     return advice(known.bandwidth, *numbers, course_gain=max(gains, default=1.0), current=current)
 
 
-def _as_white_noise(profile: Profile | InferredProfile, speed: float, interval: float) -> float:
+def _as_white_noise(profile: Profile, speed: float, interval: float) -> float:
     """1σ (m) of white noise with the spectral density of all errors of fixes, slow ones too, at the bandwidth ω_e."""
     std = profile.position_std
     slow = [[getattr(profile, f"{name}_{which}", 0.0) for which in ("std", "time")] for name in ("error", "drift")]

@@ -18,8 +18,7 @@ from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.estimation.steering import SteeringEstimator, SteeringFilter
 from steerway.estimation.stream import FiveStateFilter
-from steerway.estimation.vessel.inferred import InferredProfile, profile_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.ordered import Order, Ordered, orders_of
 from steerway.guidance.route_table import route_of
@@ -95,7 +94,7 @@ def instruments(scenario: Scenario) -> Suite | Truth:
     return Suite(scenario.gnss.build(), **{name: table.build() for name, table in scenario.instruments().items()})
 
 
-def profile(scenario: Scenario) -> Profile | InferredProfile:
+def profile(scenario: Scenario) -> Profile:
     """The filter's profile; by default the boat's profile with the errors of the simulated receiver."""
     if scenario.estimator.profile:
         return profile_of(scenario.estimator.profile)
@@ -161,7 +160,7 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
 
 
 def ground_estimator(scenario: Scenario) -> FilterEstimator:
-    """The filter of the motion over ground, by a profile of either kind."""
+    """The filter of the motion over ground."""
     filtering = FiveStateFilter(profile(scenario), scenario.estimator.aid)
     return FilterEstimator(filtering, slow_std=scenario.gnss.slow_std)
 

@@ -15,10 +15,12 @@ from steerway.core.arrays import Bools, Floats, Ints
 from steerway.core.records import Fixes
 from steerway.estimation.filter.row import Rows
 from steerway.estimation.fit.posterior import Posterior
-from steerway.estimation.fit.selection import BETTER, Structure
+from steerway.estimation.fit.selection import BETTER
 from steerway.estimation.log.outage import SLIDES, outages
 from steerway.estimation.log.run import Track
 from steerway.estimation.vessel.aids import AIDS, COG, SOG
+from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.structures import Structure
 
 AUTO = "auto"
 VELOCITY = ("sog", "cog")
@@ -66,13 +68,12 @@ def velocity_in(record: Rows, structures: Sequence[Structure]) -> Velocity | Non
 def with_noise(structure: Structure, noise: float) -> Structure:
     """The structure with the parts SOG and COG added, both with this noise (m/s)."""
     numbers = {"sog_std": noise, "velocity_std": noise} | _NO_ERROR
-    return structure._replace(parts=(*structure.parts, *VELOCITY), values=structure.values | numbers)
+    return structure.model_copy(update={"parts": (*structure.parts, *VELOCITY), "values": structure.values | numbers})
 
 
-def velocity_parts(profile: object) -> tuple[str, ...]:
+def velocity_parts(profile: Profile) -> tuple[str, ...]:
     """Which of SOG and COG are parts of the profile's structures; empty for a profile without structures."""
-    structures = getattr(profile, "structures", ())
-    return tuple(name for name in VELOCITY if any(name in each.parts for each in structures))
+    return tuple(name for name in VELOCITY if any(name in each.parts for each in profile.structures))
 
 
 def _density(structure: Structure, rows: Rows, judged: Bools) -> float:

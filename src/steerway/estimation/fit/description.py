@@ -7,8 +7,8 @@ from typing import Any
 
 from steerway.estimation.fit.selection import Inference
 from steerway.estimation.vessel.aids import TABLE
-from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.parts import PARTS, Parts, Values
+from steerway.estimation.vessel.profile import Profile
 
 _ANGLES = ("wander_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid.words))
 
@@ -17,8 +17,8 @@ _ANGLES = ("wander_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid
 class Tuned:
     """A profile fitted to a log, and how well the same fit without the last fixes predicts these."""
 
-    profile: InferredProfile
-    default: InferredProfile
+    profile: Profile
+    default: Profile
     """The profile that `estimate` infers from the same fixes."""
     fixes: int
     moving: int
@@ -40,7 +40,7 @@ class Tuned:
 
     @property
     def cannot_tell(self) -> tuple[str, ...]:
-        """Names of the numbers that this log does not determine: see `WeighedStructure.is_determined`."""
+        """Names of the numbers that this log does not determine: see `Structure.is_determined`."""
         return tuple(
             dict.fromkeys(
                 name for each in self.profile.structures for name in each.values if not each.is_determined(name)
@@ -78,7 +78,7 @@ class Tuned:
         ]
 
 
-def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict[str, Any]]:
+def structures_of(profile: Profile, inference: Inference | None = None) -> list[dict[str, Any]]:
     """Every structure as a dict, best first: parts, weight, log_evidence (NaN if not fitted), values, words.
 
     With an inference, structures that were fitted but have no weight are included.

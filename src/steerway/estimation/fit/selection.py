@@ -12,13 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.estimation.filter.bank import LONGEST_STEP
-from steerway.estimation.filter.model import Model
 from steerway.estimation.filter.row import Rows
 from steerway.estimation.fit.posterior import DRAWS, Fit, Posterior, fitted, likeliest
 from steerway.estimation.fit.starts import scales_of, vessels
 from steerway.estimation.log.record import excerpt, predictions
 from steerway.estimation.vessel.parts import OPTIONAL, PARTS, PLAIN, Parts, Scales, Values
-from steerway.estimation.vessel.structures import model_of, parameters_of
+from steerway.estimation.vessel.structures import Structure, model_of, parameters_of
 
 FEW, MANY = 500, 1500
 """Rows of the first and the last fits: a few minutes and half an hour of fixes. They bound the time of an inference."""
@@ -53,21 +52,6 @@ _OTHERWISE = ("error", "steps")
 LEAST_WEIGHT = 0.02
 """Share of the total weight below which a structure is left out. A mean moves by at most this part of the distance to
 that structure, well below the σ of the mean."""
-
-
-class Structure(NamedTuple):
-    """A structure of vessel and receiver with its weight and its numbers."""
-
-    weight: float
-    parts: Parts
-    values: Values
-    quantum: tuple[float, float] = (0.0, 0.0)
-    """Last digit of a fix north and east, m; 0 where fixes are not rounded."""
-
-    @property
-    def model(self) -> Model:
-        """The model by which filters run this structure."""
-        return model_of(self.parts, self.values, self.quantum)
 
 
 class Inference(NamedTuple):
@@ -224,7 +208,8 @@ def weighed(fits: dict[Parts, Fit], quantum: tuple[float, float] = (0.0, 0.0), d
     for parts, weight in kept.items():
         drawn = 2 * round(draws * weight / total / 2)
         numbers = fits[parts].others[:drawn] or (fits[parts].values,)
-        structures += [Structure(weight / total / len(numbers), parts, values, quantum) for values in numbers]
+        each = weight / total / len(numbers)
+        structures += [Structure(weight=each, parts=parts, values=values, quantum=quantum) for values in numbers]
     return Inference(tuple(structures), tuple(fits.values()))
 
 

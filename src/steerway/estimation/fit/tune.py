@@ -18,9 +18,10 @@ from steerway.core.statistics import NORMAL_95
 from steerway.estimation.filter.row import Rows
 from steerway.estimation.fit.description import Tuned
 from steerway.estimation.fit.posterior import Posterior
-from steerway.estimation.fit.selection import BETTER, Inference, Structure, infer
+from steerway.estimation.fit.selection import BETTER, Inference, infer
 from steerway.estimation.log.run import Track, motion_of_track, part_of
-from steerway.estimation.vessel.inferred import InferredProfile, WeighedStructure
+from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.structures import Structure
 
 _HELD_BACK = 0.2
 """Share of the fixes that is held back: one part of the usual five (T. Hastie, R. Tibshirani and J. Friedman, The
@@ -67,8 +68,8 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     motion = motion_of_track(track, _mean(final))
     nis = motion.nis[np.isin(motion.status, (OK, REJECTED)) & np.isfinite(motion.nis)]
     return Tuned(
-        profile=InferredProfile(name=name, structures=_with_intervals(final)),
-        default=InferredProfile.of(final[0].structures),
+        profile=Profile(name=name, structures=_with_intervals(final)),
+        default=Profile.of(final[0].structures),
         fixes=len(known),
         moving=moving,
         rejected=int((motion.status == REJECTED).sum()),
@@ -81,18 +82,18 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     )
 
 
-def log_likelihood(fixes: Fixes, profile: InferredProfile, since: float) -> float:
+def log_likelihood(fixes: Fixes, profile: Profile, since: float) -> float:
     """Sum of the log densities (1/m² a fix) that a profile predicts for a vessel's fixes from `since` (Unix s) on.
 
     Every fix is predicted from the fixes before it.
     """
     record = Track(fixes, ()).record
-    return _predictive(record, profile.weighed, int(np.searchsorted(record.time, since)))
+    return _predictive(record, profile.structures, int(np.searchsorted(record.time, since)))
 
 
 def _mean(found: list[Inference]) -> list[Structure]:
     """The structures of several inferences, with equal weights for the inferences."""
-    return [each._replace(weight=each.weight / len(found)) for one in found for each in one.structures]
+    return [each.model_copy(update={"weight": each.weight / len(found)}) for one in found for each in one.structures]
 
 
 def _predictive(record: Rows, structures: Iterable[Structure], cut: int) -> float:
@@ -104,15 +105,14 @@ def _predictive(record: Rows, structures: Iterable[Structure], cut: int) -> floa
     return float(np.logaddexp.reduce(logs, axis=0).sum())
 
 
-def _with_intervals(found: list[Inference]) -> tuple[WeighedStructure, ...]:
+def _with_intervals(found: list[Inference]) -> tuple[Structure, ...]:
     """The structures of several inferences with 95 % intervals of their numbers (Laplace)."""
     deviations = [{fit.parts: fit.deviations for fit in one.fits} for one in found for _ in one.structures]
     structures = []
-    for (weight, parts, values, quantum), spread in zip(_mean(found), deviations, strict=True):
-        factors = {name: math.exp(NORMAL_95 * std) for name, std in spread[parts].items()}
-        intervals = {name: (values[name] / factor, values[name] * factor) for name, factor in factors.items()}
-        fitted = WeighedStructure(weight=weight, parts=parts, values=values, quantum=quantum, intervals=intervals)
-        structures.append(fitted)
+    for each, spread in zip(_mean(found), deviations, strict=True):
+        factors = {name: math.exp(NORMAL_95 * std) for name, std in spread[each.parts].items()}
+        intervals = {name: (each.values[name] / factor, each.values[name] * factor) for name, factor in factors.items()}
+        structures.append(each.model_copy(update={"intervals": intervals}))
     return tuple(structures)
 
 

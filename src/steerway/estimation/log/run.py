@@ -14,7 +14,7 @@ from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, 
 from steerway.core.slow_error import position_std, slow_std
 from steerway.estimation.filter.model import FUSED, Kept, Model, bank_in, bank_size, room_to_keep
 from steerway.estimation.filter.row import Asked, Rows
-from steerway.estimation.fit.selection import Inference, Structure, infer
+from steerway.estimation.fit.selection import Inference, infer
 from steerway.estimation.log.copies import without_copies
 from steerway.estimation.log.course import (
     COG,
@@ -46,10 +46,9 @@ from steerway.estimation.log.rows import (
 )
 from steerway.estimation.log.stamps import regular_times
 from steerway.estimation.vessel.aids import AIDS, expect_aids
-from steerway.estimation.vessel.inferred import InferredProfile
 from steerway.estimation.vessel.parts import PLAIN
 from steerway.estimation.vessel.profile import Profile
-from steerway.estimation.vessel.structures import parameters_of
+from steerway.estimation.vessel.structures import Structure, parameters_of
 
 UNKNOWN_SPEED = 3.0
 """Largest 1σ, m/s, of a speed that is output after a start: about a third of the prior 1σ, `bank.START_SPEED_STD`."""
@@ -72,17 +71,17 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
     parts = (*PLAIN, *known)
     names, medians, _ = parameters_of(parts)
     expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    return Inference((Structure(1.0, parts, expected, track.record.quantum),), ())
+    return Inference((Structure(weight=1.0, parts=parts, values=expected, quantum=track.record.quantum),), ())
 
 
 def motion_of(
     fixes: Fixes,
-    profile: Profile | InferredProfile,
+    profile: Profile,
     aid: tuple[str, ...] = (),
     rate: float | None = None,
     smooth: bool = False,
 ) -> Motion:
-    """The motion of every vessel by a profile of either kind: a row per fix, or `rate` rows a second.
+    """The motion of every vessel by a profile: a row per fix, or `rate` rows a second.
 
     Raises InputError for a rate outside 1e-6 to 1000 Hz and for an unknown aid.
     """

@@ -1,112 +1,103 @@
-"""Profiles: the vessel and its receiver as named, validated numbers in a TOML file."""
+"""Profiles: the vessel and its receiver as named, validated numbers in a TOML file.
 
-from abc import abstractmethod
+A file lists structures with their weights, as an inference finds them. One structure of one or two modes may be written
+shorter, as flat keys (`flat.Numbers`).
+"""
+
+import logging
+from collections.abc import Iterable
+from functools import cache
+from itertools import product
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+import numpy as np
+from pydantic import (
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
-from steerway.core.settings import positive_number, read_toml, refusal, toml_value
-from steerway.estimation.vessel.aids import AidNoise
-from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
+from steerway.core.settings import Table, read_toml, refusal, toml_value
+from steerway.estimation.vessel.flat import Numbers, WeighedModel, model_of_profile
+from steerway.estimation.vessel.parts import PLAIN
 from steerway.estimation.vessel.presets import PRESETS
+from steerway.estimation.vessel.structures import VESSELS, Structure, parameters_of
 
-SHORTEST_PERIOD = 3.0
-"""Shortest period (s) of wave-induced yaw: the longest step of a prediction. Faster yaw is noise of the course."""
-_LEAST_DECAY = 1e-3
-"""Least decay (1/s) of the course rate in the long run: with less, a course rate outlasts every forecast."""
-_OF_A_MODE = ("speed_noise", "course_rate_noise", "course_rate_decay")
+LOG = logging.getLogger("steerway")
+REMOVED = {
+    "strokes": ("stroke_surge", "stroke_period", "stroke_damping"),
+    "beat": ("beat_std", "beat_period", "beat_damping"),
+    "quick_error": ("quick_std", "quick_time"),
+    "slips": ("slip_std",),
+}
+"""Parts of earlier versions, and their numbers. They are left out when a file that names them is read."""
+_NOISES = tuple(0.025 * 2.0 ** (0.5 * k) for k in range(17))
+"""White noise (m) of the prior's receivers, equally probable: from RTK to a receiver under trees, in factors of √2.
+With factors of 2, an Otter's SOG errs up to 1.7 times as much, because fixes look like emergencies if the noise is set
+to 0.8 of its value. With factors of 4, it errs 2.4 times as much."""
+_SUM = 1e-6
+"""Largest error of the sum of weights, which may be written by hand with six digits."""
+_REQUIRED = ("speed_noise", "course_rate_noise", "position_std")
+"""Keys without a default, in a file without structures."""
+_OF_BOTH = ("name", "description", "steerageway")
+"""Keys of files with and without structures."""
 
 
-class MotionNoise(BaseModel):
-    """How a vessel moves. Noise is a spectral density: it does not depend on the filter's rate.
+def _either_form(schema: dict[str, Any]) -> None:
+    """Let the JSON Schema require the keys of one form of a profile."""
+    keys = schema["properties"]
+    for each in _REQUIRED:
+        del keys[each]["default"]
+    schema["properties"] = {each: keys.pop(each) for each in ("name", "description", "structures")} | keys
+    schema["anyOf"] = [{"required": list(_REQUIRED)}, {"required": ["structures"]}]
 
-    With `turn_time` there are two modes, a course held and a turn; without it one.
+
+class Profile(Numbers, Table):
+    """How a vessel moves and how its receiver errs, as the filter takes it.
+
+    Either flat keys give one structure; the first two noises and position_std are then required. Or `structures` has
+    several, each a bank of modes, with their weights. Of the flat keys there is then only steerageway; position_std is
+    the mean over the structures.
     """
 
-    speed_noise: float = positive_number(unit="m²/s³", what="spectral density S_U of speed noise")
-    course_rate_noise: float = positive_number(unit="rad²/s³", what="spectral density S_ω of course-rate noise")
-    speed_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="speed decay α1", most=10.0)
-    course_rate_decay: float = positive_number(0.1, or_zero=True, unit="1/s", what="course-rate decay α2")
-    # Persistent acceleration along the course; 0: none.
-    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="1σ of the persistent acceleration")
-    acceleration_time: float = positive_number(5.0, unit="s", what="time constant of the acceleration")
-    # Wave-induced yaw about a mean course; 0: none.
-    yawing_period: float = positive_number(0.0, or_zero=True, unit="s", what="period of wave-induced yaw")
-    yawing_time: float = positive_number(15.0, unit="s", what="time constant of the mean course")
-    steerageway: float = positive_number(0.3, unit="m/s", what="speed below which course is not defined", most=20.0)
-    turn_time: float = positive_number(0.0, or_zero=True, unit="s", what="mean duration of a turn")
-    straight_time: float = positive_number(0.0, or_zero=True, unit="s", what="mean duration of a held course")
-    turn_speed_noise: float = positive_number(0.0, or_zero=True, unit="m²/s³", what="S_U in a turn")
-    turn_course_rate_noise: float = positive_number(0.0, or_zero=True, unit="rad²/s³", what="S_ω in a turn")
-    turn_course_rate_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="α2 in a turn")
-
-
-class ReceiverErrors(BaseModel):
-    """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors."""
-
-    position_std: float = positive_number(most=1e4, unit="m", what="1σ of the white noise of a fix")
-    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="1σ of a fix's time stamp", most=60.0)
-    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of the slow error of the receiver")
-    error_time: float = positive_number(60.0, unit="s", what="correlation time of the slow error")
-    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="1σ of the slower error of the receiver")
-    drift_time: float = positive_number(600.0, unit="s", what="correlation time of the slower error")
-    # By default the median of its prior for a log of unknown origin.
-    outlier_rate: float = positive_number(1e-3, or_zero=True, most=0.5, unit="1", what="share of outliers among fixes")
-
-
-class ProfileFile(BaseModel):
-    """Base of both kinds of profile: a name, and a TOML file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(json_schema_extra=_either_form)
 
     name: str = "custom"
     description: str = ""
-
-    @classmethod
-    def made_of(cls, table: dict[str, Any], place: str) -> Self:
-        """The profile in a table; `place` names it in errors. Raises InputError naming the key that is wrong."""
-        try:
-            return cls(**table)
-        except ValidationError as error:
-            raise refusal(place, error, cls) from None
-
-    @abstractmethod
-    def toml(self) -> str:
-        """The profile as the text of a TOML file."""
-
-    def save(self, path: str | Path) -> None:
-        """Write the profile as a TOML file that `load` reads."""
-        with complete_or_absent(path) as file:
-            file.write(self.toml().encode())
-
-
-class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
-    """The parameters of the filter for a vessel and its receiver."""
-
-    intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    structures: tuple[Structure, ...] = ()
+    intervals: Annotated[dict[str, tuple[float, float]], "SI"] = Field(default_factory=dict)
     """95 % intervals by name, in files of earlier versions."""
 
     @model_validator(mode="after")
-    def _whole_turn(self) -> Self:
-        given = {name: getattr(self, name) for name in ("straight_time", "turn_speed_noise", "turn_course_rate_noise")}
-        if self.turn_time > 0.0 and not all(given.values()):
-            missing = next(name for name, value in given.items() if not value)
-            raise ValueError(f"turn_time is {self.turn_time}, which needs a positive {missing} too")
+    def _one_form(self) -> Self:
+        flat = [each for each in type(self).model_fields if each in self.model_fields_set and each not in _OF_BOTH]
+        if not self.structures:
+            missing = next((each for each in _REQUIRED if each not in flat), None)
+            if missing is not None:
+                raise ValueError(f"{missing} is missing, expected {type(self).model_fields[missing].description}")
+            return self
+        flat.remove("structures")
+        if flat:
+            raise ValueError(f"structures and {flat[0]} are both given, expected one of them")
+        total = sum(each.weight for each in self.structures)
+        if abs(total - 1.0) > _SUM:
+            raise ValueError(f"the weights of the structures add up to {total:g}, expected 1")
+        self.__dict__["position_std"] = sum(each.weight * each.values["fix_std"] for each in self.structures)
         return self
 
-    @model_validator(mode="after")
-    def _oscillation_alone(self) -> Self:
-        if self.yawing_period > 0.0 and self.turn_time > 0.0:
-            raise ValueError("yawing_period and turn_time are both given, expected one of them")
-        if 0.0 < self.yawing_period < SHORTEST_PERIOD:
-            raise ValueError(f"yawing_period is {self.yawing_period}, expected 0 or at least {SHORTEST_PERIOD} s")
-        return self
-
-    recognises: ClassVar[bool] = False
-    """Whether a record is searched for copies of fixes and the like: with given numbers every fix counts as it is."""
+    @model_serializer(mode="wrap")
+    def _in_its_form(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """The keys of a file of this profile, the name first."""
+        found = handler(self)
+        left_out = Numbers.model_fields.keys() | {"intervals"} if self.structures else {"structures"}
+        keys = dict.fromkeys((*_OF_BOTH[:2], *found))
+        return {key: found[key] for key in keys if key in found and (key in _OF_BOTH or key not in left_out)}
 
     @classmethod
     def named(cls, name: str) -> "Profile":
@@ -116,55 +107,130 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, ProfileFile):
         return BUILT_IN[name]
 
     @classmethod
+    def of(cls, structures: Iterable[Structure], name: str = "inferred") -> Self:
+        """The profile of weighted structures (see `fit.selection`)."""
+        return cls(name=name, structures=tuple(structures))
+
+    @classmethod
     def load(cls, path: str | Path) -> Self:
         """A profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
-        table = read_toml(path, "profile")
-        if "structures" in table:
-            raise InputError(f"profile {path} has structures, expected one of the five-state filter")
-        return cls.made_of(table, f"profile {path}")
+        place = f"profile {path}"
+        return cls.made_of(_of_this_version(read_toml(path, "profile"), place), place)
+
+    @classmethod
+    def made_of(cls, table: dict[str, Any], place: str) -> Self:
+        """The profile in a table; `place` names it in errors. Raises InputError naming the key that is wrong."""
+        try:
+            return cls(**table)
+        except ValidationError as error:
+            raise refusal(place, error, cls) from None
+
+    def save(self, path: str | Path) -> None:
+        """Write the profile as a TOML file that `load` reads."""
+        with complete_or_absent(path) as file:
+            file.write(self.toml().encode())
 
     def toml(self) -> str:
-        values = self.model_dump(exclude={"intervals"}).items()
-        text = "".join(f"{key} = {toml_value(value)}\n" for key, value in values)
-        if not self.intervals:
-            return text
-        ends = "".join(f"{name} = [{low!r}, {high!r}]\n" for name, (low, high) in self.intervals.items())
-        return f"{text}\n[intervals]  # 95 %, from the log that it was tuned on\n{ends}"
+        """The profile as the text of a TOML file."""
+        keys = self.model_dump(exclude={"structures", "intervals"}).items()
+        text = "".join(f"{key} = {toml_value(value)}\n" for key, value in keys)
+        text += "".join(map(_structure_toml, self.structures))
+        return text + _intervals_toml("intervals", self.intervals)
+
+    def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[Structure | WeighedModel, ...]:
+        """Weights and models that filters (or smoothers) run: of the structures, or of the flat numbers with the states
+        that these aids need."""
+        return self.structures or (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)
 
     @property
-    def turning(self) -> Self | None:
-        """The mode of a turn as a profile of one mode; None for a profile that has one mode."""
-        if self.turn_time == 0.0:
-            return None
-        update = {name: getattr(self, f"turn_{name}") for name in _OF_A_MODE} | {"turn_time": 0.0}
-        return self.model_copy(update=update)
+    def recognises(self) -> bool:
+        """Whether a record is searched for copies of fixes, extrapolated ones and those of another receiver: with flat
+        numbers every fix counts as it is."""
+        return bool(self.structures)
 
     @property
     def agility(self) -> float:
-        """Spectral density of the course-rate noise in a turn, rad²/s³."""
-        return self.turn_course_rate_noise if self.turn_time > 0.0 else self.course_rate_noise
-
-    @property
-    def on_average(self) -> Self:
-        """The profile of one mode with the same asymptotic diffusion of speed and course."""
-        turning = self.turning
-        if turning is None:
-            return self
-        share = self.turn_time / (self.turn_time + self.straight_time)
-
-        def dispersion(profile: Profile) -> float:
-            return profile.course_rate_noise / max(profile.course_rate_decay, _LEAST_DECAY) ** 2
-
-        speed = share * turning.speed_noise + (1.0 - share) * self.speed_noise
-        course = share * dispersion(turning) + (1.0 - share) * dispersion(self)
-        decay = max(turning.course_rate_decay, _LEAST_DECAY)
-        update = {"speed_noise": speed, "course_rate_noise": course * decay**2, "course_rate_decay": decay}
-        return turning.model_copy(update=update)
-
-    def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[WeighedModel, ...]:
-        """The model that filters (or smoothers) run, with the states that these aids need; its weight is 1."""
-        return (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)
+        """Spectral density of the course-rate noise in a turn, rad²/s³; for structures in a yaw manoeuvre, the mean."""
+        if self.structures:
+            return sum(each.weight * each.values["yaw_size"] ** 2 / each.values["yaw_time"] for each in self.structures)
+        return super().agility
 
 
 BUILT_IN = {profile.name: profile for profile in map(Profile.model_validate, PRESETS)}
 """The built-in profiles by name."""
+InferredProfile, load_profile = Profile, Profile.load
+"""Earlier names."""
+
+
+@cache
+def prior_profile(aid: tuple[str, ...] = ()) -> Profile:
+    """The prior before the first fix: vessels and receivers of every declared kind, equally probable.
+
+    aid: measurements beside positions; the structures get a part for each, with prior medians.
+    """
+    parts = (*PLAIN, *aid)
+    names, medians, _ = parameters_of(parts)
+    expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
+    kinds = [expected | vessel | {"fix_std": noise} for vessel, noise in product(VESSELS, _NOISES)]
+    known = [{name: each[name] for name in names} for each in kinds]
+    return Profile.of([Structure(weight=1.0 / len(kinds), parts=parts, values=each) for each in known], "prior")
+
+
+def profile_of(given: Profile | str | Path | None) -> Profile:
+    """The profile given as such, by a built-in name or by a .toml file; the prior for None.
+
+    Raises InputError for an unknown name.
+    """
+    if given is None:
+        return prior_profile()
+    if isinstance(given, Profile):
+        return given
+    return Profile.load(given) if str(given).endswith(".toml") else Profile.named(str(given))
+
+
+def _of_this_version(table: dict[str, Any], place: str) -> dict[str, Any]:
+    """A profile's table without REMOVED parts; a warning names them."""
+    structures = _list(table.get("structures"))
+    tables = [each for each in structures if isinstance(each, dict)]
+    removed = [part for part in REMOVED if any(part in _list(each.get("parts")) for each in tables)]
+    if not removed:
+        return table
+    LOG.warning("%s: read without %s, which this version does not have", place, ", ".join(removed))
+    return table | {"structures": [_without(each, removed) if each in tables else each for each in structures]}
+
+
+def _without(structure: dict[str, Any], removed: list[str]) -> dict[str, Any]:
+    """The table of a structure without these parts and their numbers."""
+    kept = {key: value for key, value in structure.items() if not isinstance(value, dict)}
+    kept["parts"] = [part for part in _list(structure.get("parts")) if part not in removed]
+    numbers = {name for part in removed for name in REMOVED[part]}
+    tables = {key: value for key, value in structure.items() if isinstance(value, dict)}
+    return kept | {key: {name: each[name] for name in each if name not in numbers} for key, each in tables.items()}
+
+
+def _list(given: object) -> list[Any]:
+    return given if isinstance(given, list) else []
+
+
+def _structure_toml(structure: Structure) -> str:
+    text = f"\n[[structures]]\nweight = {structure.weight!r}\nparts = {toml_value(structure.parts)}\n"
+    if any(structure.quantum):
+        text += f"quantum = {toml_value(structure.quantum)}  # m, last digit of a fix north and east\n"
+    text += "\n[structures.values]  # SI, angles in rad\n"
+    for name, value in structure.values.items():
+        text += f"{name} = {value!r}{_comment(structure, name)}\n"
+    return text + _intervals_toml("structures.intervals", structure.intervals)
+
+
+def _intervals_toml(title: str, intervals: dict[str, tuple[float, float]]) -> str:
+    if not intervals:
+        return ""
+    text = f"\n[{title}]  # 95 %, from the log that it was tuned on\n"
+    return text + "".join(f"{name} = [{low!r}, {high!r}]\n" for name, (low, high) in intervals.items())
+
+
+def _comment(structure: Structure, name: str) -> str:
+    if name not in structure.intervals:
+        return ""
+    words = "" if structure.is_determined(name) else "not determined by this log: "
+    return "  # {}{:.3g} to {:.3g}".format(words, *structure.intervals[name])

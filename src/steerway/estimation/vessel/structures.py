@@ -1,11 +1,13 @@
-"""Structures: tuples of the declared parts, their priors, and the model of one with its numbers."""
+"""Structures: tuples of the declared parts with their numbers, priors of these, and the model of one."""
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
+from pydantic import Field, field_validator, model_validator
 
 from steerway.core.arrays import Floats
+from steerway.core.settings import Table, positive_number
 from steerway.estimation.filter.bank import LEAST_SHARE
 from steerway.estimation.filter.model import AID, DRIVING, MODE, PROCESS, RECEIVER, Model, has_two_states
 from steerway.estimation.vessel.aids import TABLE
@@ -29,6 +31,8 @@ _POOR = 5.0
 """Ratio of a single poor fix's noise to the usual, minus 1. The share of poor fixes is fitted."""
 _MOST_BAD = 0.3
 """Largest share of outliers, and of poor fixes, in a model. With more they would be the rule."""
+WIDEST_INTERVAL = 10.0
+"""Ratio of the ends of a 95 % interval above which a number is not determined, not even its order of magnitude."""
 
 
 def priors_of(parts: Parts) -> dict[str, Prior]:
@@ -143,6 +147,52 @@ def _receiver_of(v: Values, quantum: tuple[float, float]) -> np.ndarray:
     }.items():
         receiver[name] = number
     return receiver
+
+
+class Structure(Table):
+    """One structure: weight, parts, numbers by name, and 95 % intervals of numbers that were fitted to a log."""
+
+    weight: float = positive_number(unit="1", what="weight of the structure; all add up to 1")
+    parts: Parts
+    values: Annotated[Values, "SI"]
+    intervals: Annotated[dict[str, tuple[float, float]], "SI"] = Field(default_factory=dict)
+    quantum: Annotated[tuple[float, float], "m"] = (0.0, 0.0)
+    """Last digit of a fix north and east, m; 0 where fixes are not rounded."""
+
+    @field_validator("parts")
+    @classmethod
+    def _declared(cls, parts: Parts) -> Parts:
+        for part in parts:
+            if part not in PARTS:
+                raise ValueError(f"part {part!r} is unknown, expected some of {', '.join(PARTS)}")
+        if "base" not in parts:
+            raise ValueError("part 'base' is missing, expected in every structure")
+        return parts
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        names, _, _ = parameters_of(self.parts)
+        for name in names:
+            if name not in self.values:
+                raise ValueError(f"values has no {name}, which the parts {', '.join(self.parts)} need")
+        if not all(0.0 <= digit < math.inf for digit in self.quantum):
+            raise ValueError(f"quantum is {list(self.quantum)}, expected two numbers of 0 or more (m)")
+        for name, value in self.values.items():
+            if name not in names:
+                raise ValueError(f"values has {name}, which none of the parts {', '.join(self.parts)} takes")
+            if not 0.0 < value < float("inf"):
+                raise ValueError(f"{name} is {value}, expected a positive number")
+        return self
+
+    @property
+    def model(self) -> Model:
+        """The model by which filters run this structure."""
+        return model_of(self.parts, self.values, self.quantum)
+
+    def is_determined(self, name: str) -> bool:
+        """Whether the log of the tuning determines this number; True for a number without an interval."""
+        low, high = self.intervals.get(name, (1.0, 1.0))
+        return high <= WIDEST_INTERVAL * low
 
 
 SHIP = {

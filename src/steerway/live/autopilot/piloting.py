@@ -17,8 +17,7 @@ from steerway.control.handover import Steerageway
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.checks import one_of
 from steerway.estimation.estimator_tables import HeadingEstimatorTable
-from steerway.estimation.vessel.inferred import InferredProfile, profile_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.limits import UNTOLD
 from steerway.live.autopilot.measured import MeasuredHeading
@@ -133,7 +132,7 @@ def boat_of(route: GeodeticRoute, takes: str = YAW_RATE) -> Boat:
 
 def pilot_of(
     route: GeodeticRoute,
-    profile: Profile | InferredProfile | str | None = None,
+    profile: Profile | str | None = None,
     takes: str = YAW_RATE,
     kinds: tuple[str, str] = DEFAULT_KINDS,
     heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008

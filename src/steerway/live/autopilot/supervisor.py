@@ -14,8 +14,7 @@ from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate
 from steerway.core.leg import Leg, LegState
 from steerway.core.reference import Reference
-from steerway.estimation.vessel.inferred import InferredProfile, profile_of
-from steerway.estimation.vessel.profile import Profile
+from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import POSITION, ROUTE
 from steerway.live.autopilot.integrity import ReceiverMonitor, TurnMonitor
@@ -58,7 +57,7 @@ class Supervisor:
     def __init__(
         self,
         route: GeodeticRoute,
-        profile: Profile | InferredProfile | str | None = None,
+        profile: Profile | str | None = None,
         max_dead_reckoning: float = 10.0,
         engage: bool = False,
         takes: str = YAW_RATE,
