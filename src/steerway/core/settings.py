@@ -4,7 +4,7 @@ import difflib
 import json
 import math
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Union
 
@@ -159,6 +159,7 @@ _EXPECTED = {
     "finite_number": "expected a finite number",
     "float_type": "expected a number",
     "float_parsing": "expected a number",
+    "value_error": "{error}",
     "int_type": "expected a whole number",
     "int_parsing": "expected a whole number",
     "int_from_float": "expected a whole number",
@@ -191,7 +192,7 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     if kind == "missing":
         return InputError(f"{place}: {path} is missing, expected {_what(keys[-1], holder)}")
     if kind == "value_error":
-        return InputError(f"{place}: {problem['msg'].removeprefix('Value error, ')}")
+        return InputError(f"{place}: {expectation(problem)}")
     if kind == "literal_error":
         expected = "expected one of " + problem["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
     elif kind == "union_tag_invalid":
@@ -201,12 +202,17 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     elif kind == "union_tag_not_found":
         return InputError(f"{place}: {path}.kind is missing, expected the kind of {path}")
     else:
-        form = _EXPECTED.get(kind)
-        expected = form.format(**problem.get("ctx", {})) if form else problem["msg"][0].lower() + problem["msg"][1:]
+        expected = expectation(problem)
         if problem.get("ctx"):
             key = str(keys[-1])
             expected = f"{expected} {unit_of(key, holder.model_fields.get(key))}".rstrip()
     return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
+
+
+def expectation(problem: Mapping[str, Any]) -> str:
+    """What was expected, from one of pydantic's errors."""
+    form = _EXPECTED.get(problem["type"])
+    return form.format(**problem.get("ctx", {})) if form else problem["msg"][0].lower() + problem["msg"][1:]
 
 
 def _path(location: Location) -> str:
