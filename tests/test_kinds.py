@@ -4,10 +4,9 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from steerway.core import InputError
-from steerway.core.testing import NotNegative, Table, refusal, union_by_kind
+from steerway.core.testing import NotNegative, Table, union_by_kind
 from steerway.guidance.testing import LAWS, SHAPERS
 from steerway.sensors.testing import INSTRUMENTS
 from steerway.simulation import parse_scenario, sail_scenario
@@ -83,9 +82,9 @@ def test_a_vessel_is_added_by_its_table():
     ],
 )
 def test_errors_name_key_value_and_what_was_expected(vessel, sentence):
-    with pytest.raises(ValidationError) as caught:
-        Scene(vessel=vessel)
-    assert f"scene: {sentence}" in str(refusal("scene", caught.value, Scene))
+    with pytest.raises(InputError) as caught:
+        Scene.made_of({"vessel": vessel}, "scene")
+    assert f"scene: {sentence}" in str(caught.value)
 
 
 pytest.importorskip("daqp")

@@ -30,7 +30,7 @@ def test_angles_are_degrees_in_the_file_and_radians_behind_it():
         )
     )
     assert blocks.start.heading == pytest.approx(math.pi / 2.0)
-    assert blocks.environment.waves.roll_std == pytest.approx(math.radians(5.0))
+    assert blocks.environment.waves.roll_std_deg == 5.0
     assert blocks.instruments.compass.instrument.white == pytest.approx(math.radians(2.0))
 
 

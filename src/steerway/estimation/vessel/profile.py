@@ -2,13 +2,13 @@
 
 from abc import abstractmethod
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
-from steerway.core.settings import positive_number, read_toml, refusal, toml_value
+from steerway.core.settings import Table, positive_number, read_toml, toml_value
 from steerway.estimation.vessel.aids import AidNoise
 from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
 from steerway.estimation.vessel.presets import PRESETS
@@ -57,21 +57,11 @@ class ReceiverErrors(BaseModel):
     outlier_rate: float = positive_number(1e-3, or_zero=True, most=0.5, unit="1", what="share of outliers among fixes")
 
 
-class ProfileFile(BaseModel):
+class ProfileFile(Table):
     """Base of both kinds of profile: a name, and a TOML file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = "custom"
     description: str = ""
-
-    @classmethod
-    def made_of(cls, table: dict[str, Any], place: str) -> Self:
-        """The profile in a table; `place` names it in errors. Raises InputError naming the key that is wrong."""
-        try:
-            return cls(**table)
-        except ValidationError as error:
-            raise refusal(place, error, cls) from None
 
     @abstractmethod
     def toml(self) -> str:
