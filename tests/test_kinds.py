@@ -166,7 +166,7 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
 @pytest.mark.parametrize(
     ("vessel", "tables", "message"),
     [
-        ("otter", "[estimator.heading]\nweight = 0.4\n", 'heading.weight has no effect with kind "tracker"'),
+        ("otter", "[estimator.heading]\nweight = 0.4\n", 'heading: weight has no effect with kind "tracker"'),
         ("otter", '[compass]\n[estimator.heading]\nkind = "interval"\nweight = 1.4\n', "expected at most 1"),
         ("caldas", '[autopilot]\nkind = "lqg"\n', "autopilot.kind lqg predicts a stable response"),
         ("surge", '[estimator.heading]\nkind = "aided"\n', "needs a steered vessel, which kind surge is not"),

@@ -199,7 +199,7 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     if kind == "missing":
         return InputError(f"{place}: {path} is missing, expected {_what(keys[-1], holder)}")
     if kind == "value_error":
-        return InputError(f"{place}: {expectation(problem)}")
+        return InputError(": ".join(filter(None, (place, path, expectation(problem)))))
     if kind == "literal_error":
         expected = "expected one of " + problem["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
     elif kind == "union_tag_invalid":

@@ -49,7 +49,7 @@ class Fault(Table):
     @model_validator(mode="after")
     def _begins(self) -> Self:
         if (self.start is None) == (self.per_hour is None):
-            raise ValueError(f"fault {self.kind!r} has both or neither of start and per_hour, expected one of them")
+            raise ValueError(f"kind {self.kind} has both or neither of start and per_hour, expected one of them")
         return self
 
     def row(self, rate: float) -> tuple[float, ...]:
