@@ -2,8 +2,6 @@
 
 import time
 
-import numpy as np
-
 from benchmarks.support.harness import Result, interleaved
 from steerway.core.reference import TrackingFilter
 from steerway.estimation import FiveStateFilter
@@ -33,7 +31,7 @@ def mission(seed: int) -> float:
         OTTER.speed_loop(),
         cruise=1.2,
     )
-    boat, sea = Otter(25.0, (0.05, 0.0, -0.35)), Environment(Current(0.3, np.pi / 2.0))
+    boat, sea = Otter(25.0, (0.05, 0.0, -0.35)), Environment(current=Current(speed=0.3, direction_deg=90.0))
     run = sail(boat, pilot, Suite(low_cost()), _DURATION, _STEP, environment=sea, seed=seed)
     return float(run["leg_cross_track"][-1])
 

@@ -66,7 +66,7 @@ def mission(scene):
         cruise=1.2,
     )
     start = Start(*scene.there(-3.0, 4.0), scene.angle(0.5), 0.5)
-    sea = Environment(Current(0.3, scene.angle(1.2)))
+    sea = Environment(current=Current(speed=0.3, direction_deg=math.degrees(scene.angle(1.2))))
     run = sail(Otter(), pilot, scene, 130.0, STEP, start=start, environment=sea, seed=8)
     track = np.array([scene.back(n, e) for n, e in zip(run["true_north"], run["true_east"], strict=True)])
     return run, track

@@ -21,13 +21,13 @@ def run(environment, n, step=0.1, seed=0, motion=None):
 
 
 def test_constant_parts_are_constant_and_point_where_they_go():
-    environment = Environment(Current(0.5, math.pi / 2), force=(3.0, -4.0), moment=2.0)
+    environment = Environment(current=Current(speed=0.5, direction_deg=90.0), force=(3.0, -4.0), moment=2.0)
     conditions, _ = run(environment, 5)
     np.testing.assert_allclose(conditions, np.tile([0.0, 0.5, 3.0, -4.0, 2.0], (5, 1)), atol=1e-15)
 
 
 def test_a_wandering_current_has_its_spread_and_memory():
-    conditions, _ = run(Environment(Current(0.5, 0.0, std=0.1, time_constant=20.0)), 60_000)
+    conditions, _ = run(Environment(current=Current(speed=0.5, std=0.1, time_constant=20.0)), 60_000)
     along, across = conditions[:, 0], conditions[:, 1]
     assert along.mean() == pytest.approx(0.5, abs=0.02)
     for part in (along, across):
@@ -36,7 +36,7 @@ def test_a_wandering_current_has_its_spread_and_memory():
 
 
 def test_wind_blows_from_its_direction_with_the_square_of_its_speed():
-    conditions, _ = run(Environment(wind=Wind(10.0, direction=0.0, drag_area=0.5, arm=0.2)), 2)
+    conditions, _ = run(Environment(wind=Wind(speed=10.0, drag_area=0.5, arm=0.2)), 2)
     np.testing.assert_allclose(conditions[0, 2:], [-0.5 * AIR_DENSITY * 0.5 * 100.0, 0.0, 0.0], atol=1e-12)
 
 
@@ -44,7 +44,8 @@ def test_wind_blows_from_its_direction_with_the_square_of_its_speed():
 def test_a_vessel_before_the_wind_feels_less_of_it(before_the_wind):
     blows_from, sailing = 2.5, Nomoto(1.0, 1.0, speed=4.0)
     motion = sailing.motion(sailing.start(heading=blows_from + math.pi * before_the_wind), np.zeros(5))
-    conditions, _ = run(Environment(wind=Wind(10.0, blows_from, 0.5)), 2, motion=motion)
+    wind = Wind(speed=10.0, direction_deg=math.degrees(blows_from), drag_area=0.5)
+    conditions, _ = run(Environment(wind=wind), 2, motion=motion)
     push = 0.5 * AIR_DENSITY * 0.5 * (6.0 if before_the_wind else 14.0) ** 2
     expected = [-push * math.cos(blows_from), -push * math.sin(blows_from)]
     np.testing.assert_allclose(conditions[1, 2:4], expected, atol=1e-12)
@@ -53,18 +54,21 @@ def test_a_vessel_before_the_wind_feels_less_of_it(before_the_wind):
 def test_wind_on_a_forward_arm_turns_the_bow_away():
     boat = Otter()
     motion = boat.motion(boat.start(heading=0.0), np.zeros(5))
-    conditions, _ = run(Environment(wind=Wind(10.0, math.pi / 2, 0.5, arm=0.3)), 2, motion=motion)
+    wind = Wind(speed=10.0, direction_deg=90.0, drag_area=0.5, arm=0.3)
+    conditions, _ = run(Environment(wind=wind), 2, motion=motion)
     assert conditions[1, 4] == pytest.approx(0.3 * conditions[1, 3])
     assert conditions[1, 4] < 0.0  # wind from the east, heading north: the bow falls off to port
 
 
 def test_waves_have_their_spread_and_period_and_go_one_way():
     frequency = 1.5
-    waves = Waves(direction=0.7, frequency=frequency, displacement_std=0.3, roll_std=0.1, pitch_std=0.05)
+    waves = Waves(
+        direction_deg=math.degrees(0.7), frequency=frequency, displacement_std=0.3, roll_std_deg=6.0, pitch_std_deg=3.0
+    )
     _, motion = run(Environment(waves=waves), 60_000)
     away = motion[:, 0] * math.cos(0.7) + motion[:, 1] * math.sin(0.7)
     across = motion[:, 1] * math.cos(0.7) - motion[:, 0] * math.sin(0.7)
-    np.testing.assert_allclose([away.std(), motion[:, 2].std(), motion[:, 3].std()], [0.3, 0.1, 0.05], rtol=0.08)
+    np.testing.assert_allclose([away.std(), *np.degrees(motion[:, 2:].std(axis=0))], [0.3, 6.0, 3.0], rtol=0.08)
     np.testing.assert_allclose(across, 0.0, atol=1e-15)
     spectrum = np.abs(np.fft.rfft(away)) ** 2
     omega = 2.0 * math.pi * np.fft.rfftfreq(len(away), 0.1)
@@ -76,11 +80,11 @@ def test_waves_have_their_spread_and_period_and_go_one_way():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Environment(Current(-0.5)), "current.speed is -0.5"),
-        (lambda: Environment(Current(0.5, std=0.1, time_constant=0.0)), "current.time_constant is 0.0"),
-        (lambda: Environment(wind=Wind(drag_area=-1.0)), "wind.drag_area is -1.0"),
-        (lambda: Environment(waves=Waves(damping=1.0)), "waves.damping is 1.0"),
-        (lambda: Environment(waves=Waves(direction=math.nan)), "waves.direction is nan"),
+        (lambda: Current(speed=-0.5), "Current: speed is -0.5, expected at least 0.0 m/s"),
+        (lambda: Environment(current={"time_constant": 0.0}), r"Environment: current\.time_constant is 0"),
+        (lambda: Wind(drag_area=-1.0), "Wind: drag_area is -1.0"),
+        (lambda: Waves(damping=1.0), "Waves: damping is 1.0, expected less than 1"),
+        (lambda: Waves(direction_deg=math.nan), "Waves: direction_deg is nan"),
     ],
 )
 def test_bad_input_is_named(make, message):

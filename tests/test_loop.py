@@ -17,7 +17,7 @@ from steerway.simulation import Start, sail
 from steerway.vessels import Current, Environment, Otter
 
 STEP = 0.02
-CROSSING = Environment(Current(0.3, math.pi / 2.0))
+CROSSING = Environment(current=Current(speed=0.3, direction_deg=90.0))
 
 
 def otter_pilot(north=(0.0, 60.0, 60.0), east=(0.0, 0.0, 60.0), cruise=1.2, **more):
@@ -57,7 +57,7 @@ def test_the_same_seed_is_the_same_run_and_another_is_not():
 
 
 def test_a_boat_without_fixes_switches_off_and_goes_on_when_they_return():
-    gnss = Gnss(white=0.1, faults=(Fault("dropout", start=20.0, duration=12.0),))
+    gnss = Gnss(white=0.1, faults=(Fault(kind="dropout", start=20.0, duration=12.0),))
     run = mission(gnss, duration=60.0, pilot=otter_pilot(max_dead_reckoning=8.0))
     blind = run["mode"] == Mode.BLIND
     assert run.time[blind][0] == pytest.approx(27.8, abs=0.3) and run.time[blind][-1] == pytest.approx(32.0, abs=0.3)
@@ -68,7 +68,7 @@ def test_a_boat_without_fixes_switches_off_and_goes_on_when_they_return():
 
 
 def test_nothing_is_done_before_the_first_fix():
-    run = mission(Gnss(white=0.1, faults=(Fault("dropout", start=0.0, duration=5.0),)), duration=8.0)
+    run = mission(Gnss(white=0.1, faults=(Fault(kind="dropout", start=0.0, duration=5.0),)), duration=8.0)
     waiting = run.time < 4.9
     assert np.all(run["mode"][waiting] == Mode.WAITING) and not run.command[waiting].any()
     assert run["mode"][-1] == Mode.UNDER_WAY and run.command[-1].all()

@@ -30,7 +30,7 @@ def test_angles_are_degrees_in_the_file_and_radians_behind_it():
         )
     )
     assert blocks.start.heading == pytest.approx(math.pi / 2.0)
-    assert blocks.environment.waves.roll_std == pytest.approx(math.radians(5.0))
+    assert blocks.environment.waves.roll_std_deg == 5.0
     assert blocks.instruments.compass.instrument.white == pytest.approx(math.radians(2.0))
 
 
@@ -102,7 +102,7 @@ WRONG = {
     "autopilot.bandwidth is 0.1 rad/s, expected at least 0.5 rad/s": ROUTE + "[autopilot]\nbandwidth = 0.1",
     "estimator.aid names yaw_rate, expected a table [gyro]": ROUTE + '[estimator]\naid = ["yaw_rate"]',
     "profile 'oter' is unknown, expected one of": ROUTE + '[estimator]\nprofile = "oter"',
-    "gnss.faults[0] of kind jump has both or neither of start": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
+    "gnss.faults[0]: kind jump has both or neither of start": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
     "environment.current.speed is nan, expected": ROUTE + "[environment.current]\nspeed = nan",
     "begins is 'noon', expected ISO 8601 such as": 'begins = "noon"\n' + ROUTE,
     "scenario test.toml is not valid TOML": "route = [",

@@ -48,12 +48,12 @@ def plane(fixes):
 
 
 ALL_FAULTS = (
-    Fault("dropout", start=5.0, duration=2.0),
-    Fault("dropout", per_hour=200.0, duration=1.0),
-    Fault("jump", per_hour=400.0, size=20.0),
-    Fault("burst", per_hour=100.0, duration=3.0, size=2.0),
-    Fault("step", start=30.0, size=4.0, direction=1.0),
-    Fault("frozen", per_hour=200.0, duration=1.5),
+    Fault(kind="dropout", start=5.0, duration=2.0),
+    Fault(kind="dropout", per_hour=200.0, duration=1.0),
+    Fault(kind="jump", per_hour=400.0, size=20.0),
+    Fault(kind="burst", per_hour=100.0, duration=3.0, size=2.0),
+    Fault(kind="step", start=30.0, size=4.0, direction_deg=57.0),
+    Fault(kind="frozen", per_hour=200.0, duration=1.5),
 )
 
 
@@ -93,15 +93,15 @@ def test_gauss_markov_errors_have_their_spread_and_their_memory():
 
 
 def test_faults_do_what_their_kinds_say():
-    jump, step = Fault("jump", start=3.0, size=9.0, direction=0.0), Fault("step", start=3.0, size=9.0, direction=0.0)
+    jump, step = (Fault(kind=each, start=3.0, size=9.0, direction_deg=0.0) for each in ("jump", "step"))
     for fault, expected in ((jump, [0, 0, 0, 9, 0, 0, 0]), (step, [0, 0, 0, 9, 9, 9, 9])):
         error = plane(whole(Gnss(rate=1.0, faults=(fault,)), 0, **still(6, 1)))
         np.testing.assert_allclose(error, [expected, np.zeros(7)], atol=1e-9)
-    burst = plane(whole(Gnss(faults=(Fault("burst", start=0.0, duration=400.0, size=3.0),)), 5, **still(800, 5)))
+    burst = plane(whole(Gnss(faults=(Fault(kind="burst", start=0.0, duration=400.0, size=3.0),)), 5, **still(800, 5)))
     assert abs(burst[:, :2000].std() / 3.0 - 1.0) < 0.05 and not burst[:, 2000:].any()
-    dropout = whole(Gnss(faults=(Fault("dropout", start=2.0, duration=3.0),)), 0, **still(10, 5))
+    dropout = whole(Gnss(faults=(Fault(kind="dropout", start=2.0, duration=3.0),)), 0, **still(10, 5))
     assert len(dropout) == 51 - 15 and np.diff(dropout.time).max() == pytest.approx(3.2)
-    frozen = whole(Gnss(white=0.3, faults=(Fault("frozen", start=2.0, duration=1.0),)), 0, **truth(seconds=6.0))
+    frozen = whole(Gnss(white=0.3, faults=(Fault(kind="frozen", start=2.0, duration=1.0),)), 0, **truth(seconds=6.0))
     np.testing.assert_array_equal(np.flatnonzero(np.diff(frozen.latitude) == 0.0), np.arange(9, 14))
 
 
@@ -144,11 +144,11 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Gnss(rate=0.0), "gnss.rate is 0, expected a number above 0"),
-        (lambda: Gnss(markov=((1.0, 0.0),)), "time constant"),
+        (lambda: Gnss(rate=0.0), "Gnss: rate is 0.0, expected more than 0.0 Hz"),
+        (lambda: Gnss(markov=((1.0, 0.0),)), r"Gnss: markov\[0\]\[1\] is 0.0, expected more than 0"),
         (lambda: Instrument(white=-1.0), "instrument.white is -1, expected a number of at least 0"),
-        (lambda: Fault("loss", start=0.0), "fault.kind is 'loss', expected one of dropout"),
-        (lambda: Fault("jump"), "both or neither of start and per_hour"),
+        (lambda: Fault(kind="loss", start=0.0), "Fault: kind is 'loss', expected one of dropout"),
+        (lambda: Fault(kind="jump"), "both or neither of start and per_hour"),
         (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "has steps of 1 s"),
         (lambda: gnss.white(0.1).fixes([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0), "does not rise"),
     ],

@@ -9,7 +9,7 @@ Estimate the motion in a log, and write it to a file:
 
 from typing import TYPE_CHECKING
 
-from steerway.core.on_demand import on_demand
+from steerway.core.on_demand import from_above, on_demand
 
 if TYPE_CHECKING:
     from steerway.core.errors import InputError
@@ -34,3 +34,4 @@ __all__ = [
     "write",
 ]
 __getattr__, __dir__ = on_demand(__name__)
+from_above["read"] = lambda frame: __getattr__("read")(frame)  # type: ignore[operator]

@@ -5,6 +5,7 @@ Signal handlers are installed before anything else is imported.
 
 import os
 import sys
+from typing import Any
 
 from steerway.commands import interruption
 
@@ -52,8 +53,20 @@ def _run() -> int:
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
-        message = error.format_message().rpartition("Value error, ")[2]  # click's or a parser's; "" after the help
+        message = _usage_message(error)
         return _failed(message, 2) if message else 2
+
+
+def _usage_message(error: Any) -> str:
+    """One sentence about an error of the command line; "" after the help. A value that is not of the option's type is
+    worded as one in a file.
+    """
+    from steerway.core.settings import expectation
+
+    if not hasattr(error.__cause__, "errors"):
+        return str(error.format_message())
+    problem = error.__cause__.errors()[0]
+    return f"{error.param.opts[0]} is {problem['input']!r}, {expectation(problem)}"
 
 
 def _announce_compilation() -> None:

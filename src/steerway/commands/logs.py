@@ -20,7 +20,6 @@ from steerway.commands.options import (
     asks_smoothed,
     expect_output,
     expect_toml,
-    hertz,
     read_logs,
 )
 from steerway.commands.terminal import flag, option, print_json, print_notes, print_pairs, print_table, progress_line
@@ -41,7 +40,7 @@ def estimate(
         "Output file (.csv or .json) for episodes: refused fixes, restarts, gaps, disagreements with position "
         "differences or with the receiver's own SOG.",
     ),
-    rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix.", parser=hertz),
+    rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix."),
     causal: bool = CAUSAL,
     smooth: bool = SMOOTH,
     profile: str | None = PROFILE,

@@ -29,14 +29,6 @@ AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_LOGS)}.", None, "--aid")
 ARCHIVE_AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_ARCHIVES)}.", None, "--aid")
 
 
-def hertz(text: str) -> float:
-    """The value of --rate, in Hz. Raises InputError."""
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"--rate is {text!r}, expected a number in Hz") from None
-
-
 def expect_toml(path: Path) -> None:
     """Raises InputError unless the path of a profile ends in .toml."""
     if path.suffix != ".toml":

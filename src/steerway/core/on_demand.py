@@ -8,6 +8,10 @@ from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
+
+from_above: dict[str, Callable[..., Any]] = {}
+"""Functions that methods of core call and packages above it define; the package root puts them here."""
 
 
 def on_demand(module: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
+from steerway.core.on_demand import from_above
 
 if TYPE_CHECKING:
     import polars as pl
@@ -199,9 +200,7 @@ class Fixes(Record):
 
         Raises InputError if it finds no columns for time, latitude and longitude.
         """
-        import steerway
-
-        return steerway.read(frame)
+        return from_above["read"](frame)
 
     def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame: time_s, lat_deg, lon_deg, then the columns that were reported; unknown is null."""

@@ -2,11 +2,10 @@
 
 import difflib
 import json
-import math
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Union
+from typing import TYPE_CHECKING, Annotated, Any, Self, Union
 
 from pydantic import (
     AliasChoices,
@@ -35,9 +34,27 @@ Triple = tuple[Number, Number, Number]
 
 
 class Table(BaseModel):
-    """A table of a file: frozen; an unknown key is an error."""
+    """A table of a file: frozen. Raises InputError for an unknown key and for a value that its key does not take."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    if not TYPE_CHECKING:  # type checkers know the keys
+
+        def __init__(self, **keys: Any) -> None:
+            try:
+                super().__init__(**keys)
+            except ValidationError as error:
+                raise refusal(type(self).__name__, error, type(self)) from None
+
+        __init__.__pydantic_base_init__ = True  # a table within a table is checked with it
+
+    @classmethod
+    def made_of(cls, keys: Mapping[str, Any], place: str) -> Self:
+        """The table with these keys; `place` names it in errors. Raises InputError naming the key that is wrong."""
+        try:
+            return cls.model_validate(keys)
+        except ValidationError as error:
+            raise refusal(place, error, cls) from None
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -78,16 +95,6 @@ def all_models(model: type[BaseModel]) -> set[type[BaseModel]]:
         inner = (inner for field in each.model_fields.values() for inner in _models(field.annotation))
         waiting += [other for other in inner if other not in found]
     return found
-
-
-def in_radians(table: Table) -> dict[str, Any]:
-    """A table's values by name; keys that end in `_deg` lose the ending and their values become radians."""
-    values = {}
-    for name, value in table.model_dump().items():
-        if name.endswith("_deg") and value is not None:
-            value = math.radians(value)
-        values[name.removesuffix("_deg")] = value
-    return values
 
 
 def kind_of(table: type[Table]) -> str:
@@ -159,6 +166,7 @@ _EXPECTED = {
     "finite_number": "expected a finite number",
     "float_type": "expected a number",
     "float_parsing": "expected a number",
+    "value_error": "{error}",
     "int_type": "expected a whole number",
     "int_parsing": "expected a whole number",
     "int_from_float": "expected a whole number",
@@ -191,7 +199,7 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     if kind == "missing":
         return InputError(f"{place}: {path} is missing, expected {_what(keys[-1], holder)}")
     if kind == "value_error":
-        return InputError(f"{place}: {problem['msg'].removeprefix('Value error, ')}")
+        return InputError(": ".join(filter(None, (place, path, expectation(problem)))))
     if kind == "literal_error":
         expected = "expected one of " + problem["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
     elif kind == "union_tag_invalid":
@@ -201,12 +209,17 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     elif kind == "union_tag_not_found":
         return InputError(f"{place}: {path}.kind is missing, expected the kind of {path}")
     else:
-        form = _EXPECTED.get(kind)
-        expected = form.format(**problem.get("ctx", {})) if form else problem["msg"][0].lower() + problem["msg"][1:]
+        expected = expectation(problem)
         if problem.get("ctx"):
             key = str(keys[-1])
             expected = f"{expected} {unit_of(key, holder.model_fields.get(key))}".rstrip()
     return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
+
+
+def expectation(problem: Mapping[str, Any]) -> str:
+    """What was expected, from one of pydantic's errors."""
+    form = _EXPECTED.get(problem["type"])
+    return form.format(**problem.get("ctx", {})) if form else problem["msg"][0].lower() + problem["msg"][1:]
 
 
 def _path(location: Location) -> str:

@@ -24,9 +24,9 @@ class HeadingEstimatorTable(Table):
     @model_validator(mode="after")
     def _used(self) -> Self:
         if self.kind == "tracker":
-            refuse(self, "heading", self.model_fields_set, "a filter of the heading")
+            refuse(self, self.model_fields_set, "a filter of the heading")
         if self.kind != "interval":
-            refuse(self, "heading", self.model_fields_set & {"weight"}, "interval")
+            refuse(self, self.model_fields_set & {"weight"}, "interval")
         return self
 
 
@@ -46,11 +46,11 @@ class SpeedEstimatorTable(Table):
     @model_validator(mode="after")
     def _used(self) -> Self:
         if self.kind == "course":
-            refuse(self, "speed", self.model_fields_set, "fusion")
+            refuse(self, self.model_fields_set, "fusion")
         return self
 
 
-def refuse(table: HeadingEstimatorTable | SpeedEstimatorTable, name: str, keys: set[str], kind: str) -> None:
+def refuse(table: HeadingEstimatorTable | SpeedEstimatorTable, keys: set[str], kind: str) -> None:
     """Raise ValueError for a key beside `kind` that has no effect."""
     for key in sorted(keys - {"kind"}):
-        raise ValueError(f'estimator.{name}.{key} has no effect with kind "{table.kind}", expected {kind}')
+        raise ValueError(f'{key} has no effect with kind "{table.kind}", expected {kind}')

@@ -7,9 +7,9 @@ are relative to its folder.
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field
 
-from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml, refusal
+from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml
 from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.estimation.vessel.aids import AIDS
 from steerway.live.uri import DEFAULT
@@ -84,10 +84,7 @@ class Settings(Table):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Settings from a TOML file. Raises InputError that names file, key, value and what was expected."""
-        try:
-            return cls(**read_toml(path, "settings"))._relative_to(Path(path).parent)
-        except ValidationError as error:
-            raise refusal(f"settings {path}", error, cls) from None
+        return cls.made_of(read_toml(path, "settings"), f"settings {path}")._relative_to(Path(path).parent)
 
     def overridden(self, **given: Any) -> Self:
         """A copy with the given values, except those that are None."""

@@ -11,7 +11,6 @@ km. For a long scene put the origin on the equator, where the scale error vanish
 
 import math
 from collections import deque
-from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
@@ -19,15 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from steerway.core.arrays import Floats
-from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.earth import displaced_all
-from steerway.core.errors import InputError
 from steerway.core.noise import Seed
 from steerway.core.records import Fixes
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, Triple
 from steerway.core.slow_error import ALONE, DIFFERENTIAL, FIXED, FLOAT, SLOW_STD
-from steerway.sensors.gnss_errors import GOOD, LOST, Errors, Fault, FaultTable
+from steerway.sensors.gnss_errors import GOOD, LOST, Errors, Fault
 from steerway.sensors.instrument import SLACK, Clock, epochs
 
 _LEAST_WHITE = 0.01
@@ -46,39 +43,25 @@ class Fix(NamedTuple):
     cog: float
 
 
-@dataclass(frozen=True)
-class Gnss:
+class Gnss(Table):
     """Error model of a receiver. All 1σ are per axis, north and east, in m.
 
     `rate` Hz; `white` 1σ of independent errors; `markov` pairs (stationary 1σ, time constant s); `settled` starts these
     with their stationary σ, else at zero as in P1 (42)–(43); `faults`; `latency` s from epoch to delivery;
     `stamped_on_arrival` gives a fix the time of its delivery, as a log without receiver times does; `lever_arm` from
     the vessel's origin to the antenna (forward, starboard, down), m; `velocity_std` 1σ (m/s) per axis of the velocity
-    that gives SOG and COG, None for a receiver without them.
-
-    Raises InputError for a rate that is not positive, and negative deviations, time constants or latency.
+    that gives SOG and COG, None for a receiver without them. Raises InputError for numbers out of range.
     """
 
-    rate: float = 5.0
-    white: float = 0.0
-    markov: tuple[tuple[float, float], ...] = ()
-    settled: bool = True
+    rate: Annotated[Rate, "Hz"] = 5.0
+    white: Annotated[NotNegative, "m"] = 0.0
+    markov: Annotated[tuple[tuple[NotNegative, Positive], ...], "m, s"] = ()
+    settled: Flag = True
     faults: tuple[Fault, ...] = ()
-    latency: float = 0.0
-    stamped_on_arrival: bool = False
-    lever_arm: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    velocity_std: float | None = None
-
-    def __post_init__(self) -> None:
-        positive("gnss.rate", self.rate)
-        for name in ("white", "latency", "velocity_std"):
-            if (value := getattr(self, name)) is not None:
-                not_negative(f"gnss.{name}", value)
-        for std, time_constant in self.markov:
-            not_negative("1σ in gnss.markov", std)
-            positive("time constant in gnss.markov", time_constant)
-        if len(self.lever_arm) != 3:
-            raise InputError(f"gnss.lever_arm is {self.lever_arm}, expected (forward, starboard, down) in m")
+    latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0), "s"] = 0.0
+    stamped_on_arrival: Flag = False
+    lever_arm: Annotated[Triple, "m"] = (0.0, 0.0, 0.0)
+    velocity_std: Annotated[NotNegative | None, "m/s"] = None
 
     @property
     def noise(self) -> dict[str, float]:
@@ -128,6 +111,24 @@ class Gnss:
         if self.velocity_std is None:
             return Fixes(time, latitude, longitude, source=source)
         return Fixes(time, latitude, longitude, source=source, sog=sog, cog=cog)
+
+
+class GnssTable(Gnss):
+    """The receiver of a scenario; by default a low-cost one with errors of 1.5 m over 300 s and 0.25 m over 5 s."""
+
+    white: Annotated[NotNegative, "m"] = 0.05
+    markov: Annotated[tuple[tuple[NotNegative, Positive], ...], "m, s"] = ((1.5, 300.0), (0.25, 5.0))
+    solution: Literal["single", "differential", "rtk-float", "rtk-fixed"] = "single"
+
+    @property
+    def quality(self) -> int:
+        """The fix quality indicator of GGA."""
+        return {"single": ALONE, "differential": DIFFERENTIAL, "rtk-float": FLOAT, "rtk-fixed": FIXED}[self.solution]
+
+    @property
+    def slow_std(self) -> float:
+        """1σ (m) of the slow error that is typical of this type of fix."""
+        return float(SLOW_STD[self.quality])
 
 
 def white(std: float, rate: float = 5.0) -> Gnss:
@@ -242,35 +243,3 @@ def level(
     abeam = starboard * math.cos(roll) - down * math.sin(roll)
     c, s = math.cos(heading), math.sin(heading)
     return ahead * c - abeam * s, ahead * s + abeam * c
-
-
-class GnssTable(Table):
-    """The receiver. Position errors per axis: `white` noise, and `markov` errors ([1σ in m, time constant in s] each).
-
-    The defaults are those of a low-cost receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white. `solution`: the
-    kind of fix that it reports, from which an estimator takes the σ of the slow error.
-    """
-
-    rate: Annotated[Rate, "Hz"] = 5.0
-    white: Annotated[NotNegative, "m"] = 0.05
-    markov: Annotated[tuple[tuple[NotNegative, Positive], ...], "m, s"] = ((1.5, 300.0), (0.25, 5.0))
-    settled: Flag = True
-    latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0), "s"] = 0.0
-    lever_arm: Annotated[Triple, "m"] = (0.0, 0.0, 0.0)
-    velocity_std: Annotated[NotNegative | None, "m/s"] = None
-    solution: Literal["single", "differential", "rtk-float", "rtk-fixed"] = "single"
-    faults: tuple[FaultTable, ...] = ()
-
-    @property
-    def quality(self) -> int:
-        """The fix quality indicator of GGA."""
-        return {"single": ALONE, "differential": DIFFERENTIAL, "rtk-float": FLOAT, "rtk-fixed": FIXED}[self.solution]
-
-    @property
-    def slow_std(self) -> float:
-        """1σ (m) of the slow error that is typical of this type of fix."""
-        return float(SLOW_STD[self.quality])
-
-    def build(self) -> Gnss:
-        values = self.model_dump(exclude={"faults", "solution"})
-        return Gnss(**values, faults=tuple(fault.build() for fault in self.faults))

@@ -6,18 +6,16 @@ number of random numbers, so that the errors do not depend on the length of the 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
 from steerway.core.arrays import Floats
-from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
-from steerway.core.errors import InputError
 from steerway.core.noise import Seed, markov_decay, markov_step
-from steerway.core.settings import NotNegative, Number, Table, in_radians
+from steerway.core.settings import NotNegative, Number, Table
 
 DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
 Kind = Literal["dropout", "jump", "burst", "step", "frozen"]
@@ -29,35 +27,30 @@ GOOD, LOST, HELD = range(3)
 _FOREVER = 1 << 60
 
 
-@dataclass(frozen=True)
-class Fault:
+class Fault(Table):
     """One kind of fault: its start or rate, duration and size.
 
     `kind`: "dropout" no fix; "jump" a transient displacement (one fix unless `duration` is given); "burst" white noise
     of 1σ `size` in addition; "step" a displacement that stays (for `duration`, else to the end); "frozen" the last
     position repeated with new times. `start` is in s after the first epoch; or the fault occurs `per_hour` times on
-    average, and never overlaps itself. A displacement of `size` m points in `direction` (rad from true north), in a
-    random one if None.
+    average, and never overlaps itself. A displacement of `size` m points towards `direction_deg`, in a random direction
+    if None.
 
-    Raises InputError for an unknown kind or a negative number, and unless exactly one of `start` and `per_hour` is
-    given.
+    Raises InputError unless exactly one of `start` and `per_hour` is given, and for numbers out of range.
     """
 
-    kind: str
-    start: float | None = None
-    per_hour: float | None = None
-    duration: float | None = None
-    size: float = 0.0
-    direction: float | None = None
+    kind: Kind
+    start: Annotated[NotNegative | None, "s"] = None
+    per_hour: Annotated[NotNegative | None, "1/h"] = None
+    duration: Annotated[NotNegative | None, "s"] = None
+    size: Annotated[NotNegative, "m"] = 0.0
+    direction_deg: Number | None = None
 
-    def __post_init__(self) -> None:
-        one_of("fault.kind", self.kind, KINDS)
+    @model_validator(mode="after")
+    def _begins(self) -> Self:
         if (self.start is None) == (self.per_hour is None):
-            raise InputError(f"fault {self.kind!r} has both or neither of start and per_hour, expected one of them")
-        for name in ("start", "per_hour", "duration", "size"):
-            value = getattr(self, name)
-            if value is not None and value != math.inf:
-                not_negative(f"fault.{name}", value)
+            raise ValueError(f"kind {self.kind} has both or neither of start and per_hour, expected one of them")
+        return self
 
     def row(self, rate: float) -> tuple[float, ...]:
         """The fault as a row of `table`, with times in epochs of a receiver with `rate` Hz."""
@@ -66,7 +59,7 @@ class Fault:
         forever = math.inf if self.kind == "step" else 0.0
         duration = forever if self.duration is None else self.duration
         epochs = float(_FOREVER) if math.isinf(duration) else max(1.0, round(duration * rate))
-        direction = math.nan if self.direction is None else self.direction
+        direction = math.nan if self.direction_deg is None else math.radians(self.direction_deg)
         return KINDS.index(self.kind), start, probability, epochs, self.size, direction
 
 
@@ -107,20 +100,6 @@ def happen(faults: Floats, state: Floats, epoch: int, uniforms: Floats, normals:
             error[0] += state[i, 1]
             error[1] += state[i, 2]
     return outcome
-
-
-class FaultTable(Table):
-    """A fault of the receiver: begins once at `start` (s), or at random `per_hour` times an hour; lasts `duration`."""
-
-    kind: Kind
-    start: Annotated[NotNegative | None, "s"] = None
-    per_hour: Annotated[NotNegative | None, "1/h"] = None
-    duration: Annotated[NotNegative | None, "s"] = None
-    size: Annotated[NotNegative, "m, or a factor: see the kind"] = 0.0
-    direction_deg: Number | None = None
-
-    def build(self) -> Fault:
-        return Fault(**in_radians(self))
 
 
 class Errors:

@@ -57,8 +57,9 @@ class Assembly(NamedTuple):
 
 def assemble(scenario: Scenario) -> Assembly:
     """Fresh blocks for one run."""
-    vessel, environment = scenario.vessel.build(), scenario.environment.build()
-    return Assembly(vessel, pilot(scenario), instruments(scenario), start(scenario), environment)
+    return Assembly(
+        scenario.vessel.build(), pilot(scenario), instruments(scenario), start(scenario), scenario.environment
+    )
 
 
 def boat(scenario: Scenario) -> Boat:
@@ -91,14 +92,14 @@ def instruments(scenario: Scenario) -> Suite | Truth:
     """The receiver with the further instruments, or instruments without errors."""
     if scenario.estimator.kind == "truth" or scenario.manoeuvre is not None:
         return Truth()
-    return Suite(scenario.gnss.build(), **{name: table.build() for name, table in scenario.instruments().items()})
+    return Suite(scenario.gnss, **{name: table.build() for name, table in scenario.instruments().items()})
 
 
 def profile(scenario: Scenario) -> Profile:
     """The filter's profile; by default the boat's profile with the errors of the simulated receiver."""
     if scenario.estimator.profile:
         return profile_of(scenario.estimator.profile)
-    return Profile.named(boat(scenario).profile).model_copy(update=scenario.gnss.build().noise)
+    return Profile.named(boat(scenario).profile).model_copy(update=scenario.gnss.noise)
 
 
 def holds_places(scenario: Scenario) -> bool:

@@ -11,14 +11,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from steerway.control.boats import Boat
 from steerway.control.in_current import InCurrent
 from steerway.core.errors import InputError
 from steerway.core.kinematics import water_speed_for
 from steerway.core.leg import leg_direction
-from steerway.core.settings import kind_of, parse_toml, read_toml, refusal
+from steerway.core.settings import kind_of, parse_toml, read_toml
 from steerway.guidance.route import LONGEST_LEG, Route
 from steerway.guidance.route_table import route_of
 from steerway.sensors.gnss import GnssTable
@@ -47,10 +45,7 @@ def parse_scenario(text: str, place: str = "scenario", folder: Path | None = Non
 
 
 def _checked(tables: dict[str, Any], place: str, folder: Path | None) -> Scenario:
-    try:
-        scenario = Scenario(**tables)
-    except ValidationError as error:
-        raise refusal(place, error, Scenario) from None
+    scenario = Scenario.made_of(tables, place)
     profile = scenario.estimator.profile
     if folder is not None and profile is not None and profile.endswith(".toml") and not Path(profile).is_absolute():
         found = scenario.estimator.model_copy(update={"profile": str(folder / profile)})
@@ -100,11 +95,6 @@ def _rates(scenario: Scenario) -> None:
         given = name == "gnss" or "rate" in table.model_fields_set
         if given and table.rate > fastest * 1.001:
             raise InputError(f"{name}.rate is {table.rate:g} Hz, expected at most the step rate, {fastest:g} Hz")
-    for index, fault in enumerate(scenario.gnss.faults):
-        if (fault.start is None) == (fault.per_hour is None):
-            raise InputError(
-                f"gnss.faults[{index}] of kind {fault.kind} has both or neither of start and per_hour, expected one"
-            )
 
 
 def _places(scenario: Scenario) -> None:
@@ -135,9 +125,7 @@ def _legs(scenario: Scenario) -> None:
     known = assembly.boat(scenario)
     if scenario.estimator.kind != "steering" or not known.steers:
         return
-    current = scenario.environment.current
-    towards = math.radians(current.direction_deg)
-    flow = current.speed * math.cos(towards), current.speed * math.sin(towards)
+    flow = scenario.environment.current.velocity
     table = scenario.route
     route = route_of(table, assembly.places(scenario), table.points, known)
     if trouble := short_leg(known, route, flow, [each.stay for each in table.points]):

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model
 
 from steerway.core.reference import ReferenceTable
-from steerway.core.settings import NotNegative, Number, Positive, Table, in_radians
+from steerway.core.settings import NotNegative, Number, Positive, Table
 from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.estimation.vessel.aids import AIDS
 from steerway.guidance.laws import GuidanceTable
@@ -21,7 +21,7 @@ from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation.positioning import KINDS as POSITIONING_KINDS
 from steerway.simulation.positioning import PositioningEstimatorTable, PositioningTable
-from steerway.vessels.environment import Current, Environment, Waves, Wind
+from steerway.vessels.environment import Environment, Wind
 from steerway.vessels.kinds import TABLES, AnyVesselTable
 
 
@@ -34,60 +34,16 @@ class StartTable(Table):
     speed: Annotated[NotNegative | None, "m/s"] = None
 
 
-class CurrentTable(Table):
-    """A current towards `direction_deg`; `std`, `time_constant`: 1σ and time of its Gauss–Markov variation."""
+class WindTable(Wind):
+    """Wind, with Gauss–Markov gusts, on a boat with windage."""
 
-    speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0), "m/s"] = 0.0
-    direction_deg: Number = 0.0
-    std: Annotated[NotNegative, "m/s"] = 0.0
-    time_constant: Annotated[Positive, "s"] = 600.0
-
-
-class WindTable(Table):
-    """Wind from `direction_deg`, with Gauss–Markov gusts; it pushes on `drag_area`, `arm` m ahead of the origin."""
-
-    speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0), "m/s"] = 0.0
-    direction_deg: Number = 0.0
     drag_area: Annotated[NotNegative, "m²"] = 0.4
-    gust_std: Annotated[NotNegative, "m/s"] = 0.0
-    gust_time: Annotated[Positive, "s"] = 10.0
-    arm: Annotated[Number, "m"] = 0.0
 
 
-class WavesTable(Table):
-    """Wave motion along `direction_deg` about `frequency`, roll and pitch, and a slow drift force."""
+class EnvironmentTable(Environment):
+    """Current, wind, waves, and a constant force and moment with Gauss–Markov variations."""
 
-    direction_deg: Number = 0.0
-    frequency: Annotated[Positive, "rad/s"] = 1.2
-    damping: Annotated[float, Field(strict=True, gt=0.0, lt=1.0), "1"] = 0.1
-    displacement_std: Annotated[NotNegative, "m"] = 0.0
-    roll_std_deg: NotNegative = 0.0
-    pitch_std_deg: NotNegative = 0.0
-    drift: Annotated[Number, "N"] = 0.0
-    drift_std: Annotated[NotNegative, "N"] = 0.0
-    drift_time: Annotated[Positive, "s"] = 60.0
-
-
-class EnvironmentTable(Table):
-    """Current, wind, waves, and a constant `force` (north, east) and `moment`, with Gauss–Markov variations of 1σ
-    `force_std` and `moment_std` and time constant `force_time`.
-    """
-
-    current: CurrentTable = CurrentTable()
     wind: WindTable = WindTable()
-    waves: WavesTable = WavesTable()
-    force: Annotated[tuple[Number, Number], "N"] = (0.0, 0.0)
-    moment: Annotated[Number, "N·m"] = 0.0
-    force_std: Annotated[tuple[NotNegative, NotNegative], "N"] = (0.0, 0.0)
-    moment_std: Annotated[NotNegative, "N·m"] = 0.0
-    force_time: Annotated[Positive, "s"] = 50.0
-
-    def build(self) -> Environment:
-        """The environment, its angles in rad."""
-        current, wind, waves = (in_radians(each) for each in (self.current, self.wind, self.waves))
-        varying = (*self.force_std, self.moment_std)
-        known = Current(**current), Wind(**wind), Waves(**waves), self.force, self.moment
-        return Environment(*known, varying, self.force_time)
 
 
 class EstimatorTable(Table):

@@ -1,22 +1,22 @@
 """Current, wind and waves: simple, repeatable models.
 
 An `Environment` holds the parameters. Its `start` returns a `Sea`, which supplies the conditions (current and forces,
-see `vessel`) and the wave motion of the antenna at every step. Directions are in rad from true north: that to which
-current and waves go, that from which the wind blows.
+see `vessel`) and the wave motion of the antenna at every step. Directions are from true north: those to which current
+and waves go, that from which the wind blows.
 """
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from steerway.core.arrays import Floats
-from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
-from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.core.noise import Seed, markov_decay, markov_step, oscillator, oscillator_step
+from steerway.core.settings import NotNegative, Number, Positive, Table
 from steerway.vessels.vessel import FORCE_NORTH
 
 AIR_DENSITY = 1.225
@@ -24,89 +24,66 @@ _BLOCK = 512  # steps drawn at once; the numbers do not depend on it
 _DRAWS = 11
 
 
-@dataclass(frozen=True)
-class Current:
-    """Current of `speed` m/s towards `direction`; Gauss–Markov variation of 1σ `std` per component, `time_constant`
-    s."""
+class Current(Table):
+    """A current towards `direction_deg`; `std`, `time_constant`: 1σ and time of its Gauss–Markov variation."""
 
-    speed: float = 0.0
-    direction: float = 0.0
-    std: float = 0.0
-    time_constant: float = 600.0
+    speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0), "m/s"] = 0.0
+    direction_deg: Number = 0.0
+    std: Annotated[NotNegative, "m/s"] = 0.0
+    time_constant: Annotated[Positive, "s"] = 600.0
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """North and east of the mean current, m/s."""
+        return _towards(self.speed, self.direction_deg)
 
 
-@dataclass(frozen=True)
-class Wind:
-    """Wind of `speed` m/s from `direction`, with gusts of 1σ `gust_std` per component over `gust_time` s.
+class Wind(Table):
+    """Wind from `direction_deg`, with Gauss–Markov gusts; it pushes on `drag_area`, `arm` m ahead of the origin.
 
-    The relative wind V exerts the force ½ ρ A V|V|, A = `drag_area` m² (drag coefficient times area, the same from
-    every side), at `arm` m ahead of the origin.
+    The relative wind V exerts the force ½ ρ A V|V|, A = `drag_area` (drag coefficient times area, the same from every
+    side).
     """
 
-    speed: float = 0.0
-    direction: float = 0.0
-    drag_area: float = 0.0
-    gust_std: float = 0.0
-    gust_time: float = 10.0
-    arm: float = 0.0
+    speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0), "m/s"] = 0.0
+    direction_deg: Number = 0.0
+    drag_area: Annotated[NotNegative, "m²"] = 0.0
+    gust_std: Annotated[NotNegative, "m/s"] = 0.0
+    gust_time: Annotated[Positive, "s"] = 10.0
+    arm: Annotated[Number, "m"] = 0.0
 
 
-@dataclass(frozen=True)
-class Waves:
-    """First-order wave motion along `direction` about `frequency` rad/s, and a slow drift force.
+class Waves(Table):
+    """Wave motion along `direction_deg` about `frequency`, roll and pitch, and a slow drift force.
 
-    `displacement_std` m, `roll_std` and `pitch_std` rad are the 1σ of independent oscillators with the damping ratio
-    `damping`. The drift force along `direction` is `drift` N, with a variation of 1σ `drift_std` over `drift_time` s.
-    Wave motion is added to the vessel's motion and does not affect it: Fossen (2021), section 10.2.
+    Displacement, roll and pitch are independent oscillators with the damping ratio `damping`. Wave motion is added to
+    the vessel's motion and does not affect it: Fossen (2021), section 10.2.
     """
 
-    direction: float = 0.0
-    frequency: float = 1.2
-    damping: float = 0.1
-    displacement_std: float = 0.0
-    roll_std: float = 0.0
-    pitch_std: float = 0.0
-    drift: float = 0.0
-    drift_std: float = 0.0
-    drift_time: float = 60.0
+    direction_deg: Number = 0.0
+    frequency: Annotated[Positive, "rad/s"] = 1.2
+    damping: Annotated[float, Field(strict=True, gt=0.0, lt=1.0), "1"] = 0.1
+    displacement_std: Annotated[NotNegative, "m"] = 0.0
+    roll_std_deg: NotNegative = 0.0
+    pitch_std_deg: NotNegative = 0.0
+    drift: Annotated[Number, "N"] = 0.0
+    drift_std: Annotated[NotNegative, "N"] = 0.0
+    drift_time: Annotated[Positive, "s"] = 60.0
 
 
-_POSITIVE = ("time_constant", "gust_time", "drift_time", "frequency", "damping")
-_ANY_SIGN = ("direction", "arm", "drift")
-
-
-@dataclass(frozen=True)
-class Environment:
-    """Current, wind, waves, and a constant `force` (north, east) N with a constant `moment` N·m.
-
-    Force and moment have a Gauss–Markov variation: 1σ `force_std` (N, N, N·m), time constant `force_time` s.
-
-    Raises InputError for a negative speed, deviation or drag area, for a time constant, frequency or damping that is
-    not positive, and for damping of 1 or more.
+class Environment(Table):
+    """Current, wind, waves, and a constant `force` (north, east) and `moment`, with Gauss–Markov variations of 1σ
+    `force_std` and `moment_std` and time constant `force_time`.
     """
 
     current: Current = Current()
     wind: Wind = Wind()
     waves: Waves = Waves()
-    force: tuple[float, float] = (0.0, 0.0)
-    moment: float = 0.0
-    force_std: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    force_time: float = 50.0
-
-    def __post_init__(self) -> None:
-        for name in ("current", "wind", "waves"):
-            for key, value in vars(getattr(self, name)).items():
-                if not math.isfinite(value):
-                    raise InputError(f"environment.{name}.{key} is {value}, expected a number")
-                if key in _POSITIVE and not value > 0.0:
-                    raise InputError(f"environment.{name}.{key} is {value}, expected more than 0")
-                if key not in _ANY_SIGN and value < 0.0:
-                    raise InputError(f"environment.{name}.{key} is {value}, expected 0 or more")
-        for std in self.force_std:
-            not_negative("environment.force_std", std)
-        positive("environment.force_time", self.force_time)
-        if self.waves.damping >= 1.0:
-            raise InputError(f"environment.waves.damping is {self.waves.damping}, expected less than 1")
+    force: Annotated[tuple[Number, Number], "N"] = (0.0, 0.0)
+    moment: Annotated[Number, "N·m"] = 0.0
+    force_std: Annotated[tuple[NotNegative, NotNegative], "N"] = (0.0, 0.0)
+    moment_std: Annotated[NotNegative, "N·m"] = 0.0
+    force_time: Annotated[Positive, "s"] = 50.0
 
     def start(self, seed: Seed, step: float) -> "Sea":
         """Start the environment, in steps of `step` s."""
@@ -120,7 +97,7 @@ class Sea:
         current, wind, waves = environment.current, environment.wind, environment.waves
         slow = [(current.std, current.time_constant)] * 2 + [(wind.gust_std, wind.gust_time)] * 2
         slow.append((waves.drift_std, waves.drift_time))
-        swings = np.array([waves.displacement_std, waves.roll_std, waves.pitch_std])
+        swings = np.array([waves.displacement_std, *map(math.radians, (waves.roll_std_deg, waves.pitch_std_deg))])
         self._varies = any(std for std, _ in slow) or swings.any()
         self._met = wind.drag_area > 0.0
         self._draws = np.random.default_rng(seed)
@@ -132,17 +109,18 @@ class Sea:
         self._swings = self._draws.standard_normal((3, 2)) * (1.0 / waves.frequency, 1.0)
         self._mean = np.array(
             [
-                *_towards(current.speed, current.direction),
+                *current.velocity,
                 *environment.force,
                 environment.moment,
-                *_towards(-wind.speed, wind.direction),
-                *_towards(1.0, waves.direction),
+                *_towards(-wind.speed, wind.direction_deg),
+                *_towards(1.0, waves.direction_deg),
                 waves.drift,
                 0.5 * AIR_DENSITY * wind.drag_area,
                 wind.arm,
             ]
         )
-        self._push = _Push(environment, self._draws.spawn(1)[0], step) if any(environment.force_std) else None
+        stds = *environment.force_std, environment.moment_std
+        self._push = _Push(stds, environment.force_time, self._draws.spawn(1)[0], step) if any(stds) else None
         self._update(None)
 
     def advance(self, motion: GroundMotion | None = None) -> None:
@@ -173,9 +151,9 @@ class Sea:
 class _Push:
     """The varying part (3,) of force and moment, from a random stream of its own."""
 
-    def __init__(self, environment: Environment, draws: np.random.Generator, step: float) -> None:
-        self._draws, self._std = draws, np.array(environment.force_std)
-        self._decay = markov_decay(environment.force_time, step)
+    def __init__(self, stds: tuple[float, ...], time: float, draws: np.random.Generator, step: float) -> None:
+        self._draws, self._std = draws, np.array(stds)
+        self._decay = markov_decay(time, step)
         self.force = self._std * draws.standard_normal(3)
 
     def advance(self) -> None:
@@ -218,5 +196,6 @@ def _conditions_and_waves(
     return conditions, (away * mean[7], away * mean[8], stds[1] * swings[1, 1], stds[2] * swings[2, 1])
 
 
-def _towards(speed: float, direction: float) -> tuple[float, float]:
+def _towards(speed: float, direction_deg: float) -> tuple[float, float]:
+    direction = math.radians(direction_deg)
     return speed * math.cos(direction), speed * math.sin(direction)

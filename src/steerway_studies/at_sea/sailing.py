@@ -159,7 +159,7 @@ def _route(case):
 
 
 def _current(case):
-    return Current(case.share * CRAFT[case.craft].boat.cruise, case.direction)
+    return Current(speed=case.share * CRAFT[case.craft].boat.cruise, direction_deg=math.degrees(case.direction))
 
 
 def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
@@ -175,7 +175,7 @@ def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
         longest,
         craft.step,
         start=start,
-        environment=Environment(_current(case)),
+        environment=Environment(current=_current(case)),
         seed=seed,
     )
     return run, made
@@ -183,8 +183,7 @@ def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
 
 def judged(case: Case, seed: int) -> JudgedRun:
     """Simulate a case; returns its numbers. A route is refused if a leg is shorter than its turns in the current."""
-    flow = _current(case)
-    velocity = flow.speed * math.cos(flow.direction), flow.speed * math.sin(flow.direction)
+    velocity = _current(case).velocity
     if short_leg(CRAFT[case.craft].boat, _route(case), velocity):
         return JudgedRun(case, False, False, math.nan, math.nan, 0.0, True)
     run, made = sailed(case, seed)

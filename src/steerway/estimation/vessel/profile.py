@@ -16,14 +16,13 @@ from pydantic import (
     ConfigDict,
     Field,
     SerializerFunctionWrapHandler,
-    ValidationError,
     model_serializer,
     model_validator,
 )
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
-from steerway.core.settings import Table, read_toml, refusal, toml_value
+from steerway.core.settings import Table, read_toml, toml_value
 from steerway.estimation.vessel.flat import Numbers, WeighedModel, model_of_profile
 from steerway.estimation.vessel.parts import PLAIN
 from steerway.estimation.vessel.presets import PRESETS
@@ -116,14 +115,6 @@ class Profile(Numbers, Table):
         """A profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
         place = f"profile {path}"
         return cls.made_of(_of_this_version(read_toml(path, "profile"), place), place)
-
-    @classmethod
-    def made_of(cls, table: dict[str, Any], place: str) -> Self:
-        """The profile in a table; `place` names it in errors. Raises InputError naming the key that is wrong."""
-        try:
-            return cls(**table)
-        except ValidationError as error:
-            raise refusal(place, error, cls) from None
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""

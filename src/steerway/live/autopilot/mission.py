@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
-from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml, refusal
+from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml
 from steerway.guidance.laws import LAWS, GuidanceTable
 from steerway.guidance.route_table import PlaceTable, RouteKeys, WaypointTable
 from steerway.live.autopilot.fence import Fence, NoGo
@@ -204,10 +204,7 @@ class GeodeticRoute:
             raise InputError(f"route {path} cannot be read: {error.strerror}") from None
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
-        try:
-            table = MissionFile(**keys)
-        except ValidationError as error:
-            raise refusal(f"route {path}", error, MissionFile) from None
+        table = MissionFile.made_of(keys, f"route {path}")
         twice = next((name for name in _SHORT if name in keys and name in table.guidance.model_fields_set), None)
         if twice is not None:
             raise InputError(f"route {path}: {twice} and guidance.{twice} are both given, expected one of them")

@@ -41,7 +41,7 @@ class SimulatedBoat:
         self.vessel, self.known = aboard.vessel.build(), assembly.boat(aboard)
         self.origin, self.step_length = origin(aboard), aboard.step
         sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
-        self._sea = aboard.environment.build().start(sea_seed, aboard.step)
+        self._sea = aboard.environment.start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)
         if not isinstance(suite, Suite):
             raise InputError(f"{scenario.name}: a manoeuvre is sailed by the truth, expected a scenario with a route")
