@@ -14,7 +14,6 @@ import uuid
 from collections.abc import Callable
 from typing import Any
 
-from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.formats.nmea2000.decoder import Decoder
 from steerway.formats.nmea2000.fields import MESSAGES, TRUE
@@ -102,12 +101,6 @@ LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
 _CLOCK_ERROR = 2.0  # s; a smaller difference between this computer's clock and GNSS counts as delay of the message
 _LONGEST = 256  # characters of a gateway's line
-
-
-def require_can(uri: Uri) -> None:
-    """Raises InputError without the package that reads and writes the bus."""
-    if uri.scheme == "n2k":
-        require(f"{uri.text}:", "n2k")
 
 
 class N2kDecoder:
