@@ -77,4 +77,4 @@ def test_entities_are_refused():
 
 def test_recognises_by_content():
     assert gpx.recognises(WHOLE[:200])
-    assert not gpx.recognises(b"<kml></kml>")
+    assert not gpx.recognises(b"<svg></svg>")

@@ -246,6 +246,12 @@ def test_what_a_log_says_beside_places():
     assert_allclose(read(tcx().encode()).sog, 1.5)
 
 
+@pytest.mark.parametrize("log", [tcx, kml_placemarks])
+def test_reading_continues_after_a_damaged_point(log):
+    damaged = log().replace(f"{clock(4, ISO)}<", "<<&")
+    assert set(np.arange(COUNT)) - set(read(damaged.encode()).time - START) == {4}
+
+
 def test_geojson_that_is_written_is_read(tmp_path):
     fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
     steerway.write(fixes, tmp_path / "track.geojson")

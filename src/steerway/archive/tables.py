@@ -1,6 +1,5 @@
 """The tables and counts that a unit writes, and the table of trips unfinished at the end of the archive."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,6 @@ from steerway.archive.histories import EVENTS, HISTORY, MODES, TRIP, unfinished
 from steerway.archive.store import Store
 from steerway.archive.tracks import INTERVALS, LEVELS, STEADY
 from steerway.core.arrays import Floats
-from steerway.core.compiled import kernel
 from steerway.core.files import complete_or_absent
 from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
 from steerway.core.slow_error import USUAL_STD
@@ -56,33 +54,21 @@ class UnitRows(NamedTuple):
 def estimate_table(rows: UnitRows, found: Found, order: NDArray[np.int64], estimate: Floats) -> pl.DataFrame:
     """The output rows in the given order, with the columns of `steerway estimate`."""
     chosen = order if rows.wanted.all() else order[rows.wanted[order]]
-    places, single = np.empty((2, len(chosen))), np.empty((len(_SINGLE), len(chosen)), np.float32)
-    _fill(chosen, estimate, found.nis, places, single)
+    latitude, longitude, sog, cog, rate, sog_std, cog_std, rate_std, std = estimate[chosen].T
+    compass = np.where(cog >= 0.0, np.degrees(cog), np.degrees(cog) + 360.0).astype(np.float32)
+    compass = np.where(compass < 360.0, compass, compass - np.float32(360.0))
+    course = compass, np.degrees(rate)
+    deviations = sog_std, np.degrees(cog_std), np.degrees(rate_std), np.hypot(std, USUAL_STD), std
+    single = zip(_SINGLE, (sog, *course, *deviations, found.nis[chosen]), strict=True)
     columns = {
         "mmsi": rows.mmsi[chosen],
         "track": found.track[chosen].astype(np.int16),
         "time_s": rows.time[chosen],
-        "lat_deg": pl.Series(places[0], nan_to_null=True),
-        "lon_deg": pl.Series(places[1], nan_to_null=True),
+        "lat_deg": pl.Series(np.degrees(latitude), nan_to_null=True),
+        "lon_deg": pl.Series(np.degrees(longitude), nan_to_null=True),
     }
-    columns |= {name: pl.Series(values, nan_to_null=True) for name, values in zip(_SINGLE, single, strict=True)}
+    columns |= {name: pl.Series(values.astype(np.float32), nan_to_null=True) for name, values in single}
     return pl.DataFrame(columns | {"status": _STATUS.gather(found.status[chosen])})
-
-
-@kernel
-def _fill(
-    chosen: NDArray[np.int64], estimate: Floats, nis: Floats, places: Floats, single: NDArray[np.float32]
-) -> None:
-    """Fill positions (2, n) and single-precision columns (9, n) in degrees, from rows in radians."""
-    degrees = 180.0 / np.pi
-    for j in range(len(chosen)):
-        k = chosen[j]
-        e = estimate[k]
-        places[0, j], places[1, j] = degrees * e[0], degrees * e[1]
-        compass = np.float32(degrees * e[3] if e[3] >= 0.0 else degrees * e[3] + 360.0)
-        single[0, j], single[1, j], single[2, j] = e[2], compass if compass < 360.0 else compass - 360.0, degrees * e[4]
-        single[3, j], single[4, j], single[5, j] = e[5], degrees * e[6], degrees * e[7]
-        single[6, j], single[7, j], single[8, j] = math.hypot(e[8], USUAL_STD), e[8], nis[k]
 
 
 def event_table(tracks: NDArray[np.int64], events: np.ndarray) -> pl.DataFrame:
@@ -135,60 +121,25 @@ def numbers(rows: UnitRows, found: Found, bounds: NDArray[np.int64]) -> dict[str
 
     bounds: (vessels + 1,) where in the rows each vessel begins.
     """
-    cells, vessels = np.zeros((2, CELLS)), np.zeros((2, len(bounds) - 1))
-    intervals = np.zeros(len(COUNTED_INTERVALS) + 1, np.int64)
-    record = (rows.time, rows.latitude, found.nis, found.status, found.which)
-    rejected = _count(bounds, record, cells, vessels, intervals)
-    seen = vessels[0] > 0.0
+    fixed = np.flatnonzero(np.isfinite(rows.latitude))
+    vessel = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))[fixed]
+    elapsed = np.diff(rows.time[fixed], prepend=np.nan)
+    elapsed[np.diff(vessel, prepend=-1) != 0] = np.nan
+    status, nis = found.status[fixed], found.nis[fixed]
+    under_way = np.isfinite(nis) & (status == OK)
+    judged = np.isfinite(nis) & np.isfinite(elapsed) & ((status == OK) | (status == NO_COURSE))
+    of_class = found.which[fixed][judged].astype(int) // LEVELS * (len(INTERVALS) + 1)
+    cell = 2 * (of_class + np.searchsorted(INTERVALS, elapsed[judged])) + under_way[judged]
+    counted = np.searchsorted(COUNTED_INTERVALS, elapsed[np.isfinite(elapsed)])
+    vessels = [np.bincount(vessel[under_way], each, len(bounds) - 1) for each in (None, nis[under_way])]
+    seen = vessels[0] > 0
     return {
         "rows": int(rows.wanted.sum()),
-        "rejected": rejected,
-        "cells": cells.tolist(),
-        "nis_of": [rows.mmsi[bounds[:-1]][seen].tolist(), *vessels[:, seen].tolist()],
-        "intervals": intervals.tolist(),
+        "rejected": int((status == REJECTED).sum()),
+        "cells": [np.bincount(cell, each, CELLS).tolist() for each in (None, nis[judged])],
+        "nis_of": [each[seen].tolist() for each in (rows.mmsi[bounds[:-1]], *vessels)],
+        "intervals": np.bincount(counted, minlength=len(COUNTED_INTERVALS) + 1).tolist(),
     }
-
-
-@kernel
-def _count(
-    bounds: NDArray[np.int64],
-    record: tuple[np.ndarray, ...],
-    cells: Floats,
-    vessels: Floats,
-    intervals: NDArray[np.int64],
-) -> int:
-    """Add fixes and NIS to cells (2, CELLS) and, if under way, to vessels (2, v); count intervals.
-
-    Returns the number of rejected fixes.
-    """
-    time, latitude, nis, status, which = record
-    rejected = 0
-    for v in range(len(bounds) - 1):
-        last = np.nan
-        for k in range(bounds[v], bounds[v + 1]):
-            if not np.isfinite(latitude[k]):
-                continue
-            elapsed, last = time[k] - last, time[k]
-            follows = np.isfinite(elapsed)
-            if follows:
-                place = 0
-                for edge in COUNTED_INTERVALS:
-                    place += elapsed > edge
-                intervals[place] += 1
-            if status[k] == REJECTED:
-                rejected += 1
-            elif np.isfinite(nis[k]) and (status[k] == OK or status[k] == NO_COURSE):
-                if status[k] == OK:
-                    vessels[0, v] += 1.0
-                    vessels[1, v] += nis[k]
-                if follows:
-                    mobile, cell = which[k] // LEVELS, 0
-                    for edge in INTERVALS:
-                        cell += elapsed > edge
-                    cell = 2 * (mobile * (len(INTERVALS) + 1) + cell) + (status[k] == OK)
-                    cells[0, cell] += 1.0
-                    cells[1, cell] += nis[k]
-    return rejected
 
 
 def write_unfinished_trips(store: Store) -> None:

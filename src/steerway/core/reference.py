@@ -100,13 +100,16 @@ class _Shaper(ABC):
     def lag(self) -> float:
         """Lag (s) of the angle behind a ramp command whose rate is not given."""
 
-    def _before(self, command: float) -> Reference:
-        """The last reference; before the first step, a reference at rest on the command."""
-        return self.start(command) if self.reference is None else self.reference
+    def step(self, command: tuple[float, float, float], dt: float) -> Reference:
+        """The reference after dt. The first step begins at the command; an unknown (NaN) one holds the last angle."""
+        if not math.isfinite(command[0]):
+            return Reference(*command) if self.reference is None else self.start(self.reference.angle)
+        self.reference = self._following(self.reference or self.start(command[0]), command, dt)
+        return self.reference
 
-    def _held(self, unknown: tuple[float, float, float]) -> Reference:
-        """The last angle at rest, in place of an unknown command."""
-        return Reference(*unknown) if self.reference is None else self.start(self.reference.angle)
+    @abstractmethod
+    def _following(self, before: Reference, command: tuple[float, float, float], dt: float) -> Reference:
+        """The reference dt (s) after `before`."""
 
 
 class LowPass(_Shaper):
@@ -125,14 +128,8 @@ class LowPass(_Shaper):
         """See `_Shaper`."""
         return self.time_constant
 
-    def step(self, command: tuple[float, float, float], dt: float) -> Reference:
-        """The filtered command after dt; an unknown (NaN) command holds the last angle."""
-        desired, desired_rate, _ = command
-        if not math.isfinite(desired):
-            return self._held(command)
-        angle, rate, _ = self._before(desired)
-        self.reference = Reference(*low_pass(angle, rate, desired, desired_rate, self.time_constant, dt), 0.0)
-        return self.reference
+    def _following(self, before: Reference, command: tuple[float, float, float], dt: float) -> Reference:
+        return Reference(*low_pass(before.angle, before.rate, *command[:2], self.time_constant, dt), 0.0)
 
 
 class TrackingFilter(_Shaper):
@@ -152,15 +149,8 @@ class TrackingFilter(_Shaper):
         """See `_Shaper`."""
         return 2.0 * self.damping / self.bandwidth
 
-    def step(self, command: tuple[float, float, float], dt: float) -> Reference:
-        """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
-        desired, desired_rate, _ = command
-        if not math.isfinite(desired):
-            return self._held(command)
-        angle, rate, _ = self._before(desired)
-        after = tracked(angle, rate, desired, desired_rate, self.bandwidth, self.damping, dt)
-        self.reference = Reference(*after)
-        return self.reference
+    def _following(self, before: Reference, command: tuple[float, float, float], dt: float) -> Reference:
+        return Reference(*tracked(before.angle, before.rate, *command[:2], self.bandwidth, self.damping, dt))
 
 
 class ReferenceModel(_Shaper):
@@ -189,14 +179,9 @@ class ReferenceModel(_Shaper):
         """See `_Shaper`."""
         return (2.0 * self.damping + 1.0) / self.bandwidth
 
-    def step(self, command: tuple[float, float, float], dt: float) -> Reference:
-        """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
-        desired = command[0]
-        if not math.isfinite(desired):
-            return self._held(command)
-        model = (self.bandwidth, self.damping, self.max_rate, self.max_acceleration)
-        self.reference = Reference(*third_order(*self._before(desired), desired, *model, dt))
-        return self.reference
+    def _following(self, before: Reference, command: tuple[float, float, float], dt: float) -> Reference:
+        limits = self.max_rate, self.max_acceleration
+        return Reference(*third_order(*before, command[0], self.bandwidth, self.damping, *limits, dt))
 
 
 Filter = LowPass | TrackingFilter | ReferenceModel

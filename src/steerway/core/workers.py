@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 from steerway.core import files
 from steerway.core.errors import InputError
-from steerway.core.extras import missing
+from steerway.core.extras import require
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -161,10 +161,9 @@ def connected(address: str, option: str) -> Any:
 
     Raises InputError if Dask, which `option` needs, is not installed, or if no scheduler responds.
     """
-    try:
-        from dask import distributed
-    except ImportError:
-        raise missing(option, "distributed", "dask") from None
+    require(option, "dask")
+    from dask import distributed
+
     client: Any = distributed.Client
     try:
         return client(address, timeout=CONNECTING, set_as_default=False)

@@ -1,8 +1,9 @@
-"""GPX tracks: 1.0 and 1.1 are read; 1.0 is written, because 1.1 has no elements for speed and course.
+"""Tracks in XML. Read: GPX 1.0 and 1.1, Garmin's TCX, KML (gx:Track, and placemarks with time stamps). Written:
+GPX 1.0, because 1.1 has no elements for speed and course.
 
 Files are parsed with expat instead of a GPX library: a point takes microseconds, and after damage (a logger that lost
-power) reading continues at the next track point, where a library rejects the whole file.
-Schemas: topografix.com/GPX/1/0 and /1/1.
+power) reading continues at the next point, where a library rejects the whole file.
+Schemas: topografix.com/GPX/1/0 and /1/1; Garmin TrainingCenterDatabase v2; OGC 12-007r2 (KML 2.3).
 """
 
 import re
@@ -22,10 +23,15 @@ from steerway.formats import dilution
 from steerway.formats.places import numbers, places
 from steerway.formats.recording import Recording, placed
 
-_ROOT = re.compile(rb"<gpx[\s>]")
-_POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")
-_TEXTS = {"time", "speed", "course", "hdop", "name"}
-_INSIDE = b"<trk><trkseg>"
+_ROOT = re.compile(rb"<(gpx|TrainingCenterDatabase|kml)[\s>]")
+_WHOLE_ROOT = re.compile(rb"<(?:gpx|TrainingCenterDatabase|kml)\b[^<>]*[^/<>]>")
+_KINDS = {b"gpx": "GPX", b"TrainingCenterDatabase": "TCX", b"kml": "KML"}
+_POINTS = ("trkpt", "Trackpoint", "Placemark")
+_POINT = re.compile(rb"<(?:\w+:)?(?:trkpt|Trackpoint|Placemark)[\s>]")
+_INSIDE = {"GPX": b"<trk><trkseg>", "TCX": b"<Track>", "KML": b"<Document>"}
+_TEXTS = {each: each for each in ("time", "speed", "course", "hdop", "name", "coordinates", "coord")}
+_TEXTS |= {"Time": "time", "when": "time", "Speed": "speed", "LatitudeDegrees": "lat", "LongitudeDegrees": "lon"}
+"""Elements whose text is read, and the values that they give."""
 _CHUNK = 65536  # bytes
 _FIRST_CHUNK = 512  # after damage: more damage may follow soon
 _MOST_PARSED = 8  # bytes parsed per byte of the file: after each damaged place the parser restarts at the next point
@@ -37,34 +43,36 @@ Point = tuple[*tuple[str | None, ...], str]
 
 
 def recognises(head: bytes) -> bool:
-    """Whether the first bytes contain the root element of a GPX file."""
+    """Whether the first bytes contain the root element of a GPX, TCX or KML file."""
     return _ROOT.search(head) is not None
 
 
 def read(data: bytes) -> Recording:
-    """The source "GPX", all tracks in time order. If every track is named by an MMSI, there is a track per vessel.
+    """The source "GPX", "TCX" or "KML": all tracks in time order.
 
-    Speed (m/s) and course of points are read, also from extensions. Points without a time are left out and counted.
+    If every track is named by an MMSI, there is a track per vessel. Speed (m/s) and course of points are read, also
+    from extensions. Points without a time are left out and counted.
     """
-    skipped = Counter[str]()
-    points = _points(data, skipped)
+    root, skipped = _ROOT.search(data), Counter[str]()
+    kind = _KINDS[root[1]] if root else "GPX"
+    points = _points(data, _INSIDE[kind], skipped)
     counts = {"track points": len(points)}
     if not points:
-        return Recording("GPX", {}, counts, dict(skipped))
+        return Recording(kind, {}, counts, dict(skipped))
     latitudes, longitudes, stamps, speeds, courses, dilutions, track = zip(*points, strict=True)
     place, time = places(numbers(latitudes), numbers(longitudes)), unix_times(stamps)
     vessels = [int(name.group(1)) for name in map(_MMSI.match, track) if name]
     mmsi = np.array(vessels) if len(vessels) == len(track) else None
     sog, cog = numbers(speeds), np.radians(numbers(courses))
     std = np.array([dilution.deviation(each) for each in numbers(dilutions)])
-    fixes = Fixes(time, *place, position_std=std, sog=sog, cog=cog, mmsi=mmsi, source="GPX")
-    return Recording.of("GPX", (placed(fixes, skipped),), counts, skipped)
+    fixes = Fixes(time, *place, position_std=std, sog=sog, cog=cog, mmsi=mmsi, source=kind)
+    return Recording.of(kind, (placed(fixes, skipped),), counts, skipped)
 
 
-def _points(data: bytes, skipped: Counter[str]) -> list[Point]:
-    """The track points as (lat, lon, time, speed, course, HDOP, track name), as text; damaged places are counted."""
+def _points(data: bytes, inside: bytes, skipped: Counter[str]) -> list[Point]:
+    """The points of a document; damaged places are counted. inside: the elements around a point, below the root."""
     handler = _Handler()
-    declared = (re.search(rb"<\?xml[^>]*\?>", data), re.search(rb"<gpx\b[^<>]*[^/<>]>", data))
+    declared = (re.search(rb"<\?xml[^>]*\?>", data), _WHOLE_ROOT.search(data))
     openings = [b"".join(part.group() for part in declared if part), b"<gpx>"]
     start = handler.parse(b"", data, 0)
     while start is not None:
@@ -78,16 +86,18 @@ def _points(data: bytes, skipped: Counter[str]) -> list[Point]:
             break
         if not handler.accepts(openings[0]):
             openings.pop(0)
-        start = handler.parse(openings[0] + _INSIDE, data, start)
+        start = handler.parse(openings[0] + inside, data, start)
     return handler.points
 
 
 class _Handler:
-    """Collects the track points of a document that expat parses."""
+    """Collects the points of a document that expat parses."""
 
     def __init__(self) -> None:
         self.points: list[Point] = []
         self.track, self.parsed = "", 0
+        self.whens: list[str] = []  # of a gx:Track
+        self.coords: list[str] = []
 
     def accepts(self, opening: bytes) -> bool:
         """Whether `opening` is a well-formed beginning of a document."""
@@ -122,10 +132,12 @@ class _Handler:
         self.last = self.parser.CurrentByteIndex
         tag = tag.rpartition(":")[2]
         self.path.append(tag)
-        if tag == "trkpt":
-            self.point = {"lat": attributes.get("lat"), "lon": attributes.get("lon")}
+        if tag in _POINTS:
+            self.point = dict[str, str | None](attributes)
         elif tag == "trk":
             self.track = ""
+        elif tag == "Track":
+            self.whens, self.coords = [], []
         self.text = [] if tag in _TEXTS else None
 
     def characters(self, text: str) -> None:
@@ -135,16 +147,30 @@ class _Handler:
     def end(self, tag: str) -> None:
         self.last = self.parser.CurrentByteIndex
         tag = self.path.pop()
-        if tag == "trkpt" and self.point is not None:
-            self.points.append((*map(self.point.get, ("lat", "lon", "time", "speed", "course", "hdop")), self.track))
+        if self.text is not None:
+            self._take(tag, "".join(self.text).strip())
+            self.text = None
+        elif tag == "Track" and self.coords:
+            for when, place in zip(self.whens, self.coords, strict=False):
+                self._add({"time": when, "coordinates": place.replace(" ", ",")})
             self.point = None
-        elif self.text is not None:
-            text = "".join(self.text).strip()
-            if self.point is not None:
-                self.point.setdefault(tag, text)
-            elif tag == "name" and self.path[-1:] == ["trk"]:
-                self.track = text
-        self.text = None
+        elif tag in _POINTS and self.point is not None:
+            if tag != "Placemark" or {"time", "coordinates"} <= self.point.keys():
+                self._add(self.point)
+            self.point = None
+
+    def _take(self, tag: str, text: str) -> None:
+        if tag in ("when", "coord"):
+            (self.whens if tag == "when" else self.coords).append(text)
+        if self.point is not None:
+            self.point.setdefault(_TEXTS[tag], text)
+        elif tag == "name" and self.path[-1:] == ["trk"]:
+            self.track = text
+
+    def _add(self, point: dict[str, str | None]) -> None:
+        if place := point.get("coordinates"):
+            point |= zip(("lon", "lat"), place.split(","), strict=False)
+        self.points.append((*map(point.get, ("lat", "lon", "time", "speed", "course", "hdop")), self.track))
 
 
 def parser_for(handler: Any) -> XMLParserType:

@@ -32,7 +32,6 @@ from steerway.formats import (
     ubx,
     ulog,
     wrsc,
-    xml_tracks,
 )
 from steerway.formats.columns import EXPECTED
 from steerway.formats.recording import Recording
@@ -43,8 +42,7 @@ FORMATS = {
     "UBX": ubx,
     "NMEA 2000": nmea2000,
     "AIS": ais,
-    "GPX": gpx,
-    "TCX or KML": xml_tracks,
+    "GPX, TCX or KML": gpx,
     "GeoJSON": geojson,
     "IGC": igc,
     "RTKLIB": rtklib,

@@ -12,16 +12,17 @@ from urllib.parse import quote
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
+from steerway.core.extras import require
 from steerway.live import uri
 from steerway.live.links.file import StdoutSink
 from steerway.live.links.gpsd import GpsdInput
 from steerway.live.links.link import Reads, Runs, Sink
-from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, require_websockets, token_of
+from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, token_of
 from steerway.live.links.transport import StreamInput, StreamSink, UdpSink, speed_of
 from steerway.live.mavlink.companion import CARRIERS, Companion
 from steerway.live.mavlink.link import key_of
-from steerway.live.n2k import N2kDevice, require_can
-from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
+from steerway.live.n2k import N2kDevice
+from steerway.live.outputs.foxglove import FoxgloveServer
 from steerway.live.outputs.lines import PERIOD, JsonLines, PropellerCommands, SentenceOutput
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.signalk_output import Deltas
@@ -55,6 +56,7 @@ class Scheme:
 
     check: address → completed address; raises InputError.
     port:  default port, 0 for none.
+    extra: the extra whose packages the link needs, "" for none.
     source: (address, suffix for names of sources) → input; None for a link that cannot be read.
     source_options: options of an input address.
     sink:  (address, lossless) → sink, for any format of `forms`; `form` is the default format.
@@ -64,6 +66,7 @@ class Scheme:
 
     check: Callable[[Uri], Uri] = uri.with_port
     port: int = 0
+    extra: str = ""
     source: Callable[[Uri, str], Reads] | None = None
     source_options: tuple[str, ...] = ()
     sink: Callable[[Uri, bool], Sink] | None = None
@@ -79,14 +82,8 @@ def _serial(address: Uri) -> Uri:
 
 
 def _signalk(address: Uri) -> Uri:
-    require_websockets(uri.with_port(address))
     token_of(address)
-    return address
-
-
-def _foxglove(address: Uri) -> Uri:
-    require_foxglove(uri.with_port(address))
-    return address
+    return uri.with_port(address)
 
 
 def _mavlink(address: Uri) -> Uri:
@@ -131,11 +128,6 @@ def _mavlink_output(address: Uri, context: Context) -> tuple[Output, Runs | None
     return companion, companion
 
 
-def _n2k(address: Uri) -> Uri:
-    require_can(uri.with_path(address))
-    return address
-
-
 def _n2k_output(address: Uri, context: Context) -> tuple[Output, Runs | None]:
     """The device that reads from the same bus, or else a new one."""
     if context.lossless:
@@ -162,6 +154,7 @@ SCHEMES = {
     "signalk": Scheme(
         check=_signalk,
         port=3000,
+        extra="live",
         source=SignalKInput,
         source_options=TOKENS,
         output=_signalk_output,
@@ -169,20 +162,22 @@ SCHEMES = {
     ),
     "mavlink": Scheme(
         check=_mavlink,
+        extra="mavlink",
         source=Companion,
         source_options=_COMPANION_OPTIONS,
         output=_mavlink_output,
         sink_options=_COMPANION_OPTIONS,
     ),
     "n2k": Scheme(
-        check=_n2k,
+        check=uri.with_path,
+        extra="n2k",
         source=N2kDevice,
         source_options=("interface",),
         output=_n2k_output,
         sink_options=("interface",),
     ),
     "n2k+tcp": Scheme(source=N2kDevice, output=_n2k_output),
-    "foxglove": Scheme(check=_foxglove, port=8765, output=_foxglove_output, sink_options=("period",)),
+    "foxglove": Scheme(port=8765, extra="foxglove", output=_foxglove_output, sink_options=("period",)),
     "file": Scheme(check=uri.with_path, source_options=("speed",), output=_table_output),
     "stdout": Scheme(check=lambda address: address, sink=StdoutSink, form="json"),
 }
@@ -246,7 +241,7 @@ def sink(text: str) -> Uri:
         form = _form(address)
         options += ("format",) if len(scheme.forms) > 1 else ()
         options += () if FORMATS[form].period is None else ("period",)
-    return scheme.check(uri.with_options(address, options))
+    return _completed(uri.with_options(address, options))
 
 
 def commands_propellers(address: Uri) -> bool:
@@ -310,8 +305,14 @@ def _of_mavlink(text: str) -> str:
 def _checked(text: str, schemes: Sequence[str], options: Sequence[str] | None = None) -> Uri:
     """A checked address with one of `schemes`. options: the allowed ones, by default those of an input address."""
     address = uri.parse(text, schemes, PORTS)
+    return _completed(uri.with_options(address, SCHEMES[address.scheme].source_options if options is None else options))
+
+
+def _completed(address: Uri) -> Uri:
     scheme = SCHEMES[address.scheme]
-    return scheme.check(uri.with_options(address, scheme.source_options if options is None else options))
+    if scheme.extra:
+        require(f"{address.text}:", scheme.extra)
+    return scheme.check(address)
 
 
 def _speed(log: Uri) -> float:

@@ -14,10 +14,9 @@ import uuid
 from collections.abc import Callable
 from typing import Any
 
-from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.formats.nmea2000.decoder import Decoder
-from steerway.formats.nmea2000.fields import MESSAGES, TRUE
+from steerway.formats.nmea2000.fields import LARGEST, MESSAGES, TRUE
 from steerway.formats.nmea2000.frames import BROADCAST, Frame, Joiner, Splitter, frame_of, identifier_of
 from steerway.formats.nmea2000.text import frame_of_line
 from steerway.live.links.link import Deliver, kept_open
@@ -31,19 +30,19 @@ _HEADING_CONTROL = 4  # steering mode of 127237
 
 def write_course_and_speed(sid: int, cog: float, sog: float) -> bytes:
     """PGN 129026: SOG (m/s) and true COG (rad)."""
-    return struct.pack("<BBHHH", sid, 0xFC | TRUE, _u16(cog % math.tau, 1e-4), _u16(sog, 0.01), 0xFFFF)
+    return struct.pack("<BBHHH", sid, 0xFC | TRUE, _scaled("H", cog % math.tau, 1e-4), _scaled("H", sog, 0.01), 0xFFFF)
 
 
 def write_rate_of_turn(sid: int, rate: float) -> bytes:
     """PGN 127251: rate of turn (rad/s, + to starboard)."""
-    return struct.pack("<BiBH", sid, _i32(rate, 3.125e-8), 0xFF, 0xFFFF)
+    return struct.pack("<BiBH", sid, _scaled("i", rate, 3.125e-8), 0xFF, 0xFFFF)
 
 
 def write_cross_track(sid: int, leg: Leg | None) -> bytes:
     """PGN 129283: cross-track error, + to starboard of the leg; "navigation terminated" without a leg."""
     ended = leg is None or math.isnan(leg.cross_track)
     error = math.nan if leg is None else leg.cross_track
-    return struct.pack("<BBiH", sid, (1 if ended else 0) << 6 | 0x30, _i32(error, 0.01), 0xFFFF)
+    return struct.pack("<BBiH", sid, (1 if ended else 0) << 6 | 0x30, _scaled("i", error, 0.01), 0xFFFF)
 
 
 def write_navigation(sid: int, leg: Leg, origin: int, destination: int) -> bytes:
@@ -52,62 +51,42 @@ def write_navigation(sid: int, leg: Leg, origin: int, destination: int) -> bytes
     return struct.pack(
         "<BIBIHHHIIiih",
         sid,
-        _u32(leg.distance, 0.01),
+        _scaled("I", leg.distance, 0.01),
         flags,
         0xFFFFFFFF,
         0xFFFF,
-        _u16(leg.direction % math.tau, 1e-4),
-        _u16(leg.bearing % math.tau, 1e-4),
+        _scaled("H", leg.direction % math.tau, 1e-4),
+        _scaled("H", leg.bearing % math.tau, 1e-4),
         origin,
         destination,
-        _i32(math.degrees(leg.latitude), 1e-7),
-        _i32(math.degrees(leg.longitude), 1e-7),
-        _i16(leg.closing_speed, 0.01),
+        _scaled("i", math.degrees(leg.latitude), 1e-7),
+        _scaled("i", math.degrees(leg.longitude), 1e-7),
+        _scaled("h", leg.closing_speed, 0.01),
     )
 
 
 def write_track_control(course: float, rate: float) -> bytes:
     """PGN 127237, in mode heading control: course to steer (rad) and ordered rate of turn (rad/s)."""
     mode = _HEADING_CONTROL | 7 << 3 | TRUE << 6
-    steer = _u16(course % math.tau, 1e-4)
+    steer = _scaled("H", course % math.tau, 1e-4)
     unknown = 0xFFFF
-    turn = _i16(rate, 3.125e-5)
+    turn = _scaled("h", rate, 3.125e-5)
     return struct.pack(
         "<BBBhHHHHhhhH", 0xFF, mode, 0xFF, 0x7FFF, steer, unknown, unknown, unknown, 0x7FFF, turn, 0x7FFF, unknown
     )
 
 
-def _scaled(value: float, unit: float, most: int) -> int:
-    """A value as an integer in its unit, at most the largest valid one; `most` means unknown."""
-    return most if not math.isfinite(value) else min(round(value / unit), most - 3)
-
-
-def _u16(value: float, unit: float) -> int:
-    return max(_scaled(value, unit, 0xFFFF), 0)
-
-
-def _u32(value: float, unit: float) -> int:
-    return max(_scaled(value, unit, 0xFFFFFFFF), 0)
-
-
-def _i16(value: float, unit: float) -> int:
-    return max(_scaled(value, unit, 0x7FFF), -0x8000)
-
-
-def _i32(value: float, unit: float) -> int:
-    return max(_scaled(value, unit, 0x7FFFFFFF), -0x80000000)
+def _scaled(kind: str, value: float, unit: float) -> int:
+    """A value in its unit as an integer of a `struct` format, within its valid range; its largest means unknown."""
+    most = LARGEST[kind]
+    least = 0 if kind.isupper() else -most - 1
+    return max(min(round(value / unit), most - 3), least) if math.isfinite(value) else most
 
 
 LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
 _CLOCK_ERROR = 2.0  # s; a smaller difference between this computer's clock and GNSS counts as delay of the message
 _LONGEST = 256  # characters of a gateway's line
-
-
-def require_can(uri: Uri) -> None:
-    """Raises InputError without the package that reads and writes the bus."""
-    if uri.scheme == "n2k":
-        require(f"{uri.text}:", "n2k")
 
 
 class N2kDecoder:

@@ -1,12 +1,11 @@
 """Episodes: intervals in which an estimate refused fixes, restarted, had no fixes, or disagrees with other data."""
 
-import csv
-import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from steerway.core.arrays import Floats
@@ -187,14 +186,7 @@ def write_episodes(found: list[Episode], path: str | Path) -> None:
     """Write episodes as CSV or JSON, by the path's ending. Raises InputError for any other ending."""
     expect_writable(path)
     rows = [each.as_dict() for each in found]
-    if Path(path).suffix == ".json":
-        text = json.dumps(rows, indent=1) + "\n"
-    else:
-        names = list(rows[0]) if rows else list(Episode("gap", 0.0, 0.0, 0).as_dict())
-        table = io.StringIO()
-        writer = csv.DictWriter(table, names, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        text = table.getvalue()
+    table = pl.DataFrame(rows or [Episode(GAP, 0.0, 0.0, 0).as_dict()]).head(len(rows))
+    text = json.dumps(rows, indent=1) + "\n" if Path(path).suffix == ".json" else table.write_csv()
     with complete_or_absent(path) as file:
         file.write(text.encode())

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 TRUE, MAGNETIC = 0, 1
 """Codes of the reference of an angle."""
 _DEGREE = math.degrees(1.0)
-_LARGEST = {"H": 0xFFFF, "h": 0x7FFF, "I": 0xFFFFFFFF, "i": 0x7FFFFFFF, "q": 0x7FFFFFFFFFFFFFFF}
+LARGEST = {"H": 0xFFFF, "h": 0x7FFF, "I": 0xFFFFFFFF, "i": 0x7FFFFFFF, "q": 0x7FFFFFFFFFFFFFFF}
+"""Largest number of a `struct` format."""
 METHODS = (
     "no GNSS", "GNSS fix", "DGNSS fix", "Precise GNSS", "RTK Fixed Integer", "RTK float", "Estimated (DR) mode",
     "Manual Input", "Simulate mode",
@@ -57,7 +58,7 @@ class Message:
     @cached_property
     def _ranges(self) -> tuple[tuple[Field, int], ...]:
         kinds = [each for each in self._layout.format if each in "BHhIiq"]
-        return tuple((field, _LARGEST.get(kind, 0xFF)) for field, kind in zip(self.fields, kinds, strict=True))
+        return tuple((field, LARGEST.get(kind, 0xFF)) for field, kind in zip(self.fields, kinds, strict=True))
 
 
 def _raw(field: Field, most: int, value: object, in_radians: bool) -> int:

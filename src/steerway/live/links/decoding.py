@@ -7,7 +7,6 @@ several messages, and the last of them may have the finest position.
 import datetime
 import json
 import math
-import re
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -156,15 +155,10 @@ def angle(degrees: float) -> float:
     return math.radians(math.remainder(degrees, 360.0))
 
 
-_USUAL = re.compile(r"([0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}):([0-9]{2}(?:\.[0-9]+)?)Z")
-
-
 def moment(text: str) -> float:
-    """Unix time (s) of an ISO 8601 text. The form of gpsd and Signal K is read a hundred times faster."""
-    found = _USUAL.fullmatch(text)
-    if found is not None and (second := float(found[2])) < 61.0:
-        try:
-            return datetime.datetime.fromisoformat(f"{found[1]}:00+00:00").timestamp() + second
-        except ValueError:  # no such date
-            pass
-    return float(unix_times([text])[0])
+    """Unix time (s) of an ISO 8601 text. Most are read by Python's parser, which is a hundred times faster."""
+    try:
+        found = datetime.datetime.fromisoformat(text)
+    except ValueError:
+        return float(unix_times([text])[0])
+    return (found if found.tzinfo else found.replace(tzinfo=datetime.UTC)).timestamp()

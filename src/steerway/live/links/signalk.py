@@ -7,7 +7,6 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
-from steerway.core.extras import require
 from steerway.formats.signalk import DILUTION, PATHS, source_of, values_of
 from steerway.live.links.decoding import JsonDecoder, moment
 from steerway.live.links.link import WAITING, Feed, Input, Sink, kept_open
@@ -18,11 +17,6 @@ TOKENS = ("token", "token-file")
 """Options of an address for the server's token."""
 SUBSCRIBED = ("navigation.position", DILUTION, *PATHS)
 """The Signal K paths that are read."""
-
-
-def require_websockets(uri: Uri) -> None:
-    """Raises InputError without the package that Signal K needs."""
-    require(f"{uri.text}:", "live")
 
 
 def token_of(uri: Uri) -> str:

@@ -63,98 +63,74 @@ class Transport:
 
     async def open(self) -> None:
         """Open the connection and keep it until it ends. Raises OSError if it fails."""
-        host, loop = self.uri.host or "127.0.0.1", asyncio.get_running_loop()
-        there, peer = (host, self.uri.port), _Peer(self)
+        there = self.uri.host or "127.0.0.1", self.uri.port
         if self.kind == "serial":
-            return await self._serial(peer)
-        if self.kind == "tcp-server":
-            async with await loop.create_server(lambda: _Peer(self), *there) as server:
+            await self._serial()
+        elif self.kind == "tcp":
+            reader, writer = await asyncio.open_connection(*there)
+            await self._carry(reader, writer.transport)
+        elif self.kind == "tcp-server":
+            async with await asyncio.start_server(self._client, *there) as server:
                 await server.serve_forever()
-        transport: asyncio.BaseTransport
-        if self.kind == "tcp":
-            transport, _ = await loop.create_connection(lambda: peer, *there)
-        elif self.kind == "udpout":
-            transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), remote_addr=there)
         else:
             here = self.uri.host or "0.0.0.0", self.uri.port
-            transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), local_addr=here)
-        return await self._until_gone(peer.gone, transport)
+            ends = (None, there) if self.kind == "udpout" else (here, None)
+            loop = asyncio.get_running_loop()
+            transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), *ends)
+            try:
+                await asyncio.Event().wait()
+            finally:
+                self.peers.discard(transport)
+                transport.close()
 
     def close(self) -> None:
         """Close every connection."""
         for peer in self.peers:
             peer.close()
 
-    async def _serial(self, peer: "_Peer") -> None:
-        loop = asyncio.get_running_loop()
+    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(OSError):
+            await self._carry(reader, writer.transport)
+
+    async def _serial(self) -> None:
+        loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
         with opened(self.uri) as port:
             writing = os.fdopen(os.dup(port.fileno()), "wb", buffering=0)
-            transport, _ = await loop.connect_write_pipe(lambda: peer, writing)
+            peer, _ = await loop.connect_write_pipe(lambda: _WriteEnd(reader), writing)
             reading = None
             try:
                 if self.receive is not None:
-                    reading, _ = await loop.connect_read_pipe(lambda: _Reader(peer), port)
-                await self._until_gone(peer.gone, transport)
+                    reading, _ = await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), port)
+                await self._carry(reader, peer)
             finally:
                 if reading is not None:
                     reading.close()
 
-    async def _until_gone(self, gone: asyncio.Future[None], transport: Any) -> None:
+    async def _carry(self, reader: asyncio.StreamReader, peer: asyncio.WriteTransport) -> None:
+        """Receive from a peer, and write to it, until the connection ends."""
+        self.peers.add(peer)
+        self.opened()
         try:
-            await gone
+            while data := await reader.read(BACKLOG):
+                if self.receive is not None:
+                    self.receive(data, peer.write)
         finally:
-            self.peers.discard(transport)
+            self.peers.discard(peer)
             with contextlib.suppress(OSError):
-                transport.close()
+                peer.close()
 
 
-class _Peer(asyncio.Protocol):
-    """One connection."""
+class _WriteEnd(asyncio.BaseProtocol):
+    """Ends the reader of a serial line that can no longer be written to."""
 
-    def __init__(self, owner: Transport) -> None:
-        self.owner = owner
-        self.gone: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-
-    def connection_made(self, transport: Any) -> None:
-        self.transport = transport
-        self.owner.peers.add(transport)
-        self.owner.opened()
-
-    def data_received(self, data: bytes) -> None:
-        if self.owner.receive is None:
-            return
-        try:
-            self.owner.receive(data, self.transport.write)
-        except OSError as error:
-            self.end(error)
-            self.transport.abort()
+    def __init__(self, reader: asyncio.StreamReader) -> None:
+        self._reader = reader
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self.owner.peers.discard(self.transport)
-        self.end(exc)
-
-    def end(self, error: Exception | None) -> None:
-        """The connection has ended, or failed."""
-        if self.gone.done():
-            return
-        if error is None:
-            self.gone.set_result(None)
+        if exc is None:
+            self._reader.feed_eof()
         else:
-            self.gone.set_exception(error)
-            self.gone.exception()  # marked as read: nobody awaits a server's client
-
-
-class _Reader(asyncio.Protocol):
-    """Passes data received on a serial line to the peer that writes to it."""
-
-    def __init__(self, peer: "_Peer") -> None:
-        self._peer = peer
-
-    def data_received(self, data: bytes) -> None:
-        self._peer.data_received(data)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._peer.end(exc)
+            self._reader.set_exception(exc)
 
 
 class _Datagrams(asyncio.DatagramProtocol):

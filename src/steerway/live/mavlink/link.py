@@ -11,7 +11,7 @@ from enum import IntEnum
 from typing import Any
 
 from steerway.core.errors import InputError
-from steerway.core.extras import missing
+from steerway.core.extras import require
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import Transport, Write
 from steerway.live.uri import Uri, secret_in
@@ -46,10 +46,9 @@ def mode_name(custom_mode: int) -> str:
 
 def dialect(address: str) -> Any:
     """The module of ArduPilot's and the common messages. Raises InputError without the package pymavlink."""
-    try:
-        import pymavlink.dialects.v20.ardupilotmega as messages
-    except ImportError:
-        raise missing(f"{address}:", "pymavlink", "mavlink") from None
+    require(f"{address}:", "mavlink")
+    import pymavlink.dialects.v20.ardupilotmega as messages
+
     return messages
 
 

@@ -10,7 +10,6 @@ import math
 import socket
 from typing import Any
 
-from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS
 from steerway.live.links.link import kept_open
@@ -28,11 +27,6 @@ _SCHEMA = {
     "properties": {name: {"type": ["number", "null"]} for name in MOTION_COLUMNS}
     | {name: {"type": ["string", "null"]} for name in _TEXTS},
 }
-
-
-def require_foxglove(uri: Uri) -> None:
-    """Raises InputError without the package that Foxglove needs."""
-    require(f"{uri.text}:", "foxglove")
 
 
 class FoxgloveServer(Output):

@@ -114,7 +114,7 @@ class InnerLoops:
 
     def step(self, yaw_rate: float, speed: float, motion: GroundMotion, dt: float) -> tuple[float, ...]:
         """Actuator commands for a yaw rate (rad/s) and a speed over ground along the hull (m/s)."""
-        force = 0.0 if self._speed is None else self._speed.step(speed, _ahead(motion), dt)
+        force = 0.0 if self._speed is None else self._speed.step(speed, motion.along, dt)
         error = yaw_rate - motion.yaw_rate
         wanted = self._feedforward * yaw_rate + self._proportional * error + self._integral
         *command, given_force, given = self._propulsion.step(force, max(-self._limit, min(self._limit, wanted)))
@@ -131,8 +131,3 @@ class InnerLoops:
         if self._speed is not None:
             self._speed.restart()
         return tuple(self._propulsion.step(0.0, 0.0)[:-2])
-
-
-def _ahead(motion: GroundMotion) -> float:
-    """Speed over ground along the hull, m/s."""
-    return motion.north_velocity * math.cos(motion.heading) + motion.east_velocity * math.sin(motion.heading)
