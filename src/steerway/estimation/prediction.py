@@ -12,7 +12,7 @@ from steerway.core.gaps import LONGEST_GAP
 from steerway.core.records import Fixes, Record
 from steerway.estimation.filter.forecast import forecasts as forecasts_by_numbers
 from steerway.estimation.filter.voyages import forecasts
-from steerway.estimation.log.place import rotated
+from steerway.estimation.log.plane import covariance_from_north
 from steerway.estimation.log.run import Track
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
 from steerway.estimation.vessel.profile import Profile
@@ -170,6 +170,7 @@ def _ahead(
     for row, of_row in zip([len(track.time) - 1] if rows is None else rows, moments, strict=True):
         for horizon, each in zip(horizons, of_row, strict=True):
             latitude, longitude, azimuth = track.place_of(row, each[0], each[1])
-            nn, ne, ee = map(float, rotated(each, azimuth))
-            found.append((latitude, longitude, horizon, nn, ee, ne))
+            in_plane = np.array([[each[2], each[3]], [each[3], each[4]]])
+            (north, both), (_, east) = covariance_from_north(in_plane, azimuth).tolist()
+            found.append((latitude, longitude, horizon, north, east, both))
     return found

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steerway.core.angles import wrap
+from steerway.core.angles import wrap, wrap_array
 from steerway.core.arrays import Floats
 from steerway.core.gaps import LONGEST_GAP
 from steerway.core.linear_algebra import symmetric
@@ -15,7 +15,7 @@ from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import COURSE, FUSED, SPEED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.copies import FEW_STEPS, HELD
 from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, Weighed, average, least_course_speed
-from steerway.estimation.log.place import MOMENTS, mixed, place_moments, rotated
+from steerway.estimation.log.plane import covariance_from_north
 from steerway.estimation.stream_row import (
     AZIMUTH,
     COARSE,
@@ -227,12 +227,8 @@ class Running:
 
     def position_covariance(self) -> Floats:
         """(2, 2) covariance of the position north and east, m²."""
-        moments = np.zeros((len(self.banks), MOMENTS))
-        for bank, out in zip(self.banks, moments, strict=True):
-            place_moments(bank, out)
-        azimuth = origin_of(self.state, self.estimate())[AZIMUTH]
-        nn, ne, ee = rotated(mixed(moments, self.weights), azimuth)
-        return np.array([[nn, ne], [ne, ee]])
+        azimuth = origin_of(self.state, self.estimate()).item(AZIMUTH)
+        return covariance_from_north(self.moments()[1][:2, :2], azimuth)
 
     def gyro_bias(self) -> float:
         """Estimated bias of the yaw gyro, rad/s; NaN where a structure has no such state."""
@@ -261,25 +257,22 @@ def motion_moments(models: Sequence[Model], banks: Sequence[Bank], weights: Floa
     n = banks[0].x.shape[1] if len(banks) == 1 and len(models[0].modes) == 1 else 5
     if not all(bank.run["started"][0] for bank in banks):
         return np.full(n, np.nan), np.full((n, n), np.nan)
-    means, covariances, shares = [], [], []
-    for bank, weight in zip(banks, weights, strict=True):
-        for x, p, probability in zip(bank.x, bank.p, bank.probability, strict=True):
-            means.append(x[:n])
-            covariances.append(of_course(x, p)[:n, :n])
-            shares.append(weight * probability)
-    likeliest = means[int(np.argmax(shares))]
-    apart = np.array(means) - likeliest
-    apart[:, COURSE] = [wrap(each) for each in apart[:, COURSE]]
-    share = np.array(shares) / np.sum(shares)
+    means = np.concatenate([bank.x[:, :n] for bank in banks])
+    covariances = of_course(means, np.concatenate([bank.p[:, :n, :n] for bank in banks]))
+    shares = np.concatenate([weight * bank.probability for weight, bank in zip(weights, banks, strict=True)])
+    likeliest = means[np.argmax(shares)]
+    apart = means - likeliest
+    apart[:, COURSE] = wrap_array(apart[:, COURSE])
+    share = shares / shares.sum()
     mean = share @ apart
     spread = np.einsum("k,ki,kj->ij", share, apart, apart) - np.outer(mean, mean)
     state = likeliest + mean
     state[COURSE] = wrap(state[COURSE])
-    return state, np.einsum("k,kij->ij", share, np.array(covariances)) + spread
+    return state, np.einsum("k,kij->ij", share, covariances) + spread
 
 
 def of_course(x: Floats, p: Floats) -> Floats:
-    """Covariance (n, n) of the state x. A filter's covariance p has the velocity across in place of the course."""
-    scale = np.ones(len(x))
-    scale[COURSE] = 1.0 / max(x[SPEED], _LEAST_SPEED)
-    return symmetric(p) * np.outer(scale, scale)
+    """Covariances of states x (m, n). The filter's p (m, n, n) has the velocity across in place of the course."""
+    scale = np.ones_like(x)
+    scale[:, COURSE] = 1.0 / np.maximum(x[:, SPEED], _LEAST_SPEED)
+    return symmetric(p) * scale[:, :, None] * scale[:, None, :]

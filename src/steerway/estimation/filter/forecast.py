@@ -39,8 +39,9 @@ from steerway.estimation.filter.model import (
 from steerway.estimation.filter.relative import from_likeliest, shifted
 from steerway.estimation.filter.row import Rows, outputs, recall
 from steerway.estimation.log.course import run_model
-from steerway.estimation.log.place import MOMENTS
 
+MOMENTS = 5
+"""Mean north and east (m), variance of north, covariance, variance of east (m²)."""
 NODES = 48
 """Points of the midpoint rule. With 96, mean and covariance of the voyages of `tests/test_prediction.py`, which
 compares them with Monte Carlo, change by less than 10⁻⁴ of the spread."""

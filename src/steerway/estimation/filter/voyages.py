@@ -16,11 +16,11 @@ import numpy as np
 from steerway.core.arrays import Floats, Ints, Records
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.filter.discrete import set_steps
+from steerway.estimation.filter.forecast import MOMENTS
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Bank, Model, Step, empty_bank
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.row import outputs, recall, run_record
 from steerway.estimation.log.course import SOG, Weighed
-from steerway.estimation.log.place import MOMENTS, mixed
 from steerway.estimation.log.run import Track
 
 VOYAGES = 500
@@ -62,6 +62,16 @@ def forecasts(
         weights.append(each.weight)
         outs.append(out)
     return mixed(np.stack(outs), np.array(weights))
+
+
+def mixed(moments: Floats, weights: Floats) -> Floats:
+    """(…, MOMENTS) of the mixture of structures (s, …, MOMENTS) with these weights (s,)."""
+    mean = np.tensordot(weights, moments, 1)
+    apart = moments[..., :2] - mean[..., :2]
+    mean[..., 2] += np.tensordot(weights, apart[..., 0] ** 2, 1)
+    mean[..., 3] += np.tensordot(weights, apart[..., 0] * apart[..., 1], 1)
+    mean[..., 4] += np.tensordot(weights, apart[..., 1] ** 2, 1)
+    return mean
 
 
 class Stages(NamedTuple):

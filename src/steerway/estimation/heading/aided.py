@@ -31,17 +31,14 @@ from steerway.estimation.heading.composite import (
     COSINE,
     CURRENT_EAST,
     CURRENT_NORTH,
+    FARTHEST_OUTLIER,
     SCALE,
     SINE,
     WATER_SPEED,
+    FilterBank,
     composite_model,
     heading_deg,
-    heading_variance_deg2,
-    observe,
-    predict_compass,
-    predict_vehicle,
-    stepped,
-    yaw_rate_deg,
+    score,
 )
 from steerway.estimation.heading.models import (
     PHYSICAL_YAW,
@@ -53,7 +50,7 @@ from steerway.estimation.heading.models import (
     CompassModel,
     HeadingModel,
 )
-from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked_difference
+from steerway.estimation.heading.readings import LARGEST_READING, checked_difference
 
 STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
@@ -105,16 +102,7 @@ SCALE_ONLY = HeadingTuning(1e-7, 1e-6, (0.0, 0.0), (0.3, 0.0), (0.0, 0.0), (0.0,
 """For P4's own world, in which only the compass is unknown: vehicle, propellers and noise are known."""
 
 
-@dataclass
-class _Beginning:
-    """A filter that started at one heading, and its log likelihood."""
-
-    state: Floats
-    covariance: Floats
-    score: float = 0.0
-
-
-class AidedHeadingFilter:
+class AidedHeadingFilter(FilterBank):
     """An extended Kalman filter of heading; see the module.
 
     heading: at the start, rad; None for unknown. Headings are unwrapped: they count turns from there.
@@ -133,7 +121,7 @@ class AidedHeadingFilter:
         heading: float | None = 0.0,
     ) -> None:
         noise = tuning.compass_std_deg**2
-        self._model = composite_model(compass, yaw, tuning.vehicle_std**2, tuning.reading_std_deg**2, noise)
+        model = composite_model(compass, yaw, tuning.vehicle_std**2, tuning.reading_std_deg**2, noise)
         pairs = tuning.pairs()
         self._walks = pairs[:, 1] ** 2
         self._velocity_variance = tuning.velocity_std**2
@@ -141,101 +129,57 @@ class AidedHeadingFilter:
         if heading is None:
             count = round(FARTHEST / APART)
             headings = [APART * k for k in range(-count, count + 1)]
-            std = 0.5 * math.degrees(APART) / self._model[AT.output]
+            std = 0.5 * math.degrees(APART) / model[AT.output]
         elif abs(heading) <= LARGEST_READING:
             headings = [heading]
         else:
             raise InputError(f"heading.heading is {heading:g} rad, expected None or at most {LARGEST_READING:g} rad")
-        start = [std**2, tuning.vehicle_start_std**2, noise, noise]
-        self._covariance_at_first = np.diag([*start, *pairs[:, 0] ** 2])
-        self._beginnings = [self._begin(each, tuning.speed) for each in headings]
-        self._best = self._beginnings[0]
+        variances = np.array([std**2, tuning.vehicle_start_std**2, noise, noise, *pairs[:, 0] ** 2])
+        beginnings = [_begin(model, variances, each, tuning.speed) for each in headings]
+        states, covariances = (np.array(each) for each in zip(*beginnings, strict=True))
+        super().__init__(np.repeat(model[None], len(headings), axis=0), states, covariances)
         self._is_known = heading is not None
         self._work = np.empty((2, STATES))
-        self._ticks = Ticks()
-
-    def _begin(self, heading: float, speed: float) -> _Beginning:
-        state = np.zeros(STATES)
-        state[0] = math.degrees(heading) / self._model[AT.output]
-        # The compass is assumed to have settled on the heading, with a scale of 1.
-        model = self._model
-        gain = model[AT.b] / (1.0 - model[AT.a1] - model[AT.shift] * model[AT.a2])
-        state[2] = gain * math.degrees(heading)
-        state[3] = model[AT.shift] * state[2]
-        state[SCALE], state[WATER_SPEED] = 1.0, speed
-        p = self._covariance_at_first.copy()
-        # Its states have the uncertainty of heading, scale and deviation, on which they settle.
-        slope = np.zeros(STATES)
-        slope[0], slope[SCALE] = gain * model[AT.output], gain * math.degrees(heading)
-        slope[SINE], slope[COSINE] = gain * math.sin(heading), gain * math.cos(heading)
-        spread = p @ slope
-        variance = float(slope @ spread)
-        for place, share in ((2, 1.0), (3, float(model[AT.shift]))):
-            p[place] += share * spread
-            p[:, place] += share * spread
-        p[2, 2] += variance
-        p[3, 3] += model[AT.shift] ** 2 * variance
-        p[2, 3] = p[3, 2] = model[AT.shift] * variance
-        return _Beginning(state, p)
 
     @property
     def heading(self) -> float:
-        if not self._is_known:
-            return math.nan
-        return math.radians(heading_deg(self._best.state, self._model))
-
-    @property
-    def heading_std(self) -> float:
-        if len(self._beginnings) == 1:
-            return math.radians(math.sqrt(heading_variance_deg2(self._best.covariance, self._model)))
-        best, total = heading_deg(self._best.state, self._model), 0.0
-        for each, weight in zip(self._beginnings, self._weights(), strict=True):
-            apart = heading_deg(each.state, self._model) - best
-            apart -= 360.0 * round(apart / 360.0)
-            total += weight * (heading_variance_deg2(each.covariance, self._model) + apart * apart)
-        return math.radians(math.sqrt(total))
+        return super().heading if self._is_known else math.nan
 
     @property
     def scale(self) -> float:
-        return float(self._best.state[SCALE])
+        return float(self._states[0, SCALE])
 
     @property
     def scale_std(self) -> float:
-        return math.sqrt(self._best.covariance[SCALE, SCALE])
+        return math.sqrt(self._covariances[0, SCALE, SCALE])
 
     @property
     def bias(self) -> float:
-        return float(self._best.state[BIAS])
+        return float(self._states[0, BIAS])
 
     @property
     def deviation(self) -> tuple[float, float]:
-        return math.radians(self._best.state[SINE]), math.radians(self._best.state[COSINE])
+        return math.radians(self._states[0, SINE]), math.radians(self._states[0, COSINE])
 
     @property
     def current(self) -> tuple[float, float]:
-        return float(self._best.state[CURRENT_NORTH]), float(self._best.state[CURRENT_EAST])
+        return float(self._states[0, CURRENT_NORTH]), float(self._states[0, CURRENT_EAST])
 
     @property
     def water_speed(self) -> float:
-        return float(self._best.state[WATER_SPEED])
+        return float(self._states[0, WATER_SPEED])
 
     def yaw_rate(self, difference: float) -> float:
         """Yaw rate of the model with n_d (rad/s) and its bias, rad/s."""
-        return math.radians(yaw_rate_deg(self._best.state, self._model, difference + self.bias))
+        return super().yaw_rate(difference + self.bias)
 
     def sped_up(self, factor: float, std: float) -> None:
         """Multiply the speed through the water by `factor`, and add the variance of 1σ `std` (m/s)."""
-        for each in self._beginnings:
-            x, p = each.state, each.covariance
-            x[WATER_SPEED] *= factor
-            p[WATER_SPEED] *= factor
-            p[:, WATER_SPEED] *= factor
-            p[WATER_SPEED, WATER_SPEED] += std * std
-
-    def turned(self, std: float) -> None:
-        """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
-        for each in self._beginnings:
-            each.covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
+        p = self._covariances
+        self._states[:, WATER_SPEED] *= factor
+        p[:, WATER_SPEED] *= factor
+        p[:, :, WATER_SPEED] *= factor
+        p[:, WATER_SPEED, WATER_SPEED] += std * std
 
     def heading_for(self, course: float) -> float:
         """The heading (rad, in [−π, π)) that yields a course over ground (rad) in the estimated current."""
@@ -262,37 +206,52 @@ class AidedHeadingFilter:
         parts = list(self._ticks.parts(dt, readings, times))
         moves = math.isfinite(velocity[0]) and math.isfinite(velocity[1])
         variance = self._velocity_variance + slip * slip
-        for each in self._beginnings:
-            x, p = each.state, each.covariance
-            if moves:
-                each.score += take_velocity(x, p, self._work, self._model, *velocity, variance)
-            for part, table in parts:
-                model = stepped(self._model, part)
-                each.score += advance(x, p, self._work, model, self._walks * part, difference, table)
+        if moves:
+            for k, (x, p, model) in enumerate(zip(self._states, self._covariances, self._models, strict=True)):
+                self._scores[k] += take_velocity(x, p, self._work, model, *velocity, variance)
+        self._advance(difference, parts, self._walks)
         self._is_known = self._is_known or moves or any((table[1] > 0.0).any() for _, table in parts)
-        if len(self._beginnings) > 1:
+        if len(self._states) > 1:
             self._decide()
         return self.heading
 
-    def _weights(self) -> Floats:
-        scores = np.array([each.score for each in self._beginnings])
-        scores = np.where(np.isfinite(scores), scores, -np.inf)  # of a state beyond floating point
-        if np.isneginf(scores).all():
-            return np.full(len(scores), 1.0 / len(scores))
-        likely = np.exp(scores - scores.max())
-        return likely / likely.sum()
-
     def _decide(self) -> None:
         """Give up filters that are unlikely, and the less likely of two that have converged."""
-        kept: list[_Beginning] = []
-        for weight, each in sorted(zip(self._weights(), self._beginnings, strict=True), key=lambda pair: -pair[0]):
-            if weight > UNLIKELY and not any(self._is_same(each, other) for other in kept):
-                kept.append(each)
-        self._beginnings, self._best = kept, kept[0]
+        weights, degrees, scales = self.weights, self._degrees, self._states[:, SCALE]
+        kept: list[int] = []
+        for k in np.argsort(-weights, kind="stable").tolist():
+            same = (np.abs(degrees[kept] - degrees[k]) < _SAME_HEADING_DEG) & (
+                np.abs(scales[kept] - scales[k]) < _SAME_SCALE
+            )
+            if weights[k] > UNLIKELY and not same.any():
+                kept.append(k)
+        self._models, self._scores = self._models[kept], self._scores[kept]
+        self._states, self._covariances = self._states[kept], self._covariances[kept]
 
-    def _is_same(self, one: _Beginning, other: _Beginning) -> bool:
-        apart = heading_deg(one.state, self._model) - heading_deg(other.state, self._model)
-        return abs(apart) < _SAME_HEADING_DEG and abs(one.state[SCALE] - other.state[SCALE]) < _SAME_SCALE
+
+def _begin(model: Floats, variances: Floats, heading: float, speed: float) -> tuple[Floats, Floats]:
+    """State and covariance at the start at a heading (rad), with these variances of the states."""
+    state = np.zeros(STATES)
+    state[0] = math.degrees(heading) / model[AT.output]
+    # The compass is assumed to have settled on the heading, with a scale of 1.
+    gain = model[AT.b] / (1.0 - model[AT.a1] - model[AT.shift] * model[AT.a2])
+    state[2] = gain * math.degrees(heading)
+    state[3] = model[AT.shift] * state[2]
+    state[SCALE], state[WATER_SPEED] = 1.0, speed
+    p = np.diag(variances)
+    # Its states have the uncertainty of heading, scale and deviation, on which they settle.
+    slope = np.zeros(STATES)
+    slope[0], slope[SCALE] = gain * model[AT.output], gain * math.degrees(heading)
+    slope[SINE], slope[COSINE] = gain * math.sin(heading), gain * math.cos(heading)
+    spread = p @ slope
+    variance = float(slope @ spread)
+    for place, share in ((2, 1.0), (3, float(model[AT.shift]))):
+        p[place] += share * spread
+        p[:, place] += share * spread
+    p[2, 2] += variance
+    p[3, 3] += model[AT.shift] ** 2 * variance
+    p[2, 3] = p[3, 2] = model[AT.shift] * variance
+    return state, p
 
 
 @kernel
@@ -313,35 +272,7 @@ def take_velocity(
         s += ahead * pc[WATER_SPEED] + pc[CURRENT_NORTH + axis]
         measured = north if axis == 0 else east
         innovation = measured - speed * ahead - x[CURRENT_NORTH + axis]
-        likely += score(innovation, s)
+        likely += score(innovation, s, FARTHEST_OUTLIER)
         take_scalar(x, p, pc, work[1], s, innovation)
         fill_lower(p)
-    return likely
-
-
-@kernel
-def score(innovation: float, s: float) -> float:
-    """Log likelihood of an innovation of variance s; an outlier counts as an innovation of six σ."""
-    return -0.5 * (math.log(s) + min(innovation * innovation / s, 36.0))
-
-
-@kernel
-def advance(
-    x: Floats, p: Floats, work: Floats, model: Floats, walks: Floats, difference: float, readings: Floats
-) -> float:
-    """Take the ticks of a table of readings, each modulo a turn; then predict the vehicle and the random walks, with
-    variances (7,) for the step. Returns the log likelihood of the readings."""
-    likely = 0.0
-    for tick in range(readings.shape[1]):
-        predict_compass(x, p, work[0], model)
-        if readings[1, tick] > 0.0:
-            innovation = readings[0, tick] - model[AT.k] * x[2]
-            innovation -= 360.0 * round(innovation / 360.0)
-            s = observe(p, work[0], model, readings[1, tick])
-            likely += score(innovation, s)
-            take_scalar(x, p, work[0], work[1], s, innovation)
-            fill_lower(p)
-    predict_vehicle(x, p, model, difference)
-    for i in range(len(walks)):
-        p[BIAS + i, BIAS + i] += walks[i]
     return likely

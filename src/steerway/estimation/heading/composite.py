@@ -8,6 +8,7 @@ rest is SI. Readings reach the kernels as the (2, ticks) tables of `readings`.
 """
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kalman import take_scalar
 from steerway.core.linear_algebra import fill_lower
+from steerway.core.statistics import AID_GATE
 from steerway.estimation.heading.models import (
     PAPER_YAW,
     READING_VARIANCE_DEG2,
@@ -57,6 +59,9 @@ AT = Parameters(*range(PARAMETERS))
 BASIC = 4
 """Number of states of vehicle and compass; the states of `aided` follow."""
 BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(BASIC, 11)
+NO_WALKS = np.empty(0)
+FARTHEST_OUTLIER = 36.0
+"""NIS above which all outliers are equally likely: six σ."""
 WAVES = 1e-14
 """Variance that waves add to each vehicle state a second, P4 §6."""
 START_VARIANCE = 1e-12
@@ -106,36 +111,78 @@ def start_covariance(vehicle_variance: float = START_VARIANCE) -> Floats:
     return np.diag([vehicle_variance, vehicle_variance, STATE_VARIANCE, STATE_VARIANCE])
 
 
-class CompositeFilter:
-    """A Kalman filter of heading for one compass.
+class FilterBank:
+    """Kalman filters of one heading side by side, weighted by likelihood: base of the filters on composite models.
 
-    `heading` (rad, unwrapped) is the estimate at the end of the last step; `innovation` (deg) and `nis` are means over
-    its readings, NaN without any. Raises InputError for a model of another shape.
+    `innovation` (deg) and `nis` are means over the last filter's readings in the last step, NaN without any.
     """
 
-    def __init__(self, model: ArrayLike, vehicle_variance: float = START_VARIANCE) -> None:
-        self._model = checked_model(model)
-        self._state = np.zeros(4)
-        self._covariance = start_covariance(vehicle_variance)
+    def __init__(self, models: Floats, states: Floats, covariances: Floats) -> None:
+        self._models, self._states, self._covariances = models, states, covariances  # (m, 14), (m, n), (m, n, n)
+        self._scores = np.zeros(len(models))  # log likelihoods
         self._ticks = Ticks()
         self.innovation = self.nis = math.nan
 
     @property
+    def weights(self) -> Floats:
+        """(m,) probabilities, given that one of the filters is right."""
+        scores = np.where(np.isfinite(self._scores), self._scores, -np.inf)  # of a state beyond floating point
+        if np.isneginf(scores).all():
+            return np.full(len(scores), 1.0 / len(scores))
+        likely = np.exp(scores - scores.max())
+        return likely / likely.sum()
+
+    @property
     def heading(self) -> float:
-        return math.radians(heading_deg(self._state, self._model))
+        """Heading (rad) of the first filter, unwrapped."""
+        return math.radians(self._degrees[0])
 
     @property
     def heading_std(self) -> float:
-        """1σ of the heading, rad."""
-        return math.radians(math.sqrt(heading_variance_deg2(self._covariance, self._model)))
+        """1σ of the heading, rad: from the filters' own variances and their distance from the first one's heading."""
+        apart = self._degrees - self._degrees[0]
+        return self._spread(apart - 360.0 * np.rint(apart / 360.0))
+
+    @property
+    def _degrees(self) -> Floats:
+        """(m,) headings, deg."""
+        return np.array([heading_deg(x, model) for x, model in zip(self._states, self._models, strict=True)])
+
+    def _spread(self, apart: Floats) -> float:
+        """1σ (rad) of the mixture, for filters this far (m,), deg, from the estimate."""
+        own = [heading_variance_deg2(p, model) for p, model in zip(self._covariances, self._models, strict=True)]
+        return math.radians(math.sqrt(self.weights @ (own + apart * apart)))
 
     def turned(self, std: float) -> None:
         """Increase the uncertainty of the heading by a turn that the model does not predict, 1σ `std` (rad)."""
-        self._covariance[0, 0] += (math.degrees(std) / self._model[AT.output]) ** 2
+        self._covariances[:, 0, 0] += (math.degrees(std) / self._models[:, AT.output]) ** 2
 
     def yaw_rate(self, difference: float) -> float:
-        """Yaw rate of the model with n_d (rad/s) in force, rad/s."""
-        return math.radians(yaw_rate_deg(self._state, self._model, difference))
+        """Yaw rate of the first filter's model with n_d (rad/s) in force, rad/s."""
+        return math.radians(yaw_rate_deg(self._states[0], self._models[0], difference))
+
+    def _advance(self, difference: float, parts: Iterable[tuple[float, Floats]], walks: Floats = NO_WALKS) -> None:
+        """Take tables of readings (see `readings.Ticks.parts`) and advance by n_d (rad/s).
+
+        walks: (7,) variances that the further states of `aided` gain in a second.
+        """
+        total = squares = taken = 0.0
+        for part, table in parts:
+            models = self._models if part == 1.0 else np.array([stepped(each, part) for each in self._models])
+            sums = advance_all(self._states, self._covariances, models, walks * part, self._scores, difference, table)
+            total, squares, taken = total + sums.innovation, squares + sums.square, taken + sums.number
+        self.innovation, self.nis = (total / taken, squares / taken) if taken else (math.nan, math.nan)
+
+
+class CompositeFilter(FilterBank):
+    """A Kalman filter of heading for one compass.
+
+    `heading` (rad, unwrapped) is the estimate at the end of the last step. Raises InputError for a model of another
+    shape.
+    """
+
+    def __init__(self, model: ArrayLike, vehicle_variance: float = START_VARIANCE) -> None:
+        super().__init__(checked_model(model)[None], np.zeros((1, 4)), start_covariance(vehicle_variance)[None])
 
     def step(
         self, difference: float, readings: ArrayLike | None = None, dt: float = 1.0, times: ArrayLike | None = None
@@ -145,12 +192,7 @@ class CompositeFilter:
         `readings`, `times` and errors: see `readings.Ticks.parts`.
         """
         difference = checked_difference(difference)
-        total = squares = taken = 0.0
-        for part, table in self._ticks.parts(dt, readings, times):
-            model = stepped(self._model, part)
-            sums = advance(self._state, self._covariance, model, difference, table)
-            total, squares, taken = total + sums.innovation, squares + sums.square, taken + sums.number
-        self.innovation, self.nis = (total / taken, squares / taken) if taken else (math.nan, math.nan)
+        self._advance(difference, self._ticks.parts(dt, readings, times))
         return self.heading
 
 
@@ -240,25 +282,56 @@ class Sums(NamedTuple):
 
     innovation: float  # deg
     square: float  # NIS
-    log: float  # of the innovation's variance
+    score: float  # log likelihood
     number: float
 
 
 @kernel
-def advance(x: Floats, p: Floats, model: Floats, difference: float, readings: Floats) -> Sums:
-    """Take the ticks of a table of readings, then predict the vehicle."""
-    work = np.empty((2, len(x)))
-    total = squares = logs = taken = 0.0
+def advance_all(
+    states: Floats,
+    covariances: Floats,
+    models: Floats,
+    walks: Floats,
+    scores: Floats,
+    difference: float,
+    readings: Floats,
+) -> Sums:
+    """`advance` every filter, and add its log likelihood to `scores` (m,). Returns the sums of the last one."""
+    sums = Sums(0.0, 0.0, 0.0, 0.0)
+    for k in range(len(models)):
+        sums = advance(states[k], covariances[k], models[k], walks, difference, readings)
+        scores[k] += sums.score
+    return sums
+
+
+@kernel
+def advance(x: Floats, p: Floats, model: Floats, walks: Floats, difference: float, readings: Floats) -> Sums:
+    """Take the ticks of a table of readings; then predict the vehicle and the random walks of further states.
+
+    With further states a reading is modulo a turn and may be an outlier, which `AID_GATE` refuses.
+    """
+    is_aided, work = len(x) > BASIC, np.empty((2, len(x)))
+    total = squares = likely = taken = 0.0
     for k in range(readings.shape[1]):
         predict_compass(x, p, work[0], model)
         if readings[1, k] > 0.0:
             s = observe(p, work[0], model, readings[1, k])
             innovation = readings[0, k] - model[AT.k] * x[2]
-            take_scalar(x, p, work[0], work[1], s, innovation, math.inf)
+            if is_aided:
+                innovation -= 360.0 * round(innovation / 360.0)
+            take_scalar(x, p, work[0], work[1], s, innovation, AID_GATE if is_aided else math.inf)
             fill_lower(p)
             total += innovation
             squares += innovation * innovation / s
-            logs += math.log(s)
+            likely += score(innovation, s, FARTHEST_OUTLIER if is_aided else math.inf)
             taken += 1.0
     predict_vehicle(x, p, model, difference)
-    return Sums(total, squares, logs, taken)
+    for i in range(len(walks)):
+        p[BIAS + i, BIAS + i] += walks[i]
+    return Sums(total, squares, likely, taken)
+
+
+@kernel
+def score(innovation: float, s: float, most: float) -> float:
+    """Log likelihood of an innovation of variance s, whose NIS counts as `most` if it is larger."""
+    return -0.5 * (math.log(s) + min(innovation * innovation / s, most))

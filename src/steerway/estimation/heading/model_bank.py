@@ -7,26 +7,16 @@ import itertools
 import math
 from collections.abc import Iterable
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.arrays import Floats
-from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.estimation.heading.aided import AidedHeadingFilter
-from steerway.estimation.heading.composite import (
-    START_VARIANCE,
-    advance,
-    composite_model,
-    heading_deg,
-    heading_variance_deg2,
-    start_covariance,
-    stepped,
-)
+from steerway.estimation.heading.composite import START_VARIANCE, FilterBank, composite_model, start_covariance
 from steerway.estimation.heading.models import PAPER_YAW, READING_VARIANCE_DEG2, TCM2, CompassModel, HeadingModel
-from steerway.estimation.heading.readings import Ticks, checked_difference
+from steerway.estimation.heading.readings import checked_difference
 
 LEAST_WEIGHT = 1e-12
 """Least weight relative to the likeliest, so that every filter can become the likeliest again."""
@@ -34,11 +24,7 @@ LEAST_WEIGHT = 1e-12
 
 def corners(tolerance: float, compass: CompassModel = TCM2) -> list[CompassModel]:
     """The 16 corners of the box of four coefficients, and its middle last."""
-    signs = itertools.product((-1.0, 1.0), repeat=4)
-    away = [
-        CompassModel(*(c * (1.0 + s * tolerance) for c, s in zip(compass[:4], each, strict=True))) for each in signs
-    ]
-    return [*away, compass]
+    return [*grid(tolerance, 2, compass), compass]
 
 
 def grid(tolerance: float, points: int = 3, compass: CompassModel = TCM2) -> list[CompassModel]:
@@ -47,17 +33,7 @@ def grid(tolerance: float, points: int = 3, compass: CompassModel = TCM2) -> lis
     return [CompassModel(*(c * (1.0 + s) for c, s in zip(compass[:4], each, strict=True))) for each in steps]
 
 
-class _Bank(NamedTuple):
-    """The state of m filters."""
-
-    states: Floats  # (m, 4)
-    covariances: Floats  # (m, 4, 4)
-    scores: Floats  # (m,) log likelihood relative to the best
-    innovations: Floats  # (m,) deg
-    degrees: Floats  # (m,) heading
-
-
-class ModelBank:
+class ModelBank(FilterBank):
     """Filters side by side. `headings` (m,), their hull `low` and `high`, and their mean `heading`; all rad, unwrapped.
 
     `innovation` (deg) is the last filter's mean innovation over the last step; with `corners` the last filter is the
@@ -75,78 +51,44 @@ class ModelBank:
         models = [composite_model(each, yaw, reading_variance=reading_variance) for each in compasses]
         if not models:
             raise InputError("heading.compasses is empty, expected at least one")
-        self._models = np.array(models)
-        m = len(self._models)
+        m = len(models)
         covariances = np.repeat(start_covariance(vehicle_variance)[None], m, axis=0)
-        self._bank = _Bank(np.zeros((m, 4)), covariances, np.zeros(m), np.full(m, math.nan), np.zeros(m))
-        self._ticks = Ticks()
+        super().__init__(np.array(models), np.zeros((m, 4)), covariances)
 
     @property
     def headings(self) -> Floats:
-        return np.radians(self._bank.degrees)
+        return np.radians(self._degrees)
 
     @property
     def low(self) -> float:
-        return math.radians(self._bank.degrees.min())
+        return float(self.headings.min())
 
     @property
     def high(self) -> float:
-        return math.radians(self._bank.degrees.max())
+        return float(self.headings.max())
 
     @property
     def nominal(self) -> float:
         """The last filter's heading."""
-        return math.radians(self._bank.degrees[-1])
-
-    @property
-    def innovation(self) -> float:
-        return float(self._bank.innovations[-1])
-
-    @property
-    def weights(self) -> Floats:
-        """(m,) probabilities, given that one of the compasses is the true one."""
-        likely = np.exp(self._bank.scores - self._bank.scores.max())
-        return likely / likely.sum()
+        return float(self.headings[-1])
 
     @property
     def heading(self) -> float:
-        return math.radians(float(self.weights @ self._bank.degrees))
+        return float(self.weights @ self.headings)
 
     @property
     def heading_std(self) -> float:
         """1σ of the mixture, rad: from the filters' own variances and their spread."""
-        own = [heading_variance_deg2(p, model) for p, model in zip(self._bank.covariances, self._models, strict=True)]
-        apart = self._bank.degrees - self.weights @ self._bank.degrees
-        return math.radians(math.sqrt(self.weights @ (own + apart * apart)))
+        return self._spread(self._degrees - self.weights @ self._degrees)
 
     def step(
         self, difference: float, readings: ArrayLike | None = None, dt: float = 1.0, times: ArrayLike | None = None
     ) -> float:
         """As `CompositeFilter.step`; returns the mean heading (rad)."""
         difference = checked_difference(difference)
-        bank, taken = self._bank, 0.0
-        bank.innovations[:] = 0.0
-        for part, table in self._ticks.parts(dt, readings, times):
-            models = self._models if part == 1.0 else np.array([stepped(each, part) for each in self._models])
-            taken += _advance(bank, models, difference, table)
-        bank.innovations[:] = bank.innovations / taken if taken else math.nan
+        self._advance(difference, self._ticks.parts(dt, readings, times))
+        self._scores = np.maximum(self._scores - self._scores.max(), math.log(LEAST_WEIGHT))
         return self.heading
-
-
-@kernel
-def _advance(bank: _Bank, models: Floats, difference: float, readings: Floats) -> float:
-    """`composite.advance` for every filter. Returns the number of ticks with readings."""
-    taken = 0.0
-    for n in range(len(models)):
-        sums = advance(bank.states[n], bank.covariances[n], models[n], difference, readings)
-        bank.innovations[n] += sums.innovation
-        bank.scores[n] -= 0.5 * (sums.log + sums.square)
-        bank.degrees[n] = heading_deg(bank.states[n], models[n])
-        taken = sums.number
-    best, floor = bank.scores.max(), math.log(LEAST_WEIGHT)
-    for n in range(len(models)):
-        bank.scores[n] = max(bank.scores[n] - best, floor)
-    return taken
 
 
 SIGMAS = 3.0

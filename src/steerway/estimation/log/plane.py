@@ -148,6 +148,13 @@ def place_near(latitude: float, longitude: float, azimuth: float, ahead: float, 
     return math.atan2(z, math.hypot(x, y)), wrap(math.atan2(y, x))
 
 
+def covariance_from_north(covariance: Floats, azimuth: float) -> Floats:
+    """Covariance (2, 2) north and east from that along the axes of a plane, the first one at this azimuth (rad)."""
+    c, s = math.cos(azimuth), math.sin(azimuth)
+    turn = np.array([[c, -s], [s, c]])
+    return turn @ covariance @ turn.T
+
+
 @lean_kernel
 def _place(latitude: float, longitude: float) -> tuple[float, float, float]:
     """Earth-centred coordinates (m) of a place on the ellipsoid."""
