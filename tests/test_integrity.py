@@ -193,4 +193,4 @@ def test_a_square_in_a_strong_current_is_sailed_to_its_end(by, current, rate):
         desk.sail(1.0)
         assert "stands still" not in desk.order.reason and "turn as ordered" not in desk.order.reason
         assert desk.time < 600.0
-    assert desk.order.reason == "the route is finished"
+    assert desk.order.state is State.FINISHED
