@@ -25,7 +25,7 @@ import numpy as np
 from steerway.core.testing import displaced
 from steerway.live.testing import RunningBoat, Settings
 from steerway.simulation.testing import OriginTable
-from tests.square import GUIDED, Course, by_processes, cross_track, rms, sailed, seen
+from tests.square import ENDED, GUIDED, Course, by_processes, cross_track, rms, sailed, seen
 
 LEGS, SIDE, AROUND = 4, 80.0, 15.0
 """Number of legs, their length (m), and what of a leg belongs to the turns at its ends (m)."""
@@ -175,7 +175,7 @@ def course_of(case: Case, directory: str | Path) -> Course:
 
 async def _to_the_end(log):
     for _ in range(int(LONGEST)):
-        if "stopped" in log():
+        if ENDED.search(log()):
             return
         await asyncio.sleep(1.0)
 
@@ -190,7 +190,7 @@ def sail(case: Case, true_pace: bool = False) -> Found:
         except AssertionError as error:
             return Found(case, False, math.nan, [], [], str(error))
     stops = [line for line in log.splitlines() if "stopped" in line]
-    finished = "the route is finished" in log
+    finished = "autopilot finished" in log
     why = "" if finished else next(iter(stops), f"not within {LONGEST:g} s")
     legs = [rms(leg) for leg in cross_track(run, course.corners, AROUND) if len(leg)]
     steered = run.filter(run["mode"] == GUIDED)

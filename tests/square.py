@@ -4,6 +4,7 @@ import asyncio
 import io
 import logging
 import math
+import re
 import signal
 import socket
 import subprocess
@@ -25,6 +26,7 @@ START = 1_719_835_200.0  # Unix time
 GUIDED = 15.0
 TURN = 10.0  # m of a leg that belong to the turn before it
 REACHED = 4.0  # m from a corner at which it is rounded
+ENDED = re.compile("autopilot (stopped|finished)")
 MOST = {"mavlink": 1.0, "propellers": 1.7}
 """m RMS off a leg of the Otter."""
 
@@ -112,7 +114,7 @@ def by_processes(course, longest):
                 command = [*STEERWAY, *map(str, arguments)]
                 programs.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=file))
         begun = time.monotonic()
-        while time.monotonic() - begun < longest and "stopped" not in log.read_text():
+        while time.monotonic() - begun < longest and not ENDED.search(log.read_text()):
             time.sleep(0.5)
     finally:
         for each in reversed(programs):

@@ -170,8 +170,7 @@ def test_the_helm(page, sea):
         before = page.text("position")
         until(lambda: page.text("position") != before)
         until(lambda: page.text("unreachable") == "STOP does not reach the boat: no output carries orders")
-        red, green, _ = map(int, re.findall(r"\d+", page.find("stop").value_of_css_property("background-color"))[:3])
-        assert abs(red - green) < 40
+        assert is_grey(page.find("stop"))
 
 
 def sees_what_is(page):
@@ -229,9 +228,55 @@ def works(page):
     assert page.text("state") == "stopped"
 
 
+def colours(element):
+    """Red, green and blue of its ground, 0 to 255."""
+    return tuple(map(int, re.findall(r"\d+", element.value_of_css_property("background-color"))[:3]))
+
+
 def is_red(element):
-    red, green, blue = map(int, re.findall(r"\d+", element.value_of_css_property("background-color"))[:3])
+    red, green, blue = colours(element)
     return red > 150 and green < 60 and blue < 60
+
+
+def is_grey(element):
+    return max(colours(element)) - min(colours(element)) < 40
+
+
+STATES = {"idle": "grey", "ready": "calm", "running": "calm", "degraded": "calm", "stopped": "red", "finished": "calm"}
+
+
+def test_a_state_is_red_only_where_the_boat_was_stopped(page):
+    """The page's process gets the views by hand; without further ones everything is grey and dimmed."""
+    port, seq = free_port(), 0
+    settings = {"host": "127.0.0.1", "port": port, "token": None, "origin": None}
+    settings |= {"route": [[0.0, 0.0], [60.0, 0.0]], "fence": [], "has_autopilot": True}
+    command = (sys.executable, "-m", "steerway.live.helm.server")
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+
+        def send(message):
+            process.stdin.write(json.dumps(message).encode() + b"\n")
+            process.stdin.flush()
+
+        def shows(state):
+            nonlocal seq
+            seq += 1
+            shown = {"state": state, "reason": f"why {state}", "sog_kn": 2.0, "left": 0.0, "done": 1.0}
+            send({"seq": seq, "notice": "", "view": shown})
+            return page.text("state") == state and page.text("reason") == f"why {state}" and not page.is_stale()
+
+        send(settings)
+        assert json.loads(process.stdout.readline()) == {"ready": True}
+        page.browser.get(f"http://127.0.0.1:{port}/")
+        for state, colour in STATES.items():
+            until(lambda state=state: shows(state))
+            pill = page.find("state")
+            assert (is_red(pill), is_grey(pill)) == (colour == "red", colour == "grey"), state
+            assert page.find("start").is_enabled() is (state in ("ready", "stopped", "finished"))
+            assert is_red(page.find("stop")) and page.text("arrival") == "–"
+        until(page.is_stale)
+        until(lambda: is_grey(page.find("stop")) and is_grey(page.find("state")))
+        assert float(page.find("state").value_of_css_property("opacity")) < 0.5
+        process.kill()
 
 
 def fits(page):

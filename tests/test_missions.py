@@ -13,6 +13,7 @@ import pytest
 from steerway.core import InputError, displacement
 from steerway.core.testing import displaced
 from steerway.live.testing import (
+    UNDER_WAY,
     GeodeticRoute,
     LimitGuard,
     Limits,
@@ -120,8 +121,8 @@ def test_a_mission_changed_under_way_is_sailed_with_the_current_that_is_known():
     assert desk.order.state is State.RUNNING and after.knows_current
     assert math.hypot(after.current_north - before.current_north, after.current_east - before.current_east) < 0.1
     assert Station(desk).server.due(0.0)[1].seq in (3, 4)
-    desk.until(lambda: desk.order.state is State.STOPPED, 200.0)
-    assert desk.order.reason == "the route is finished"
+    desk.until(lambda: desk.order.state not in UNDER_WAY, 200.0)
+    assert desk.order.state is State.FINISHED and desk.order.engaged and desk.order.thrust == 0.0
     assert math.dist(desk.state[6:8], (north - 40.0, east - 40.0)) < 5.0  # its acceptance is 4 m
 
 

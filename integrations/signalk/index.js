@@ -20,7 +20,8 @@ const NAME_OF_STATE = {
   ready: 'standby',
   running: 'enabled',
   degraded: 'enabled',
-  stopped: 'alarm'
+  stopped: 'alarm',
+  finished: 'standby'
 }
 
 function unsupported(what) {

@@ -84,16 +84,18 @@ def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | No
 
 
 class State(StrEnum):
-    """Idle until all conditions are met; then ready to start; under way; stopped until the next start."""
+    """Idle until all conditions are met; then ready to start; under way; stopped or finished until the next start."""
 
     IDLE = "idle"
     READY = "ready"
     RUNNING = "running"
     DEGRADED = "degraded"  # steers, but by dead reckoning, with rejected fixes, or after a late tick
     STOPPED = "stopped"
+    FINISHED = "finished"  # at the end of the route
 
 
 UNDER_WAY = (State.RUNNING, State.DEGRADED)
+ENDED = (State.STOPPED, State.FINISHED)
 FIT = (State.READY, *UNDER_WAY)
 """States in which another autopilot may steer by the leg."""
 

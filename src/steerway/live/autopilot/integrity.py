@@ -17,12 +17,12 @@ from steerway.core.earth import displacement
 from steerway.live.autopilot.limits import TurnLimit
 from steerway.live.rows import InputRow
 
-LEAST_QUIET, QUIET_INTERVALS = 1.0, 5
+LEAST_QUIET, QUIET_INTERVALS = 1.0, 4
 """Shortest time for which positions have to stand still under way before the boat stops: s, and intervals of fixes."""
 DOUBTED, DOUBTED_INTERVALS = 1.5, 2
 """Time after which positions that stand still are reported, s; but at least the second value, in intervals of fixes."""
 _QUIET_SHARE = 0.1
-"""Largest change of a position that counts as standing still, as a fraction of the receiver's scatter. Chosen: six
+"""Largest change of a position that counts as standing still, as a fraction of the receiver's scatter. Chosen: five
 positions that scatter as before count as standing still once in 10⁹ times."""
 _SQUARES, _MEDIAN = 20.0, 1.386
 """Sum of the squared weights of a third difference; median of χ² with 2 degrees of freedom."""

@@ -24,7 +24,7 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.mission_items import MissionItem
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_thrust, limit_turns, pilot_of
 from steerway.live.autopilot.watch import Watch
-from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
+from steerway.live.rows import ENDED, UNDER_WAY, InputRow, Order, Row, State
 from steerway.live.settings import EstimatorSettings
 from steerway.pilot import DEFAULT_KINDS, Mode, Pilot, Steered
 
@@ -107,11 +107,11 @@ class Supervisor:
         self._is_new, self._was_engaged, self._engage = True, self._engage, False
         self.hands_back, self._instead, self._silent = self._safe == "hand-back", "", 0.0
 
-    def stop(self, reason: str = "stopped by command") -> None:
-        """Give the safe output until started again. A pending `engage` is withdrawn."""
+    def stop(self, reason: str = "stopped by command", ended: State = State.STOPPED) -> None:
+        """Give the safe output in the state `ended` until started again. A pending `engage` is withdrawn."""
         self._engage = False
         if self.state in UNDER_WAY:
-            self.state, self.reason, self._is_new = State.STOPPED, reason, False
+            self.state, self.reason, self._is_new = ended, reason, False
 
     def link(self, name: str, alive: bool) -> None:
         """Take whether the peer of an output's link answers; while it does not, the autopilot does not steer."""
@@ -198,7 +198,7 @@ class Supervisor:
         self._thrust = done.command[1] if done.command else math.nan
         if done.command and self.state in UNDER_WAY:
             return Order._make((self.state, self.reason, True, *done.command, course, done.speed))
-        return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
+        return Order(self.state, self.reason, self.state in ENDED and not self.hands_back)
 
     def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
         """See `pilot.Observer`: whether to steer, from the state of fixes, links and limits."""
@@ -259,7 +259,9 @@ class Supervisor:
             self._turns.restart()  # positions of a boat that hardly moves show no turn
         if self.guide.finished:
             self._is_finished = True
-            trouble = trouble or "the route is finished"
+            if not trouble:
+                self.stop("the end of the route is reached", State.FINISHED)
+                return
         if self.pilot.in_current is not None:
             trouble = trouble or self.pilot.in_current.trouble
         limit = self._guard.step(row, cross_track, is_held, dt)

@@ -277,7 +277,7 @@ class Page:
         self._dot.classes(replace=f"box dot {tone(view)}")
         if self._board.has_autopilot:
             self._state.classes(replace=f"value state {view.state or 'idle'}")
-            self._starter.set_enabled(view.state in ("ready", "stopped"))
+            self._starter.set_enabled(view.state in ("ready", "stopped", "finished"))
             self._stopper.classes(replace=f"stop{' mute' if view.unreachable else ''}")
         if self._board.route:
             self._bar.style(f"width: {100.0 * (view.done or 0.0):.0f}%")

@@ -144,8 +144,8 @@ def _percent(value: float | None) -> str:
 
 
 def _duration(view: View) -> str:
-    """Time to the end of the route at the present speed."""
-    if view.left is None or view.sog_kn is None or view.sog_kn < 0.1:
+    """Time to the end of the route at the present speed; unknown at the end."""
+    if not view.left or view.sog_kn is None or view.sog_kn < 0.1:
         return UNKNOWN
     minutes = view.left / (view.sog_kn * 1852.0) * 60.0
     if minutes >= 5999.5:

@@ -10,7 +10,7 @@ from typing import Any
 
 from steerway.live.mavlink.link import RoverMode, mode_name
 from steerway.live.mavlink.readiness import Readiness, result_words
-from steerway.live.rows import Order, State
+from steerway.live.rows import UNDER_WAY, Order, State
 
 SYSTEM = 1  # this computer's system id before the vehicle is known; then the vehicle's id, as is usual
 SILENCE = 2.5
@@ -191,7 +191,7 @@ class Guided:
 
     def _judge(self, now: float, order: Order) -> None:
         """Update the phase from the order and the vehicle's mode."""
-        steers = order.engaged and order.state is not State.STOPPED
+        steers = order.engaged and order.state in UNDER_WAY
         guided = self.mode == RoverMode.GUIDED
         if not steers:
             self.refusal = ""

@@ -22,6 +22,7 @@ _STATES = {
     State.RUNNING: "route",
     State.DEGRADED: "route",
     State.STOPPED: "alarm",
+    State.FINISHED: "standby",
 }
 
 
