@@ -1,4 +1,4 @@
-"""Simple boats for tests of guidance and control, and records of a weaving Springer with compass and velocities."""
+"""A simple boat for tests of guidance and control, and records of a weaving Springer with compass and velocities."""
 
 import math
 
@@ -20,39 +20,6 @@ class Nomoto:
         self.east += dt * self.speed * math.sin(self.course)
         self.course += dt * self.rate
         self.rate += dt * (self.gain * control + self.disturbance - self.rate) / self.time_constant
-
-
-class Hull:
-    """Surge, sway and yaw of an Otter-sized hull with linear drag, in a current (north, east; m/s)."""
-
-    def __init__(self, heading=0.0, surge=0.0, current=(0.0, 0.0), north=0.0, east=0.0, yaw_disturbance=0.0):
-        self.heading, self.yaw_rate, self.surge, self.sway = heading, 0.0, surge, 0.0
-        self.north, self.east, self.current, self.yaw_disturbance = north, east, current, yaw_disturbance
-
-    def velocity(self):
-        c, s = math.cos(self.heading), math.sin(self.heading)
-        return (
-            self.surge * c - self.sway * s + self.current[0],
-            self.surge * s + self.sway * c + self.current[1],
-        )
-
-    @property
-    def sog(self):
-        return math.hypot(*self.velocity())
-
-    @property
-    def course(self):
-        north, east = self.velocity()
-        return math.atan2(east, north)
-
-    def step(self, force, moment, dt):
-        north, east = self.velocity()
-        self.north += dt * north
-        self.east += dt * east
-        self.heading += dt * self.yaw_rate
-        self.surge += dt * ((force - 77.0 * self.surge) / 85.0 + self.sway * self.yaw_rate)
-        self.sway += dt * (-150.0 * self.sway / 162.0 - 0.5 * self.surge * self.yaw_rate)
-        self.yaw_rate += dt * (moment + self.yaw_disturbance - 41.0 * self.yaw_rate) / 41.0
 
 
 def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, **vessel):

@@ -1,17 +1,13 @@
 """Course or heading control: hysteresis, no jump, no chatter, and a boat that holds station in a current and leaves."""
 
 import math
-import random
 
 import numpy as np
 import pytest
 
 from steerway.control import (
-    OTTER_PROPELLERS,
     AnglePID,
     Autopilot,
-    SpeedPI,
-    SpeedPIGains,
     StationGains,
     StationKeeper,
     place_poles,
@@ -19,8 +15,9 @@ from steerway.control import (
 from steerway.control.testing import HandOver, PositionHold, Steerageway
 from steerway.core import Estimate, InputError
 from steerway.core.testing import over_ground
-from steerway.guidance import LineOfSight, Mission, Phase, ReferenceModel, Route
-from tests.boats import Hull
+from steerway.guidance import ReferenceModel
+from steerway.pilot import Mode
+from steerway.simulation import parse_scenario, sail_scenario
 
 H = 0.02
 YAW = place_poles(1.0 / 41.0, 1.0, bandwidth=0.8)
@@ -127,62 +124,32 @@ def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
         assert (math.hypot(*keeper.integral) > 0.0) is learns
 
 
-class Otter:
-    """Hull, propellers, speed loop, station keeper and autopilot: the blocks of a mission at 50 Hz."""
-
-    def __init__(self, hull, noise=0.0, seed=1):
-        self.hull, self.noise, self.rng = hull, noise, random.Random(seed)
-        self.autopilot = Autopilot(AnglePID(YAW), ReferenceModel(0.5, max_rate=math.radians(15.0)))
-        self.speed = SpeedPI(SpeedPIGains(mass=85.0, linear_drag=77.0, limit=200.0))
-        self.station = StationKeeper(StationGains(mass=85.0, limit=200.0, limit_astern=100.0))
-        self.law = LineOfSight(10.0)
-        self.changes, self.moments = 0, []
-
-    def step(self, mission):
-        hull, before = self.hull, self.autopilot.by_course
-        course = hull.course + self.rng.gauss(0.0, self.noise) / max(hull.sog, 0.05)
-        sog = abs(hull.sog + self.rng.gauss(0.0, self.noise))
-        leg = mission.step(hull.north, hull.east, H)
-        holding = mission.phase is Phase.HOLDING
-        if holding:
-            command, force = self.station.step(leg.distance, leg.bearing, course, sog, hull.heading, H)
-        else:
-            command = self.law.step(leg, course, sog, H)
-            force = self.speed.step(leg.speed, sog, H)
-        moment = self.autopilot.step(command, course, hull.yaw_rate, hull.heading, hull.yaw_rate, sog, H, not holding)
-        out = OTTER_PROPELLERS.step(force, moment)
-        self.autopilot.limited_to(out.yaw_moment)
-        self.speed.limited_to(out.surge_force)
-        hull.step(out.surge_force, out.yaw_moment, H)
-        self.changes += self.autopilot.by_course is not before
-        self.moments.append(moment)
-        return leg
+STATION = """
+duration = 420.0
+[environment.current]
+speed = 0.3
+direction_deg = 120.0
+[compass]
+[gnss]
+white = 0.1
+markov = []
+[speed]
+cruise = 1.0
+[route]
+waypoints = [{ north = 0, east = 0 }, { north = 30, east = 0, stay = 320 }, { north = 30, east = 60 }]
+"""
 
 
-@pytest.mark.parametrize(("towards", "strength", "noise"), [(0.0, 0.0, 0.03), (-135.0, 0.3, 0.0)])
-def test_an_otter_holds_station_in_a_current_and_leaves_again(towards, strength, noise):
-    current = (strength * math.cos(math.radians(towards)), strength * math.sin(math.radians(towards)))
-    boat = Otter(Hull(current=current, yaw_disturbance=1.0), noise)
-    there = Mission(Route([0.0, 80.0], [0.0, 0.0], acceptance=3.0, speed=1.0), at_end="hold")
-    distance = []
-    for step in range(round(500.0 / H)):
-        leg = boat.step(there)
-        if step * H > 300.0:
-            distance.append(leg.distance)
-    assert there.phase is Phase.HOLDING
+def test_an_otter_holds_station_in_a_current_and_leaves_again():
+    """By course on the way, by heading on the station, bow into the current."""
+    run = sail_scenario(parse_scenario(STATION)).run
+    holding = run["mode"] == Mode.HOLDING
+    late = holding & (run.time > run.time[holding][0] + 150.0)
+    distance = np.hypot(run["true_north"] - 30.0, run["true_east"])[late]
     assert np.sqrt(np.mean(np.square(distance))) < 1.5 and max(distance) < 3.0
-    assert boat.changes == 2  # to course on the way, to heading on the station
-    if strength and not noise:
-        assert abs(math.remainder(boat.hull.heading - math.radians(towards) - math.pi, 2 * math.pi)) < math.radians(
-            15.0
-        )
-    away = Mission(Route([80.0, 160.0], [0.0, 60.0], acceptance=3.0, speed=1.0), at_end="stop")
-    moments = len(boat.moments)
-    cross_track = [boat.step(away).cross_track for _ in range(round(95.0 / H))]
-    assert boat.changes == 3 and boat.autopilot.by_course
-    assert abs(cross_track[-1]) < 0.6
-    if not noise:
-        assert np.max(np.abs(np.diff(boat.moments[moments + 1 :]))) < 6.0
+    np.testing.assert_allclose(np.degrees(run["true_heading"])[late], -60.0, atol=15.0)
+    assert np.abs(np.diff(run["by_course"])).sum() == 4  # not once more
+    assert run["mode"][-1] == Mode.STOPPED and abs(run["true_north"][-1] - 30.0) < 3.0
 
 
 def estimate(north, east):

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from steerway.commands.testing import app
-from steerway.estimation.testing import LogEstimator, Track, lateness, regular_times
+from steerway.estimation.testing import LogEstimator, Track, lateness, on_time, regular_times
 from tests import scenes
 from tests.scenes import turning
 
@@ -29,6 +29,13 @@ def test_nothing_is_said_of_a_receiver_in_time_nor_without_one():
     silent = replace(fixes, sog=None, cog=None)
     for each in (fixes, silent, replace(fixes, mmsi=np.ones(len(fixes))), fixes.rows(slice(0, 50))):
         assert math.isnan(lateness(each).cog) and math.isnan(lateness(each).sog)
+
+
+def test_instruments_beside_a_late_receiver_keep_their_time():
+    _, fixes = late_receiver(0.0, 10.0)
+    moved = on_time(replace(fixes, heading=fixes.cog), 0.3)
+    np.testing.assert_allclose(moved.time[moved.has_position], fixes.time - 0.3)
+    np.testing.assert_allclose(moved.time[np.isfinite(moved.heading)], fixes.time)
 
 
 @pytest.fixture

@@ -193,27 +193,3 @@ def test_importing_a_room_loads_none_of_its_modules():
     heavy = "numba", "scipy", "polars", "pydantic", "matplotlib"
     code = f"import sys, steerway, {', '.join(PACKAGES)}; print([each for each in {heavy} if each in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
-
-
-def functions_of(value):
-    """The functions that a public name stands for: itself, or the public methods and properties of a class."""
-    if not inspect.isclass(value):
-        return [getattr(value, "py_func", value)] if inspect.isfunction(getattr(value, "py_func", value)) else []
-    members = [member for name, member in vars(value).items() if name == "__init__" or not name.startswith("_")]
-    members = [each.fget if isinstance(each, property) else getattr(each, "__func__", each) for each in members]
-    return [each for each in members if inspect.isfunction(each) and each.__module__.startswith("steerway.")]
-
-
-@pytest.mark.parametrize("room", PUBLIC)
-def test_every_public_signature_is_annotated(room):
-    """Inputs and outputs; that the types are right is the type checker's part, in `make lint`."""
-    found = []
-    for value in (getattr(import_module(room), name) for name in import_module(room).__all__):
-        for function in functions_of(value):
-            signature = inspect.signature(function)
-            types = [each.annotation for each in signature.parameters.values() if each.name not in ("self", "cls")]
-            if function.__name__ != "__init__":
-                types.append(signature.return_annotation)
-            if inspect.Signature.empty in types:
-                found.append(function.__qualname__)
-    assert found == []

@@ -175,15 +175,6 @@ def far_east() -> Fixes:
     return turning(9.0, 1.2, 40.0, rate=2.0, seed=4, home=(math.radians(-75.0), math.pi - 2e-5)).fixes(0.3, 3)
 
 
-def reported() -> Fixes:
-    """The receiver calls itself bad for a while, and is."""
-    fixes = alternating_fixes()
-    output = np.full(len(fixes), 1.0) + 0.1 * np.sin(np.arange(len(fixes)))
-    output[50:65], output[80] = 12.0, np.nan
-    wild = np.random.default_rng(6).normal(0.0, 3.0, (2, 15))
-    return replace(moved(fixes, slice(50, 65), *wild), position_std=output)
-
-
 @cache
 def traffic() -> Fixes:
     """Three vessels as AIS reports them: one turns, one lies at anchor, one is silent at the end."""

@@ -1,23 +1,12 @@
-"""Course estimation over records, causal and smoothed: profiles, aids, troubles, late receivers; and aboard."""
+"""Course estimation over records, causal and smoothed: profiles, aids, troubles, predictions."""
 
-from dataclasses import asdict, replace
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 
 import steerway
-from steerway import FiveStateFilter, Fixes, Profile
-from steerway.core import wrap
+from steerway import FiveStateFilter, Profile
 from steerway.estimation import predict
-from steerway.estimation.testing import (
-    NO_MEASUREMENTS,
-    AtFaceValue,
-    FilterEstimator,
-    HeadingTracker,
-    compare,
-    lateness,
-    on_time,
-)
 from tests.reference_outputs.sorties import (
     AIDS,
     KINDS,
@@ -25,7 +14,6 @@ from tests.reference_outputs.sorties import (
     MOTION,
     ONE,
     TWO,
-    alternating,
     alternating_fixes,
     burst,
     far_east,
@@ -36,16 +24,12 @@ from tests.reference_outputs.sorties import (
     motion_columns,
     outliers,
     placed,
-    reported,
     standstill,
-    table_of,
     traffic,
-    weaving,
     weaving_fixes,
-    wrapped,
 )
 from tests.reference_outputs.tables import case
-from tests.scenes import EPOCH, sailed
+from tests.scenes import sailed
 
 SMOOTHED_ROWS = 40
 
@@ -94,7 +78,6 @@ for trouble in (burst, gaps, standstill):
 
 
 for modes, profile in MODES.items():
-    register(f"reported-accuracy-{modes}", profile, reported, rows=80)
     register(f"rate-higher-{modes}", profile, lambda: alternating_fixes().rows(slice(40)), rows=80, rate=4.0)
     register(f"rate-lower-{modes}", profile, gaps, rate=0.7, rows=60)
 register("rate-aided", TWO, instruments, rows=60, rate=3.0, aid=("heading", "yaw_rate"))
@@ -121,57 +104,8 @@ case("course-prediction-starting")(lambda: predicted(fast_start().rows(slice(2))
 case("course-prediction-aided")(lambda: predicted(instruments(), TWO, AIDS))
 
 
-@cache
-def late_receiver() -> Fixes:
-    """Own SOG and COG come 1.2 s late."""
-    scene = weaving()
-    then = scene.time - 1.2
-    noise = np.random.default_rng(14).standard_normal((2, len(then)))
-    sog = np.interp(then, scene.time, scene.sog) + 0.02 * noise[0]
-    cog = wrapped(np.interp(then, scene.time, np.unwrap(scene.cog)) + 0.01 * noise[1])
-    return replace(weaving_fixes(), sog=sog, cog=cog)
-
-
-case("course-comparison-late-receiver")(
-    lambda: asdict(compare(late_receiver(), FiveStateFilter(ONE).smooth(late_receiver())))
-)
-case("course-lateness")(lambda: asdict(lateness(late_receiver())))
-case("course-latency-taken-out")(
-    lambda: motion_columns(FiveStateFilter(ONE, AIDS).filter(on_time(instruments(), 0.3)), 60)
-)
-
-
 @case("course-estimate-without-profile", rtol=1e-2, atol=1e-2)
 def without_profile():
     """A fit ends within a tenth of a standard deviation of its parameters, where depends on rounding."""
     course = 0.4 + np.cumsum(np.tile(np.r_[np.zeros(40), np.full(20, 0.06)], 3))
     return motion_columns(steerway.estimate(sailed(np.full(180, 2.0), course, 2.0).fixes(0.2, 31), causal=True), 50)
-
-
-def aboard(estimator):
-    """Instruments at different rates, a compass that falls silent, and what is then known at every eighth step."""
-    scene = alternating()
-    noise, rows = np.random.default_rng(21).standard_normal((6, 500)), []
-    for k in range(500):
-        t = 0.1 * k
-        course = np.interp(t, scene.time - EPOCH, np.unwrap(scene.cog))
-        measurements = NO_MEASUREMENTS
-        if k % 5 == 0:
-            measurements = measurements._replace(
-                north=np.interp(t, scene.time - EPOCH, scene.north) + 0.3 * noise[0, k],
-                east=np.interp(t, scene.time - EPOCH, scene.east) + 0.3 * noise[1, k],
-                sog=1.5 + 0.05 * noise[2, k],
-                cog=wrap(course + 0.04 * noise[3, k]),
-            )
-        if k % 2 == 0 and not 200 <= k < 260:
-            measurements = measurements._replace(heading=wrap(course + 0.1 + 0.02 * noise[4, k]))
-        if 100 <= k < 400:
-            measurements = measurements._replace(yaw_rate=0.01 * noise[5, k], water_speed=1.2)
-        rows.append(estimator.step(measurements, 0.1)._asdict())
-    return {name: values[::8] for name, values in table_of(rows).items()}
-
-
-for modes, profile in MODES.items():
-    case(f"course-aboard-{modes}")(lambda profile=profile: aboard(FilterEstimator(FiveStateFilter(profile))))
-case("course-aboard-aided")(lambda: aboard(FilterEstimator(FiveStateFilter(TWO, AIDS), HeadingTracker(1.0, 3.0))))
-case("course-aboard-at-face-value")(lambda: aboard(AtFaceValue()))

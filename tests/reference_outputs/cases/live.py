@@ -1,17 +1,14 @@
-"""Live: the navigator, autopilot and outputs on generated fixes; the simulated boat."""
+"""Live: the navigator, autopilot and outputs on generated fixes."""
 
 import json
 import math
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-from steerway.core import displacement
 from steerway.core.testing import displaced
 from steerway.live.testing import (
     Deltas,
-    InnerLoops,
     InputRow,
     JsonLines,
     Limits,
@@ -19,11 +16,9 @@ from steerway.live.testing import (
     PropellerCommands,
     Row,
     SentenceOutput,
-    SimulatedBoat,
     State,
     Supervisor,
 )
-from steerway.simulation import load_scenario
 from tests.desk import HOME, NOON, OTTER, square
 from tests.kept_outputs import RecordingSink
 from tests.reference_outputs.tables import case, columns
@@ -151,14 +146,3 @@ def json_lines():
 @case("live_propellers", text=True)
 def propellers():
     return lines("propellers", 10)
-
-
-@case("live_simulated_boat")
-def simulated_boat():
-    boat = SimulatedBoat(load_scenario(Path(__file__).parents[3] / "examples" / "station-keeping.toml"), seed=26)
-    loops, rows = InnerLoops(boat.known), []
-    for k in range(2000):
-        command = loops.step(0.1 * math.sin(k / 300.0), 1.0, boat.motion, boat.step_length)
-        if seen := boat.step(command):
-            rows.append((*seen[:2], *displacement(*seen[2:4], *boat.origin), *seen[4:], boat.heading, *command))
-    return columns("epoch delivered north east sog cog heading port starboard", rows, 2)

@@ -1,44 +1,39 @@
-"""Speed along the hull (P3): surge filter, fusion, adaptive speed control, the speed PI."""
+"""Speed along the hull (P3): surge filter, adaptive speed control, the speed PI."""
 
 import math
-from functools import partial
 
 import numpy as np
 
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, SpeedPI, SpeedPIGains
-from steerway.estimation.speed import SurgeFilter, SurgeFusion, SurgeTuning
-from steerway.estimation.testing import SPEED_AIDS as AIDS
+from steerway.estimation.speed import SurgeFilter, SurgeTuning
 from steerway.vessels import CALM, Actuator, Surge, conditions, published_surrogate
 from tests.reference_outputs.tables import case, columns
 
 STEP = 0.02
 
 
-def received(seconds, log="bottom_speed", fault=None, outage=(math.inf, math.inf)):
-    """(acceleration, {aid: reading}) at 50 Hz of a boat whose speed swings; GPS and log at 10 Hz, propeller at 5 Hz.
-
-    `fault` gives what is added to (acceleration, sog, log) at a time.
-    """
+def received(seconds, outage):
+    """(acceleration, {aid: reading}, propeller speed) at 50 Hz of a boat whose speed swings in a stream; GPS and log at
+    10 Hz, but for the outage."""
     chance = np.random.default_rng(4)
     for k in range(round(seconds / STEP)):
         time = STEP * (k + 1)
         noise = chance.standard_normal(4) * (0.004, 0.03, 0.002, 0.05)
-        off = fault(time) if fault else (0.0, 0.0, 0.0)
         speed = 3.0 + math.sin(0.2 * time)
         aids = {}
         if not outage[0] < time < outage[1]:
             if k % 5 == 0:
-                aids["sog"] = speed + noise[1] + off[1]
+                aids["sog"] = speed + noise[1]
             if k % 5 == 2:
-                aids[log] = speed - (0.4 if log == "water_speed" else 0.0) + noise[2] + off[2]
-        yield 0.2 * math.cos(0.2 * time) + 0.02 + noise[0] + off[0], aids, speed + 0.1 + noise[3]
+                aids["water_speed"] = speed - 0.4 + noise[2]
+        yield 0.2 * math.cos(0.2 * time) + 0.02 + noise[0], aids, speed + 0.1 + noise[3]
 
 
 @case("speed_surge_filter")
 def surge_filter():
-    """Every kind of aid in turn, a minute of silence, and a state opened."""
+    """Every kind of aid in turn, ten seconds of silence, and a state opened."""
     filter, rows, nis = SurgeFilter(SurgeTuning(unmeasured=0.2)), [], (math.nan,) * 4
-    for k, (acceleration, aids, propeller) in enumerate(received(60.0, "water_speed", outage=(30.0, 40.0))):
+    for k, (acceleration, aids, propeller) in enumerate(received(60.0, (30.0, 40.0))):
         filter.predict(acceleration, STEP)
         if aids:
             if k % 25 == 0:
@@ -51,25 +46,6 @@ def surge_filter():
         rows.append((*filter.state, *deviations, filter.speed, filter.current, filter.speed_std, *nis))
     names = "x0 x1 x2 x3 x4 std0 std1 std2 std3 std4 speed current speed_std nis_sog nis_bottom nis_water nis_propeller"
     return columns(names, rows, 25)
-
-
-def fused(**how):
-    fusion, rows = SurgeFusion(), []
-    for acceleration, aids, propeller in received(60.0, **how):
-        fusion.step(acceleration, STEP, reference=propeller, **aids)
-        out = -1.0 if fusion.excluded is None else AIDS.index(fusion.excluded)
-        rows.append((fusion.speed, fusion.speed_std, fusion.current, out, len(fusion.events)))
-    return columns("speed speed_std current excluded events", rows, 20)
-
-
-case("speed_fusion_sound")(fused)
-case("speed_fusion_water_track_outage")(partial(fused, log="water_speed", outage=(30.0, 36.0)))
-for name, fault in {
-    "log": lambda time: (0.0, 0.0, 0.1 if time > 30.0 else 0.0),
-    "gps": lambda time: (0.0, 0.3 if 30.0 < time < 45.0 else 0.0, 0.0),
-    "accelerometer": lambda time: (0.1 if time > 30.0 else 0.0, 0.0, 0.0),
-}.items():
-    case(f"speed_fusion_{name}_step")(partial(fused, fault=fault))
 
 
 def controlled(boat, control, sea=CALM):
