@@ -8,9 +8,10 @@ import pytest
 
 import steerway.archive
 from steerway.archive.testing import association, digest, filters, levels, page, smoothing, tracks
-from steerway.core import NORMAL_95, REJECTED
+from steerway.core import NORMAL_95, REJECTED, Fixes
 from steerway.core.testing import PREDICTED, displaced_all, displacement
-from steerway.estimation import FiveStateFilter
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.testing import Structure, parameters_of
 from tests.fleet import _motion, ships
 
 CLASS_A = 1
@@ -182,6 +183,23 @@ def test_a_profile_of_more_states_is_filtered_and_smoothed_too():
     back = smoothed(by, time, into)
     np.testing.assert_allclose(back[2:, 2], 5.0, atol=0.3)
     assert (back[2:-1, 5] < causal[2:-1, 5]).all() and back[-1, 5] == pytest.approx(causal[-1, 5])
+
+
+def test_a_profile_of_structures_gives_what_its_filter_gives():
+    """The structures have parts of their own, and weights that the average needs."""
+    structures = []
+    for weight, parts, noise in ((0.7, ("base", "wander"), 3.0), (0.3, ("base", "wander", "error"), 5.0)):
+        names, medians, _ = parameters_of(parts)
+        values = dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": noise}
+        structures.append(Structure(weight=weight, parts=parts, values=values))
+    profile = Profile.of(structures)
+    by = levels.filters([[profile.model_dump()]], ())
+    time, latitude, longitude = (each[:30] for each in sailing(3, 1))
+    into = found(by, time, latitude, longitude)
+    motion = FiveStateFilter(profile).filter(Fixes(time, latitude, longitude))
+    expected = np.column_stack([motion.sog, motion.cog, motion.course_rate, motion.cog_std, motion.nis])
+    mine = np.column_stack([into.estimate[:, [2, 3, 4, 6]], into.nis])
+    np.testing.assert_allclose(mine[3:], expected[3:], atol=5e-4)  # each of the two planes bends a little
 
 
 def rounded_ships(seed, count, decimals):

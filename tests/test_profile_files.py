@@ -80,10 +80,13 @@ def test_a_scenario_is_sailed_by_it(inferred, tmp_path):
     assert code == 0, said
 
 
-def test_an_archive_refuses_it_in_one_sentence(inferred, log, tmp_path):
-    code, _, said = run("archive", "run", log, "-o", tmp_path / "archive", "--profile", inferred)
+def test_an_archive_is_run_by_it_and_smoothing_refused_in_one_sentence(inferred, log, tmp_path):
+    command = ("archive", "run", log, "-o", tmp_path / "archive", "--workers", "1", "--profile", inferred)
+    code, out, said = run(*command)
+    assert code == 0 and "60" in out.split("rows")[1], said
+    code, _, said = run(*command, "--smooth")
     assert code == 2 and said.count("\n") == 1
-    assert "profile prior is a profile of structures, which archives do not support" in said
+    assert "profile prior has structures, which archives do not smooth" in said
 
 
 def test_the_profile_of_a_log_of_many_vessels_is_the_built_in_one(tmp_path):

@@ -29,6 +29,7 @@ from steerway.archive.filters import (
     note_velocity,
     predict,
     recentre,
+    restart,
     round_to,
     state_at,
     status_of,
@@ -142,7 +143,7 @@ def follow(
             level = COMPETING if track.now == time[k] else steady_level(track, time[k])
             which = int(track.mobile) * LEVELS + level
             if time[k] - track.last > LONGEST_GAP:
-                ahead.run[0].started = 0
+                restart(ahead)
             predict(filters, which, ahead, time[k] - ahead_time)
             ahead_time = time[k]
             write(filters, which, track.latitude, track.longitude, ahead, estimate)
@@ -211,7 +212,7 @@ def after_rejection(filters: Filters, which: int, track: np.record, state: State
         return CONTINUED
     link = RESTARTED if track.resets > 0.0 else REPOSITIONED
     if link == RESTARTED:
-        state.run[0].started = 0
+        restart(state)
     else:
         free_position(state)
     track.refused_from, track.resets = math.inf, 1.0 - track.resets

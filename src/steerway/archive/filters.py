@@ -1,4 +1,4 @@
-"""Filters of an archive's tracks: those of `estimation`, with one model per class of vessel and noise level.
+"""Filters of an archive's tracks: those of `estimation`, with the models of each class of vessel and noise level.
 
 A track stores only the state of its filter. Discretised models are stored by step length, because intervals of whole
 seconds recur; all filters share one workspace.
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.core.arrays import Floats
+from steerway.core.arrays import Floats, Ints
 from steerway.core.compiled import called_kernel, jitable, lean_kernel
 from steerway.core.earth import displaced, displacement
 from steerway.core.linear_algebra import fill_lower
@@ -31,7 +31,7 @@ from steerway.estimation.filter.model import (
     Model,
     empty_bank,
 )
-from steerway.estimation.filter.row import Row, state_row, take_row
+from steerway.estimation.filter.row import Row, Taken, state_row, take_row
 from steerway.estimation.filter.vectors import Vec2, density, nis
 from steerway.estimation.filter.weigh import NORMAL
 from steerway.estimation.log.course import COG, SOG, SOG_STD, average
@@ -47,25 +47,25 @@ seconds, as in AIS, each get a slot of their own."""
 _LEAST_DENSITY = 1e-300
 _ANYWHERE = 1e10
 """Position variance, m². Its 1σ of 100 km is more than the distance of any report within reach."""
-_ALONE = np.ones(1)
-"""Weights of one structure."""
 
 
 class State(NamedTuple):
-    """State of a filter: the part of a Bank that a track stores. States of many filters have leading axes."""
+    """State of a filter: the part of its structures' Banks that a track stores. States of many have leading axes."""
 
-    x: np.ndarray  # (m modes, n states)
+    x: np.ndarray  # (m modes of all structures, n states)
     p: np.ndarray  # (m, n, n)
-    probability: np.ndarray  # (m,)
-    run: np.ndarray  # (1,) RUN
+    probability: np.ndarray  # (m,) in its structure
+    run: np.ndarray  # (s structures,) RUN
 
 
 class Filters(NamedTuple):
     """Models of all classes and levels, stacked along a first axis, and the arrays that their predictions share."""
 
     models: Model  # arrays with a leading axis of models
-    change: np.ndarray  # (models,) (m/s)² per axis, variance added to the velocity before a prediction
-    steerageway: np.ndarray  # (models,) m/s, lowest speed with a defined course
+    first: np.ndarray  # (classes and levels,) index of the first model, that of the first structure
+    weights: np.ndarray  # (s,) of the structures
+    change: np.ndarray  # (classes and levels,) (m/s)² per axis, variance added to the velocity before a prediction
+    steerageway: np.ndarray  # (classes and levels,) m/s, lowest speed with a defined course
     steps: np.ndarray  # (models, _SLOTS, m) STEP by length; responses and changes belong to it, as in Bank
     responses: np.ndarray
     changes: np.ndarray
@@ -73,20 +73,22 @@ class Filters(NamedTuple):
     shares: np.ndarray
     rows: np.ndarray
     product: np.ndarray
-    fused: np.ndarray  # (1, FUSED)
+    fused: np.ndarray  # (s, FUSED)
     plain: bool  # whether the five-state filter serves all models
 
 
-def filters_of(models: Sequence[Model], change: Floats, steerageway: Floats) -> Filters:
-    """Filters of models of equal size; change and steerageway as in Filters."""
-    first, space = models[0], (len(models), _SLOTS)
-    m, n = len(first.modes), first.states
+def filters_of(models: Sequence[Model], first: Ints, weights: Floats, change: Floats, steerageway: Floats) -> Filters:
+    """Filters of models of equal size; the other arguments as in Filters."""
+    one, space = models[0], (len(models), _SLOTS)
+    m, n = len(one.modes), one.states
     parts = (np.stack(each) for each in zip(*(model[:5] for model in models), strict=True))
     modes, generator, processes, receiver, aids = parts
-    stacked = Model(modes, generator, processes, receiver, aids, n, first.driving)
-    work = empty_bank(first)
+    stacked = Model(modes, generator, processes, receiver, aids, n, one.driving)
+    work = empty_bank(one)
     return Filters(
         stacked,
+        first,
+        weights,
         change,
         steerageway,
         np.zeros((*space, m), STEP),
@@ -96,16 +98,17 @@ def filters_of(models: Sequence[Model], change: Floats, steerageway: Floats) -> 
         work.shares,
         work.rows,
         work.product,
-        np.empty((1, FUSED)),
+        np.empty((len(weights), FUSED)),
         all(five_state.is_plain(each, NO_AIDS) for each in models),
     )
 
 
 def empty_states(shape: tuple[int, ...], filters: Filters) -> State:
     """States of filters, an array of them with this shape, before the first fix."""
-    m, n = filters.models.modes.shape[1], filters.models.states
+    s, n = len(filters.weights), filters.models.states
+    m = s * filters.models.modes.shape[1]
     return State(
-        np.zeros((*shape, m, n)), np.zeros((*shape, m, n, n)), np.zeros((*shape, m)), np.zeros((*shape, 1), RUN)
+        np.zeros((*shape, m, n)), np.zeros((*shape, m, n, n)), np.zeros((*shape, m)), np.zeros((*shape, s), RUN)
     )
 
 
@@ -126,7 +129,7 @@ def model_of(filters: Filters, which: int) -> Model:
 
 @jitable
 def bank_of(filters: Filters, which: int, slot: int, state: State) -> Bank:
-    """The Bank of a state, with the step stored in a slot."""
+    """The Bank of the state of one structure, with the step stored in a slot."""
     return Bank(
         state.x,
         state.p,
@@ -148,6 +151,21 @@ def state_at(states: State, k: int) -> State:
     return State(states.x[k], states.p[k], states.probability[k], states.run[k])
 
 
+@jitable
+def part_of(state: State, s: int) -> State:
+    """The state of structure s."""
+    m = len(state.probability) // len(state.run)
+    a, b = s * m, (s + 1) * m
+    return State(state.x[a:b], state.p[a:b], state.probability[a:b], state.run[s : s + 1])
+
+
+@lean_kernel
+def restart(state: State) -> None:
+    """Let a filter start again at the next fix."""
+    for s in range(len(state.run)):
+        state.run[s].started = 0
+
+
 @lean_kernel
 def copy_state(state: State, out: State) -> None:
     """Copy the state of a filter."""
@@ -158,7 +176,8 @@ def copy_state(state: State, out: State) -> None:
             out.x[k, i] = state.x[k, i]
             for j in range(n):
                 out.p[k, i, j] = state.p[k, i, j]
-    out.run[0] = state.run[0]
+    for s in range(len(state.run)):
+        out.run[s] = state.run[s]
 
 
 @lean_kernel
@@ -186,17 +205,24 @@ def add_variance(p: Floats, i: int, variance: float) -> None:
 def free_position(state: State) -> None:
     """Make the position unknown, so that the next fix sets the position and the velocity stays."""
     add_variance(state.p, NORTH, _ANYWHERE)
-    run = state.run[0]
-    run.outliers = run.was_outlier = 0.0
+    for s in range(len(state.run)):
+        run = state.run[s]
+        run.outliers = run.was_outlier = 0.0
 
 
 @lean_kernel
 def predict(filters: Filters, which: int, state: State, dt: float) -> None:
-    """Predict a filter by dt seconds with model `which`; a filter that has not started stays as it is."""
-    if not (dt > 0.0 and state.run[0].started == 1):
-        return
+    """Predict a filter by dt seconds for a class and level; a filter that has not started stays as it is."""
+    if dt > 0.0 and state.run[0].started == 1:
+        add_variance(state.p, SPEED, filters.change[which])
+        for s in range(len(filters.weights)):
+            predict_structure(filters, filters.first[which] + s, part_of(state, s), dt)
+
+
+@lean_kernel
+def predict_structure(filters: Filters, which: int, state: State, dt: float) -> None:
+    """Predict a structure by dt > 0 seconds with model `which`."""
     model = model_of(filters, which)
-    add_variance(state.p, SPEED, filters.change[which])
     if filters.plain:
         parts = parts_of(state.x[0], state.p[0], model.modes[0], dt)
         h = dt / parts
@@ -226,39 +252,58 @@ def round_to(receivers: np.ndarray, digit: float, latitude: float) -> None:
 @lean_kernel
 def take(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
     """Update with a fix (m) at the filter's time. Returns its NIS and outlier probability, NaN for the first fix."""
+    nis = wrong = 0.0
+    for s in range(len(filters.weights)):
+        taken = take_structure(filters, filters.first[which] + s, part_of(state, s), north, east)
+        nis += filters.weights[s] * taken.nis
+        wrong += filters.weights[s] * taken.wrong
+    return nis, wrong
+
+
+@lean_kernel
+def take_structure(filters: Filters, which: int, state: State, north: float, east: float) -> Taken:
+    """Update a structure with a fix."""
     model, bank, row = model_of(filters, which), bank_of(filters, which, 0, state), Row(0.0, north, east, 1.0)
     if filters.plain and model.receiver[0].quantum_north == 0.0:
-        taken = five_state.take(bank, model, row)
-    elif filters.plain:
-        taken = five_state.leave(bank, model, row)
-    else:
-        taken = take_row(bank, model, row, filters.change[:0])
-    return taken.nis, taken.wrong
+        return five_state.take(bank, model, row)
+    if filters.plain:
+        return five_state.leave(bank, model, row)
+    return take_row(bank, model, row, filters.change[:0])
 
 
 @called_kernel
 def aid(filters: Filters, which: int, state: State, aids: Floats) -> None:
     """Update with the aids (a,) that are not NaN."""
-    model, bank = model_of(filters, which), bank_of(filters, which, 0, state)
-    if filters.plain:
-        fill_lower(state.p[0])
-    take_aids(bank, model, aids)
+    for s in range(len(filters.weights)):
+        of_structure, k = part_of(state, s), filters.first[which] + s
+        if filters.plain:
+            fill_lower(of_structure.p[0])
+        take_aids(bank_of(filters, k, 0, of_structure), model_of(filters, k), aids)
 
 
 @called_kernel
 def weigh(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
     """Negative log-likelihood of a fix (density in 1/m²), and its lowest NIS over the modes."""
-    model = model_of(filters, which)
-    receiver, fix, total, least = model.receiver[0], Vec2(north, east), 0.0, math.inf
-    variance = receiver.fix_variance + (receiver.quantum_north**2 + receiver.quantum_east**2) / 24.0
+    fix, modes, total, least = Vec2(north, east), len(state.x) // len(filters.weights), 0.0, math.inf
     for k in range(len(state.x)):
-        x, p = state.x[k], state.p[k]
+        s, x, p = k // modes, state.x[k], state.p[k]
+        model = model_of(filters, filters.first[which] + s)
+        receiver = model.receiver[0]
+        variance = receiver.fix_variance + (receiver.quantum_north**2 + receiver.quantum_east**2) / 24.0
         if filters.plain:
             fill_lower(p)
         seen = see(x, p, model.processes, receiver.time_variance, fix, variance, filters.rows)
-        total += state.probability[k] * density(seen.off, seen.s, NORMAL)
+        total += filters.weights[s] * state.probability[k] * density(seen.off, seen.s, NORMAL)
         least = min(least, nis(seen.off, seen.s))
     return -math.log(max(total, _LEAST_DENSITY)), least
+
+
+@lean_kernel
+def move(x: Floats, north: float, east: float) -> None:
+    """Add an offset (m) to the positions of x (m, n)."""
+    for k in range(len(x)):
+        x[k, NORTH] += north
+        x[k, EAST] += east
 
 
 @lean_kernel
@@ -269,20 +314,20 @@ def recentre(track: np.record, state: State, place: tuple[float, float], at: tup
     """
     north, east = state.x[0, NORTH], state.x[0, EAST]
     track.latitude, track.longitude = displaced(place[0], place[1], north - at[0], east - at[1])
-    for k in range(len(state.x)):
-        state.x[k, NORTH] -= north
-        state.x[k, EAST] -= east
+    move(state.x, -north, -east)
 
 
 @lean_kernel
 def write(filters: Filters, which: int, latitude: float, longitude: float, state: State, estimate: Floats) -> None:
     """Write the estimate (OUTPUTS,) of a filter whose plane has its origin at a position; undefined courses are NaN."""
-    model, bank = model_of(filters, which), bank_of(filters, which, 0, state)
+    first, steerageway = filters.first[which], filters.steerageway[which]
     if filters.plain:
-        five_state.write_estimate(bank, model, filters.steerageway[which], estimate)
+        five_state.write_estimate(bank_of(filters, first, 0, state), model_of(filters, first), steerageway, estimate)
     else:
-        state_row(bank, model, filters.fused[0])
-        average(filters.fused, _ALONE, filters.steerageway[which], estimate)
+        for s in range(len(filters.weights)):
+            bank = bank_of(filters, first + s, 0, part_of(state, s))
+            state_row(bank, model_of(filters, first + s), filters.fused[s])
+        average(filters.fused, filters.weights, steerageway, estimate)
     if estimate[0] == 0.0 and estimate[1] == 0.0:  # as after every report
         estimate[0], estimate[1] = latitude, longitude
     else:

@@ -18,6 +18,7 @@ from steerway.archive.tracks import LEVELS, MANOEUVRING, STEADY
 from steerway.estimation.log.course import least_course_speed
 from steerway.estimation.vessel.flat import WeighedModel, model_of_profile
 from steerway.estimation.vessel.profile import BUILT_IN, Profile
+from steerway.estimation.vessel.structures import model_of
 
 PROFILES = ("ais", "ais-class-a", "ais-class-b")
 """Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
@@ -51,9 +52,9 @@ _STEADY = {
 
 
 def levels(profile: Profile | None) -> list[list[Profile]]:
-    """Profiles by class (PROFILES) and level (LEVELS); a given profile is used for all of them."""
+    """Profiles by class (PROFILES) and level (LEVELS); a given profile alone, which is used for all of them."""
     if profile is not None:
-        return [[profile] * LEVELS] * len(PROFILES)
+        return [[profile]]
     return [_levels_of(BUILT_IN[name]) for name in PROFILES]
 
 
@@ -69,21 +70,35 @@ def _levels_of(profile: Profile) -> list[Profile]:
 
 def filters(profiles: Sequence[Sequence[dict[str, Any]]], aid: tuple[str, ...], smooth: bool = False) -> Filters:
     """The filters of the kernels, by class and level. For smoothing, two modes are averaged into one."""
-    models, change, steerageway = [], [], []
+    found: list[WeighedModel] = []
+    change, steerageway = [], []
     for some in profiles:
-        levelled = some[STEADY] != some[MANOEUVRING]
+        levelled = some[-1] != some[0]
         for level, each in enumerate(some):
             profile = Profile(**each)
-            model = model_of_profile(profile.on_average if smooth else profile, aid)
-            if levelled and level in _RESTING:
-                model.modes["drift_speed"] = math.inf
-                model.modes["rate_noise"] *= _TURNING_AT_REST
-            elif levelled and level < STEADY:
-                model.modes["manoeuvres"] = 1  # else the large noise would look like speed of a vessel at rest
-            models.append(model)
+            structures = _alike(profile.on_average if smooth else profile, aid)
+            for _, model in structures:
+                if levelled and level in _RESTING:
+                    model.modes["drift_speed"] = math.inf
+                    model.modes["rate_noise"] *= _TURNING_AT_REST
+                elif levelled and level < STEADY:
+                    model.modes["manoeuvres"] = 1  # else the large noise would look like speed of a vessel at rest
+            found += structures
             change.append(_CHANGE_STD**2 if levelled and level == MANOEUVRING else 0.0)
-            steerageway.append(least_course_speed([WeighedModel(1.0, model)], profile.steerageway))
-    return filters_of(models, np.array(change), np.array(steerageway))
+            steerageway.append(least_course_speed(structures, profile.steerageway))
+    weights = np.array([each.weight for each in structures])
+    by_level = np.arange(0, len(found), len(weights)), np.array(change), np.array(steerageway)
+    first, changes, speeds = (np.resize(each, len(PROFILES) * LEVELS) for each in by_level)
+    return filters_of([each.model for each in found], first, weights, changes, speeds)
+
+
+def _alike(profile: Profile, aid: tuple[str, ...]) -> list[WeighedModel]:
+    """The models of a profile, all of one size. The last digits of fixes are those of the inputs."""
+    structures = profile.structures
+    if not structures:
+        return [WeighedModel(1.0, model_of_profile(profile, aid))]
+    parts = tuple({name: 0 for each in structures for name in each.parts})
+    return [WeighedModel(each.weight, model_of(each.parts, each.values, beside=parts)) for each in structures]
 
 
 def profile_names(manifest: dict[str, Any]) -> str:

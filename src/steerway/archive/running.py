@@ -97,10 +97,10 @@ def run(
     for name in aid:
         if name not in _AIDS:
             raise InputError(f"aid {name!r} is unknown, expected some of {', '.join(_AIDS)}")
-    if profile is not None and profile.structures:
+    if profile is not None and profile.structures and smooth:
         raise InputError(
-            f"profile {profile.name} is a profile of structures, which archives do not support; expected one of the "
-            "five-state filter (steerway profile list)"
+            f"profile {profile.name} has structures, which archives do not smooth; expected one without structures "
+            "(steerway profile list), or a run without smoothing"
         )
     if rate is not None and not 1e-6 <= rate <= 10.0:
         raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 10")
@@ -115,7 +115,7 @@ def run(
     workers = workers or max(1, min(os.cpu_count() or 1, int(memory / 6e8)))
     if not store.manifest_path.exists() and any(each.name != LOCK for each in store.root.iterdir()):
         raise InputError(f"{store.root} is not empty and holds no archive, expected a new or an empty directory")
-    profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
+    profiles = [[each.model_dump(mode="json") for each in some] for some in levels(profile)]
     wanted = {"profiles": profiles, "aid": list(aid), "smooth": smooth, "rate": rate}
     with only_writer(store.root, f"the archive {store.root}"):
         manifest = _manifest(store, wanted, buckets, lambda: _bucket_count(files, memory, workers))

@@ -16,6 +16,7 @@ from steerway.archive.filters import (
     copy_state,
     empty_states,
     model_of,
+    move,
     slot_for,
     state_at,
     write,
@@ -59,21 +60,14 @@ def _smooth_pieces(
             if k + 1 < bounds[i + 1] and kept.link[k + 1] != RESTARTED and kept.states.run[k + 1, 0].started == 1:
                 copy_state(state, ahead)
                 copy_state(state_at(kept.states, k + 1), later)
-                move(later.x, displacement(kept.plane[k + 1, 0], kept.plane[k + 1, 1], plane[0], plane[1]))
+                north, east = displacement(kept.plane[k + 1, 0], kept.plane[k + 1, 1], plane[0], plane[1])
+                move(later.x, north, east)
                 if _predict(filters, which[k + 1], ahead, time[k + 1] - time[k], room):
                     _smooth_by(state, ahead, later, kept.link[k + 1] == REPOSITIONED, room)
             write(filters, which[k], plane[0], plane[1], state, shown)
             for j in range(len(shown)):
                 if j < SOG or j == POSITION_STD or not math.isnan(estimate[k, SOG]):
                     estimate[k, j] = shown[j]
-
-
-@lean_kernel
-def move(x: Floats, offset: tuple[float, float]) -> None:
-    """Add an offset (north, east; m) to the positions of x (m, n)."""
-    for k in range(len(x)):
-        x[k, NORTH] += offset[0]
-        x[k, EAST] += offset[1]
 
 
 @called_kernel
@@ -95,7 +89,8 @@ def _predict(filters: Filters, which: int, state: State, dt: float, room: Room) 
 
     Returns False if the course becomes undefined on the way, because the prediction is then not linear.
     """
-    x, p, model = state.x[0], state.p[0], model_of(filters, which)
+    k, x, p = filters.first[which], state.x[0], state.p[0]
+    model = model_of(filters, k)
     copy_square(p, room.gain)
     if not dt > 0.0:
         return True
@@ -103,8 +98,8 @@ def _predict(filters: Filters, which: int, state: State, dt: float, room: Room) 
     parts = parts_of(x, p, model.modes[0], dt) if filters.plain else steps_in(dt)
     for j in range(parts):
         h = dt / parts if filters.plain else step_of(j, dt)
-        slot = slot_for(filters, which, h)
-        bank = bank_of(filters, which, slot, state)
+        slot = slot_for(filters, k, h)
+        bank = bank_of(filters, k, slot, state)
         if bank.steps[0].dt != h:
             if filters.plain:
                 five_state.discretise(bank.steps[0], bank.responses[0, RATE], model.modes[0], h)

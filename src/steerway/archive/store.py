@@ -139,7 +139,7 @@ class Store:
         """Write the state and the counts of a unit, which marks it as done; its tables must be written before."""
         text = np.frombuffer(json.dumps(numbers).encode(), np.uint8)
         with complete_or_absent(self.path("state", day, bucket)) as file:
-            np.savez(file, numbers=text, **vars(state))
+            np.savez_compressed(file, numbers=text, **vars(state))
 
     def state(self, day: int, bucket: int) -> BucketState:
         """The state of a bucket after a day."""

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.archive.filters import Filters, State, predict, state_at, weigh
+from steerway.archive.filters import Filters, State, predict, restart, state_at, weigh
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.gaps import LONGEST_GAP
@@ -82,7 +82,7 @@ _UNDETERMINED = 25.0
 def predict_to(filters: Filters, which: int, track: np.record, state: State, time: float) -> None:
     """Predict the filter of a track to a time; after a gap above LONGEST_GAP it restarts."""
     if time - track.last > LONGEST_GAP:
-        state.run[0].started = 0
+        restart(state)
     predict(filters, which, state, time - track.now)
 
 
@@ -204,7 +204,7 @@ def begin(track: np.record, state: State, time: float, mobile: int, use: int) ->
     track.use, track.mobile, track.last, track.now = use, mobile, time, time
     track.refused_from, track.resets = math.inf, 0.0
     track.number, track.hits, track.since, track.hull, track.known, track.underway = -1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    state.run[0].started = 0
+    restart(state)
 
 
 @called_kernel

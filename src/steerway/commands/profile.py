@@ -9,7 +9,7 @@ from steerway.commands.options import AS_JSON, FROM, LOGS, SOURCE, UNTIL, expect
 from steerway.commands.terminal import argument, flag, option, print_json, print_pairs, progress_line
 
 if TYPE_CHECKING:
-    from steerway.estimation.vessel.profile import Profile
+    pass
 
 
 app = typer.Typer(
@@ -31,13 +31,7 @@ def list_profiles(as_json: bool = AS_JSON) -> None:
     if as_json:
         print_json([each.model_dump() for each in BUILT_IN.values()])
     else:
-        print_pairs([(each.name, _description(each)) for each in BUILT_IN.values()])
-
-
-def _description(profile: "Profile") -> str:
-    if not profile.turn_time:
-        return profile.description
-    return f"{profile.description}; turns last {profile.turn_time:g} s, {profile.straight_time:g} s apart"
+        print_pairs([(each.name, each.description) for each in BUILT_IN.values()])
 
 
 @app.command("show")

@@ -14,7 +14,7 @@ from steerway.core.linear_algebra import symmetric
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.model import COURSE, FUSED, SPEED, Bank, Model, bank_in, bank_size, packed
 from steerway.estimation.log.copies import FEW_STEPS, HELD
-from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, Weighed, average, least_course_speed
+from steerway.estimation.log.course import EAST, NORTH, POSITION_STD, RATE, SOG, average, least_course_speed
 from steerway.estimation.log.plane import covariance_from_north
 from steerway.estimation.stream_row import (
     AZIMUTH,
@@ -38,7 +38,7 @@ from steerway.estimation.stream_row import (
     true_course,
 )
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
-from steerway.estimation.vessel.flat import WeighedModel
+from steerway.estimation.vessel.flat import Weighed, WeighedModel
 
 FADE = 10.0
 """Time, s, in which the estimate blends from one set of structures to the next: a few fixes of a usual receiver."""

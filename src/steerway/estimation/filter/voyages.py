@@ -20,8 +20,9 @@ from steerway.estimation.filter.forecast import MOMENTS
 from steerway.estimation.filter.model import COURSE, EAST, NORTH, RATE, SPEED, Bank, Model, Step, empty_bank
 from steerway.estimation.filter.motion import spin_share
 from steerway.estimation.filter.row import outputs, recall, run_record
-from steerway.estimation.log.course import SOG, Weighed
+from steerway.estimation.log.course import SOG
 from steerway.estimation.log.run import Track
+from steerway.estimation.vessel.flat import Weighed
 
 VOYAGES = 500
 """Number of voyages of all structures: σ errs by 3 %, the mean by 4 % of σ, and a forecast of ten minutes takes 0.04

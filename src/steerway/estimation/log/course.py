@@ -6,7 +6,6 @@ differences.
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from steerway.estimation.filter.model import FUSED, ON_ACCELERATION, ON_FIX, Ban
 from steerway.estimation.filter.reversal import reversal_of, reversed_aids
 from steerway.estimation.filter.row import Asked, Rows, run_record
 from steerway.estimation.filter.smoother import room_to_meet, smooth_kept
+from steerway.estimation.vessel.flat import Weighed
 
 STEERAGEWAY = 0.3
 """Speed, m/s, above which the course of every receiver is output if its σ is small. Below it, the slow error of a
@@ -30,16 +30,6 @@ log at a berth (positions of six digits, SOG of 0.03 m/s by the receiver): 0.7 %
 of 0.3 m/s, 67 % without."""
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
-
-
-class Weighed(Protocol):
-    """A model and its weight: a `Structure` or a `WeighedModel`."""
-
-    @property
-    def weight(self) -> float: ...
-
-    @property
-    def model(self) -> Model: ...
 
 
 def run_model(record: Rows, model: Model, bank: Bank, asked: Asked) -> None:

@@ -23,7 +23,6 @@ from steerway.estimation.log.course import (
     SOG,
     SOG_STD,
     STEERAGEWAY,
-    Weighed,
     averaged,
     fixes_apart,
     least_course_speed,
@@ -46,6 +45,7 @@ from steerway.estimation.log.rows import (
 )
 from steerway.estimation.log.stamps import regular_times
 from steerway.estimation.vessel.aids import AIDS, expect_aids
+from steerway.estimation.vessel.flat import Weighed
 from steerway.estimation.vessel.parts import PLAIN
 from steerway.estimation.vessel.profile import Profile
 from steerway.estimation.vessel.structures import Structure, parameters_of

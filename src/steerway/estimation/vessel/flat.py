@@ -15,7 +15,7 @@ from steerway.core.settings import positive_number
 from steerway.estimation.filter.bank import LEAST_SHARE
 from steerway.estimation.filter.model import MODE, ON_ACCELERATION, ON_AID, ON_COURSE, ON_FIX, RECEIVER, Model
 from steerway.estimation.vessel.aids import TABLE, AidNoise
-from steerway.estimation.vessel.structures import Shaping, assembled
+from steerway.estimation.vessel.structures import Shaping, Structure, assembled
 
 SHORTEST_PERIOD = 3.0
 """Shortest period (s) of wave-induced yaw: the longest step of a prediction. Faster yaw is noise of the course."""
@@ -43,6 +43,9 @@ class WeighedModel(NamedTuple):
 
     weight: float
     model: Model
+
+
+Weighed = Structure | WeighedModel
 
 
 class MotionNoise(BaseModel):

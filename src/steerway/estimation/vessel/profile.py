@@ -23,7 +23,7 @@ from pydantic import (
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.settings import Table, read_toml, toml_value
-from steerway.estimation.vessel.flat import Numbers, WeighedModel, model_of_profile
+from steerway.estimation.vessel.flat import Numbers, Weighed, WeighedModel, model_of_profile
 from steerway.estimation.vessel.parts import PLAIN
 from steerway.estimation.vessel.presets import PRESETS
 from steerway.estimation.vessel.structures import VESSELS, Structure, parameters_of
@@ -128,7 +128,7 @@ class Profile(Numbers, Table):
         text += "".join(map(_structure_toml, self.structures))
         return text + _intervals_toml("intervals", self.intervals)
 
-    def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[Structure | WeighedModel, ...]:
+    def models(self, aid: tuple[str, ...] = (), smoothed: bool = False) -> tuple[Weighed, ...]:
         """Weights and models that filters (or smoothers) run: of the structures, or of the flat numbers with the states
         that these aids need."""
         return self.structures or (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)

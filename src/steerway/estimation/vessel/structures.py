@@ -94,17 +94,21 @@ class Shaping(NamedTuple):
     aid: str = ""
 
 
-def model_of(parts: Parts, values: Values, quantum: tuple[float, float] = (0.0, 0.0)) -> Model:
-    """Model of a structure with these numbers (dict); quantum: last digit of fixes north and east, m or 0."""
-    v, shapings = values, []
-    for name, each in [(name, each) for name, part in PARTS.items() if name in parts for each in part.filters]:
+def model_of(parts: Parts, values: Values, quantum: tuple[float, float] = (0.0, 0.0), beside: Parts = ()) -> Model:
+    """Model of a structure with these numbers.
+
+    quantum: last digit of fixes north and east, m or 0.
+    beside: parts of other structures, of which this one gets states without noise, so that all models have one size.
+    """
+    v, shapings = dict.fromkeys(priors_of(beside), 1.0) | values, []
+    for name, each in [(n, each) for n, part in PARTS.items() if n in parts or n in beside for each in part.filters]:
         decay, frequency = 1.0 / v[each.time], 0.0
         if each.damping:
             frequency = 2.0 * math.pi / v[each.time]
             decay = v[each.damping] * frequency
-        shapings.append(Shaping(each.acts_on, decay, frequency, v[each.std] ** 2, name))
-    variances = {aid.name: v[next(iter(aid.priors))] ** 2 for aid in TABLE if aid.name in parts}
-    return assembled(*_modes_of(v), shapings, _receiver_of(v, quantum), variances)
+        shapings.append(Shaping(each.acts_on, decay, frequency, v[each.std] ** 2 if name in parts else 0.0, name))
+    variances = {aid.name: values[next(iter(aid.priors))] ** 2 for aid in TABLE if aid.name in parts}
+    return assembled(*_modes_of(values), shapings, _receiver_of(values, quantum), variances)
 
 
 def assembled(
