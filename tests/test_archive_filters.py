@@ -11,7 +11,7 @@ from steerway.archive.testing import association, digest, filters, levels, page,
 from steerway.core import NORMAL_95, REJECTED, Fixes
 from steerway.core.testing import PREDICTED, displaced_all, displacement
 from steerway.estimation import FiveStateFilter, Profile
-from steerway.estimation.testing import Structure, parameters_of
+from steerway.estimation.testing import Structure, medians_of
 from tests.fleet import _motion, ships
 
 CLASS_A = 1
@@ -187,12 +187,8 @@ def test_a_profile_of_more_states_is_filtered_and_smoothed_too():
 
 def test_a_profile_of_structures_gives_what_its_filter_gives():
     """The structures have parts of their own, and weights that the average needs."""
-    structures = []
-    for weight, parts, noise in ((0.7, ("base", "wander"), 3.0), (0.3, ("base", "wander", "error"), 5.0)):
-        names, medians, _ = parameters_of(parts)
-        values = dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": noise}
-        structures.append(Structure(weight=weight, parts=parts, values=values))
-    profile = Profile.of(structures)
+    some = ((0.7, ("base", "wander"), 3.0), (0.3, ("base", "wander", "error"), 5.0))
+    profile = Profile.of(Structure(weight=w, parts=p, values=medians_of(p) | {"fix_std": std}) for w, p, std in some)
     by = levels.filters([[profile.model_dump()]], ())
     time, latitude, longitude = (each[:30] for each in sailing(3, 1))
     into = found(by, time, latitude, longitude)

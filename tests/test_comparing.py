@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 import steerway
 from steerway.core import Fixes, InputError
 from steerway.core.testing import displaced_all
-from steerway.estimation import InferredProfile
-from steerway.estimation.testing import Structure, compare, parameters_of
+from steerway.estimation import Profile
+from steerway.estimation.testing import Structure, compare, medians_of
 from steerway.formats.testing import read_tracks
 from steerway.report.testing import differences, statistics, statistics_table
 from tests.command_line import run
@@ -131,9 +131,7 @@ def fixes():
 
 
 def profile(parts, **numbers):
-    names, medians, _ = parameters_of(parts)
-    values = dict(zip(names, np.exp(medians).tolist(), strict=True)) | numbers
-    return InferredProfile(structures=(Structure(weight=1.0, parts=parts, values=values),))
+    return Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts) | numbers)])
 
 
 ROLLS = profile(("base", "wander", "antenna"), fix_std=0.01, antenna_std=0.07, antenna_period=PERIOD, wander_std=1e-3)

@@ -9,15 +9,15 @@ import pytest
 
 import steerway
 from steerway.core import Fixes, displacement, wrap
-from steerway.estimation import InferredFilter, InferredProfile, Profile, hindcast, predict
+from steerway.estimation import InferredFilter, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.testing import (
     HeadingTracker,
     Structure,
+    medians_of,
     model_of_profile,
     noise,
-    parameters_of,
     taken_up,
 )
 from steerway.estimation.testing import inference_forecast as forecast
@@ -42,9 +42,7 @@ def fixes():
 
 def inferred(parts=PARTS):
     """A profile with the prior medians of a structure."""
-    names, medians, _ = parameters_of(parts)
-    values = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    return InferredProfile(structures=(Structure(weight=1.0, parts=parts, values=values),))
+    return Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts))])
 
 
 def test_two_modes_with_aids_are_smoothed(fixes):

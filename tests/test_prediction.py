@@ -9,8 +9,8 @@ import pytest
 
 import steerway
 from steerway.core import Fixes, displacement, wrap
-from steerway.estimation import FiveStateFilter, InferredProfile, Prediction, Profile, choose_profile, hindcast, predict
-from steerway.estimation.testing import Structure, parameters_of
+from steerway.estimation import FiveStateFilter, Prediction, Profile, choose_profile, hindcast, predict
+from steerway.estimation.testing import Structure, medians_of
 from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight
 
@@ -52,10 +52,8 @@ def test_mean_and_covariance_are_those_of_many_voyages(horizon):
 
 def test_no_region_is_larger_than_the_speeds_of_the_record_allow():
     """A boat at 1 m/s that changes her speed often stays within reach, ten minutes ahead too."""
-    parts = "base", "wander"
-    names, medians, _ = parameters_of(parts)
-    values = dict(zip(names, np.exp(medians).tolist(), strict=True)) | {"surge_size": 0.8, "surge_every": 15.0}
-    profile = InferredProfile(structures=(Structure(weight=1.0, parts=parts, values=values),))
+    parts, changes = ("base", "wander"), {"surge_size": 0.8, "surge_every": 15.0}
+    profile = Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts) | changes)])
     fixes = straight(1.0, 0.5, 1200.0, rate=0.5).fixes(0.5, 1)
     within = predict(fixes, (60.0, 600.0, 600.0), profile)
     assert (within.ellipse[0] < 2.45 * 2.0 * within.horizon).all()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import steerway.archive
 from steerway.estimation import load_profile
 from steerway.estimation.testing import prior_profile
 from tests.ais_sentences import sentences, tagged
@@ -36,14 +37,24 @@ def log(tmp_path_factory):
     return path
 
 
-def test_estimate_advise_and_show_take_it(inferred, log, tmp_path):
+def test_every_command_takes_it(inferred, log, tmp_path):
+    scenario, archive = (
+        tmp_path / "scenario.toml",
+        ("archive", "run", log, "-o", tmp_path / "archive", "--workers", "1"),
+    )
+    scenario.write_text(SCENARIO.format(path=inferred))
     for command in (
         ("estimate", log, "-o", tmp_path / "out.csv", "--profile", inferred),
         ("advise", inferred, "--speed", "2"),
         ("profile", "show", inferred),
+        ("simulate", scenario, "-o", tmp_path / "sailed"),
+        (*archive, "--profile", inferred),
     ):
         code, _, said = run(*command)
         assert code == 0, said
+    assert len(steerway.archive.scan(tmp_path / "archive").collect()) == 61
+    code, _, said = run(*archive, "--profile", inferred, "--smooth")
+    assert code == 2 and said.count("\n") == 1 and "profile prior has structures" in said
 
 
 def test_parts_of_earlier_versions_are_left_out_and_named(inferred, log, tmp_path, caplog):
@@ -71,22 +82,6 @@ def test_steps_and_an_uncertain_moment_of_earlier_versions_are_read(inferred, tm
     assert caplog.messages == []
     assert receiver["step_rate"] == pytest.approx(1.0 / 9.0) and receiver["step_variance"] == pytest.approx(0.01)
     assert receiver["time_variance"] == pytest.approx(0.0004)
-
-
-def test_a_scenario_is_sailed_by_it(inferred, tmp_path):
-    path = tmp_path / "scenario.toml"
-    path.write_text(SCENARIO.format(path=inferred))
-    code, _, said = run("simulate", path, "-o", tmp_path / "sailed")
-    assert code == 0, said
-
-
-def test_an_archive_is_run_by_it_and_smoothing_refused_in_one_sentence(inferred, log, tmp_path):
-    command = ("archive", "run", log, "-o", tmp_path / "archive", "--workers", "1", "--profile", inferred)
-    code, out, said = run(*command)
-    assert code == 0 and "60" in out.split("rows")[1], said
-    code, _, said = run(*command, "--smooth")
-    assert code == 2 and said.count("\n") == 1
-    assert "profile prior has structures, which archives do not smooth" in said
 
 
 def test_the_profile_of_a_log_of_many_vessels_is_the_built_in_one(tmp_path):

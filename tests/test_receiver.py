@@ -11,7 +11,7 @@ from scipy.stats import qmc
 import steerway
 from steerway.core import REJECTED, wrap_array
 from steerway.core.testing import PREDICTED
-from steerway.estimation import InferredProfile
+from steerway.estimation import Profile
 from steerway.estimation.testing import (
     COURSE,
     MODES,
@@ -20,9 +20,9 @@ from steerway.estimation.testing import (
     Structure,
     advance,
     extrapolated,
+    medians_of,
     model_of,
     of_other_receiver,
-    parameters_of,
     take_fix,
     without_copies,
 )
@@ -59,9 +59,8 @@ def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
 
 def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
     """Far from where the receiver was and from where it is: the fixes after it are taken."""
-    names, medians, _ = parameters_of(("base", "wander"))
-    values = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    profile = InferredProfile(structures=(Structure(weight=1.0, parts=("base", "wander"), values=values),))
+    parts = ("base", "wander")
+    profile = Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts))])
     off = np.where(np.arange(61) < 30, 0.0, 20.0) - 12.0 * (np.arange(61) == 50)
     fixes = straight(2.0, 0.0, 12.0).fixes(0.0, 0, lambda _: (0.0 * off, off))
     status = steerway.estimate(fixes, profile, causal=True).status
@@ -71,8 +70,7 @@ def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
 def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
     """Against the hypotheses corrected one by one, those of less than 1e-6 too; an outlier leaves a mode as it is."""
     parts = ("base", "wander", "steps", "clock")
-    names, medians, _ = parameters_of(parts)
-    values = dict(zip(names, np.exp(medians), strict=True)) | {"step_every": 20.0, "poor_rate": 0.1}
+    values = medians_of(parts) | {"step_every": 20.0, "poor_rate": 0.1}
     model = model_of(parts, values)
     bank = empty_bank(model)
     states = bank.x.shape[1]
@@ -129,8 +127,7 @@ def student(nu, s):
 
 def fed(parts, tail, **given):
     """A model of these parts, and its bank after 20 fixes on a line and the offsets (m) of `tail` from it, east."""
-    names, medians, _ = parameters_of(parts)
-    model = model_of(parts, dict(zip(names, np.exp(medians), strict=True)) | given)
+    model = model_of(parts, medians_of(parts) | given)
     bank = empty_bank(model)
     start(bank, model, 0.0, 0.0)
     for k, off in enumerate([0.0] * 20 + tail, start=1):

@@ -10,8 +10,7 @@ import steerway
 from steerway.archive.testing import levels, tracks
 from steerway.core import REJECTED, Fixes, displacement, wrap_array
 from steerway.core.testing import NO_COURSE, displaced_all
-from steerway.estimation import FiveStateFilter, InferredProfile, Profile
-from steerway.estimation.testing import infer_log
+from steerway.estimation import FiveStateFilter, Profile, choose_profile
 from steerway.report.testing import CONTRADICTED, episodes_of
 from steerway_studies.testing import CELLS, SLOW
 from tests.command_line import run
@@ -227,7 +226,7 @@ def fixes():
 
 @pytest.fixture(scope="module")
 def inferred(fixes):
-    return InferredProfile.of(infer_log(fixes).structures)
+    return choose_profile(fixes)
 
 
 @pytest.mark.parametrize("smooth", [False, True])

@@ -16,8 +16,8 @@ from steerway.estimation.testing import (
     advance,
     cell_of,
     interval_of,
+    medians_of,
     model_of,
-    parameters_of,
     step_density,
     take_fix,
 )
@@ -81,8 +81,7 @@ def test_a_cell_behind_a_step_has_the_density_of_students_distribution(middle, w
 def test_the_densities_of_all_cells_add_up_to_one(steps):
     """Those of outliers fill a kilometre, of which the cells hold little."""
     parts = ("base", "wander", "steps") if steps else ("base", "wander")
-    names, medians, _ = parameters_of(parts)
-    values = dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": 0.01, "outlier_rate": 1e-4} | steps
+    values = medians_of(parts) | {"fix_std": 0.01, "outlier_rate": 1e-4} | steps
     width = np.array([1.85, 1.2])
     model = model_of(parts, values, tuple(width))
     bank = empty_bank(model)

@@ -10,7 +10,7 @@ import pytest
 
 import steerway
 from steerway.core.testing import PREDICTED
-from steerway.estimation import FiveStateFilter, InferredFilter, InferredProfile, LearningFilter
+from steerway.estimation import FiveStateFilter, InferredFilter, LearningFilter, Profile
 from steerway.estimation.testing import prior_profile
 from steerway.live.testing import Navigator, rows_of
 from tests import scenes
@@ -91,10 +91,8 @@ def test_the_rows_are_those_of_estimate(aid, trouble):
         fixes = replace(fixes, sog=sog, cog=cog)
         extra = {"sog_std": 0.1, "sog_error_std": 0.05, "sog_error_time": 3.0}
         extra |= {"velocity_std": 0.1, "cog_error_std": 0.05, "cog_error_time": 3.0}
-        structures = [
-            s.model_copy(update={"parts": (*s.parts, *aid), "values": s.values | extra}) for s in chosen.structures
-        ]
-        chosen = InferredProfile.of(structures)
+        aided = [{"parts": (*s.parts, *aid), "values": s.values | extra} for s in chosen.structures]
+        chosen = Profile.of(s.model_copy(update=more) for s, more in zip(chosen.structures, aided, strict=True))
     motion = steerway.estimate(fixes, chosen, aid=aid, causal=True)
     values, nis, status = streamed(InferredFilter(chosen, aid), fixes)
     for name, column in zip(("latitude", "longitude", *NAMES), values.T, strict=True):

@@ -10,7 +10,7 @@ import steerway
 from steerway import estimation
 from steerway.core import displacement
 from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, log_likelihood, predict, tune
-from steerway.estimation.testing import infer, infer_log, motion_of
+from steerway.estimation.testing import infer, motion_of
 from steerway.estimation.testing import tune as tuning
 from steerway.sensors import Gnss
 from steerway_studies.testing import FAST, SLOW
@@ -50,7 +50,7 @@ def test_what_is_found_predicts_no_worse_than_the_default(sortie):
 def test_the_default_is_what_a_log_without_the_fixes_held_back_shows(sortie):
     fixes, tuned = sortie
     cut = len(fixes) - tuned.held_back
-    default = InferredProfile.of(infer_log(fixes.rows(np.arange(cut))).structures)
+    default = choose_profile(fixes.rows(np.arange(cut)))
     likelihood = log_likelihood(fixes, default, fixes.time[cut])
     assert likelihood == pytest.approx(tuned.default_held_back_log_likelihood, rel=1e-9)
 

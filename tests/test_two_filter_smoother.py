@@ -17,8 +17,8 @@ from steerway.estimation.testing import (
     Rows,
     Structure,
     estimated,
+    medians_of,
     model_of,
-    parameters_of,
     reversal_of,
 )
 from steerway.estimation.testing import RATE as RATE_STATE
@@ -30,9 +30,7 @@ _NONE = np.empty(0)
 
 def structure(parts=(), **numbers):
     parts = ("base", "wander", *parts)
-    names, medians, _ = parameters_of(parts)
-    values = dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": NOISE} | numbers
-    return Structure(weight=1.0, parts=parts, values=values)
+    return Structure(weight=1.0, parts=parts, values=medians_of(parts) | {"fix_std": NOISE} | numbers)
 
 
 def record(north, east, dt=0.2, aids=None):

@@ -7,8 +7,7 @@ import pytest
 
 import steerway
 from steerway.core import wrap_array
-from steerway.estimation import InferredProfile
-from steerway.estimation.testing import infer_log
+from steerway.estimation import choose_profile
 from tests.scenes import sailed
 
 pytestmark = pytest.mark.study
@@ -60,7 +59,7 @@ def errors(name, seed=2):
     """RMS errors of SOG (m/s) and COG (rad), causal and smoothed."""
     sog, cog = MANOEUVRES[name]
     fixes = sailed(sog, cog, RATE).fixes(STD, seed)
-    profile = InferredProfile.of(infer_log(fixes).structures)
+    profile = choose_profile(fixes)
     motions = [steerway.estimate(fixes, profile, causal=causal) for causal in (True, False)]
     known = np.isfinite([motion.cog for motion in motions]).all(axis=0) & (sog > _UNDER_WAY)
     known[:_SETTLED] = False

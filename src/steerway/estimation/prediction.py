@@ -158,7 +158,7 @@ def _ahead(
     profile: Profile, aid: tuple[str, ...], fixes: Fixes, rows: list[int] | None, horizons: Floats
 ) -> list[tuple[float, float, float, float, float, float]]:
     """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) for all horizons of every row; for None, of the last row."""
-    track = Track(fixes, aid, recognises=profile.recognises)
+    track = Track(fixes, aid, recognises=bool(profile.structures))
     if not profile.structures:
         model, on_average = (each.models(aid)[0].model for each in (profile, profile.on_average))
         moments = forecasts_by_numbers(track.record, model, on_average, horizons, rows)

@@ -207,7 +207,7 @@ class FiveStateFilter:
         table = self._aids(aids)
         fixed = math.isfinite(latitude) and math.isfinite(longitude)
         state[SINCE] += dt
-        if fixed and self.profile.recognises and self._running.is_copy(latitude, longitude):
+        if fixed and self.profile.structures and self._running.is_copy(latitude, longitude):
             fixed = False
         nis = wrong = math.nan
         if fixed:

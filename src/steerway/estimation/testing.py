@@ -50,6 +50,6 @@ if TYPE_CHECKING:
     from steerway.estimation.vessel.aids import AIDS, NO_AIDS
     from steerway.estimation.vessel.flat import model_of_profile
     from steerway.estimation.vessel.profile import BUILT_IN, prior_profile
-    from steerway.estimation.vessel.structures import MODES, Structure, model_of, parameters_of
+    from steerway.estimation.vessel.structures import MODES, Structure, medians_of, model_of
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -48,7 +48,7 @@ from steerway.estimation.vessel.aids import AIDS, expect_aids
 from steerway.estimation.vessel.flat import Weighed
 from steerway.estimation.vessel.parts import PLAIN
 from steerway.estimation.vessel.profile import Profile
-from steerway.estimation.vessel.structures import Structure, parameters_of
+from steerway.estimation.vessel.structures import Structure, medians_of
 
 UNKNOWN_SPEED = 3.0
 """Largest 1σ, m/s, of a speed that is output after a start: about a third of the prior 1σ, `bank.START_SPEED_STD`."""
@@ -69,9 +69,8 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
     if usual_interval(track.record.time[np.isfinite(track.record.north)]) > 0.0:
         return infer(track.record, known)
     parts = (*PLAIN, *known)
-    names, medians, _ = parameters_of(parts)
-    expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    return Inference((Structure(weight=1.0, parts=parts, values=expected, quantum=track.record.quantum),), ())
+    values, quantum = medians_of(parts), track.record.quantum
+    return Inference((Structure(weight=1.0, parts=parts, values=values, quantum=quantum),), ())
 
 
 def motion_of(
@@ -88,7 +87,7 @@ def motion_of(
     expect_rate(rate)
     expect_aids(aid)
     structures = profile.models(aid, smooth)
-    tracks = (Track(each, aid, rate, profile.recognises) for _, each in fixes.tracks())
+    tracks = (Track(each, aid, rate, bool(profile.structures)) for _, each in fixes.tracks())
     return joined([motion_of_track(track, structures, smooth, profile.steerageway) for track in tracks])
 
 
@@ -141,7 +140,7 @@ class Track:
     extrapolated, of_other_receiver: numbers of fixes left out as extrapolated and as those of another receiver (see
         `log.record`).
     recognises: whether the whole record is searched for copies of fixes, extrapolated ones, those of another receiver
-        and irregular stamps; otherwise every fix is used as it is, as in a stream.
+        and irregular stamps; otherwise, with the flat numbers of a profile, every fix is used as it is.
     slow: (n,) 1σ (m) of the receiver's slow error at every row, see `core.slow_error`.
     repeats: (n,) bool, rows that duplicate the row before and have its status.
     regular: whether regular times replace the stamps of the fixes, see `stamps.regular_times`.

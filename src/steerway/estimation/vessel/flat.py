@@ -168,15 +168,11 @@ def _mode(numbers: Numbers, start: float) -> np.ndarray:
         noise, decay = _under_waves(numbers)
     mode["speed_noise"], mode["speed_decay"] = numbers.speed_noise, numbers.speed_decay
     mode["rate_noise"], mode["rate_decay"] = noise, decay
-    mode["start"], mode["start_rate"] = start, start_rate_std(noise, decay) ** 2
+    stationary = math.sqrt(0.5 * noise / decay) if decay > 0.0 else math.inf
+    mode["start"], mode["start_rate"] = start, min(stationary, _LARGEST_START_RATE) ** 2
     mode["least_share"] = LEAST_SHARE
     mode["drift_speed"] = numbers.steerageway  # with a tenth of it SOG of a boat that stops and goes is 10 % worse
     return mode
-
-
-def start_rate_std(noise: float, decay: float) -> float:
-    """Standard deviation (rad/s) of the course rate at the start: the stationary one, at most 20 °/s."""
-    return min(math.sqrt(0.5 * noise / decay), _LARGEST_START_RATE) if decay > 0.0 else _LARGEST_START_RATE
 
 
 def _under_waves(numbers: Numbers) -> tuple[float, float]:

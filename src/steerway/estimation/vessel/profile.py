@@ -11,7 +11,6 @@ from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-import numpy as np
 from pydantic import (
     ConfigDict,
     Field,
@@ -26,7 +25,7 @@ from steerway.core.settings import Table, read_toml, toml_value
 from steerway.estimation.vessel.flat import Numbers, Weighed, WeighedModel, model_of_profile
 from steerway.estimation.vessel.parts import PLAIN
 from steerway.estimation.vessel.presets import PRESETS
-from steerway.estimation.vessel.structures import VESSELS, Structure, parameters_of
+from steerway.estimation.vessel.structures import VESSELS, Structure, medians_of
 
 LOG = logging.getLogger("steerway")
 REMOVED = {
@@ -134,12 +133,6 @@ class Profile(Numbers, Table):
         return self.structures or (WeighedModel(1.0, model_of_profile(self, aid, smoothed)),)
 
     @property
-    def recognises(self) -> bool:
-        """Whether a record is searched for copies of fixes, extrapolated ones and those of another receiver: with flat
-        numbers every fix counts as it is."""
-        return bool(self.structures)
-
-    @property
     def agility(self) -> float:
         """Spectral density of the course-rate noise in a turn, rad²/s³; for structures in a yaw manoeuvre, the mean."""
         if self.structures:
@@ -160,10 +153,9 @@ def prior_profile(aid: tuple[str, ...] = ()) -> Profile:
     aid: measurements beside positions; the structures get a part for each, with prior medians.
     """
     parts = (*PLAIN, *aid)
-    names, medians, _ = parameters_of(parts)
-    expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
+    expected = medians_of(parts)
     kinds = [expected | vessel | {"fix_std": noise} for vessel, noise in product(VESSELS, _NOISES)]
-    known = [{name: each[name] for name in names} for each in kinds]
+    known = [{name: each[name] for name in expected} for each in kinds]
     return Profile.of([Structure(weight=1.0 / len(kinds), parts=parts, values=each) for each in known], "prior")
 
 

@@ -50,6 +50,12 @@ def parameters_of(parts: Parts) -> tuple[tuple[str, ...], Floats, Floats]:
     )
 
 
+def medians_of(parts: Parts) -> Values:
+    """The prior medians of a structure's numbers."""
+    names, logarithms, _ = parameters_of(parts)
+    return dict(zip(names, np.exp(logarithms).tolist(), strict=True))
+
+
 def log_share(parts: Parts) -> float:
     """Log prior odds that a vessel has these parts against none of them."""
     return sum(math.log(PARTS[part].share / (1.0 - PARTS[part].share)) for part in parts)
