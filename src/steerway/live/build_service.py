@@ -33,7 +33,7 @@ from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.process import until_stopped
 from steerway.live.rows import InputRow
 from steerway.live.service import LOG, RATE, Service
-from steerway.live.settings import LONGEST_LAG, EstimatorSettings, Settings
+from steerway.live.settings import EstimatorSettings, Settings
 from steerway.live.uri import Address, address, token_of
 from steerway.pilot import DEFAULT_KINDS
 
@@ -160,8 +160,6 @@ def _check(settings: Settings) -> None:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     if settings.lag and (settings.mission is not None or settings.rate is not None):
         raise InputError("--lag delays the row of every fix, expected neither --mission nor --rate with it")
-    if not 0.0 <= settings.lag <= LONGEST_LAG:
-        raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
 
 
 def _missions(text: str, signing: str | None, controls: Controls) -> MissionLink:

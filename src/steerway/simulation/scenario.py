@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
+from steerway.core.records import AID_COLUMNS
 from steerway.core.reference import ReferenceTable
 from steerway.core.settings import NotNegative, Number, Positive, Table
 from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
-from steerway.estimation.vessel.aids import AIDS
 from steerway.guidance.laws import GuidanceTable
 from steerway.guidance.ordered import OrderTable
 from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable
@@ -56,7 +56,7 @@ class EstimatorTable(Table):
 
     kind: Literal["five-state", "steering", "truth", *POSITIONING_KINDS] = "five-state"  # type: ignore[valid-type]
     profile: str | None = None
-    aid: tuple[Literal[*AIDS], ...] = ()  # type: ignore[valid-type]
+    aid: tuple[Literal[*AID_COLUMNS], ...] = ()  # type: ignore[valid-type]
     heading: HeadingEstimatorTable = HeadingEstimatorTable()
     speed: SpeedEstimatorTable = SpeedEstimatorTable()
     positioning: PositioningEstimatorTable = PositioningEstimatorTable()
