@@ -79,8 +79,9 @@ def names_of(name: str, field: FieldInfo) -> list[str]:
 
 
 def description_of(model: type[BaseModel], key: str) -> str:
-    """What a key means: the text below its field in the source; "" without one."""
-    return model.model_fields[key].description or _texts(model).get(key, "")
+    """One sentence about a key: the text below its field in the source; "" without one."""
+    text = model.model_fields[key].description or _texts(model).get(key, "")
+    return text and f"{text[0].upper()}{text[1:].rstrip('.')}."
 
 
 @cache
@@ -274,7 +275,8 @@ def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
 
 
 def _what(key: str | int, holder: type[BaseModel]) -> str:
-    return (str(key) in holder.model_fields and description_of(holder, str(key)).rstrip(".")) or "a value"
+    text = description_of(holder, str(key)).rstrip(".") if key in holder.model_fields else "a value"
+    return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
 def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int], type[BaseModel], str | int | None]:

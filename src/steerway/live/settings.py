@@ -36,19 +36,23 @@ class SpeedSettings(Table):
     """How the autopilot holds a speed: PI, adaptive, or a disturbance observer, as in scenarios."""
 
     controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
+    """Speed controller."""
 
 
 class AutopilotSettings(Table):
     """How the autopilot holds a course: pole placement, model predictive control or LQG, as in scenarios."""
 
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
+    """Pole placement, model predictive control or LQG."""
 
 
 class EstimatorSettings(Table):
     """Estimators beside the course filter, as in scenarios."""
 
     heading: HeadingEstimatorTable = HeadingEstimatorTable()
+    """Filter of the heading."""
     speed: SpeedEstimatorTable = SpeedEstimatorTable()
+    """Filter of the speed."""
 
 
 class Settings(Table):
@@ -99,8 +103,11 @@ class Settings(Table):
     control_token_file: Annotated[str | None, Option("FILE")] = None
     """File with the port's token; or set STEERWAY_CONTROL_TOKEN."""
     speed: SpeedSettings = SpeedSettings()
+    """Speed control."""
     autopilot: AutopilotSettings = AutopilotSettings()
+    """Course and heading control."""
     estimator: EstimatorSettings = EstimatorSettings()
+    """Estimators of heading and speed."""
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

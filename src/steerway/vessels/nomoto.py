@@ -108,13 +108,17 @@ class Nomoto(CompiledVessel):
 
 
 class NomotoTable(VesselTable):
-    """A vessel that turns by Nomoto's model, with `gain` K and `time_constant` T, at a constant speed."""
+    """A vessel that turns by Nomoto's model, at a constant speed."""
 
     kind: Literal["nomoto"] = "nomoto"
     gain: Annotated[Positive, "1/s for a rad of rudder"] = 0.2
+    """Gain K of Nomoto's model: steady yaw rate per rudder angle."""
     time_constant: Annotated[Positive, "s"] = 20.0
+    """Time constant T of Nomoto's model."""
     speed: Annotated[Positive, "m/s"] = 2.0
+    """Constant speed through the water."""
     rudder_limit_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = 35.0
+    """Largest rudder angle."""
 
     def build(self) -> Nomoto:
         limit = math.radians(self.rudder_limit_deg)
