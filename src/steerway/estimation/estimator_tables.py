@@ -56,3 +56,12 @@ def refuse(table: HeadingEstimatorTable | SpeedEstimatorTable, keys: set[str], k
     """Raise ValueError for a key beside `kind` that has no effect."""
     for key in sorted(keys - {"kind"}):
         raise ValueError(f'{key} has no effect with kind "{table.kind}", expected {kind}')
+
+
+class EstimatorSettings(Table):
+    """Estimators beside the filter of the course."""
+
+    heading: HeadingEstimatorTable = HeadingEstimatorTable()
+    """Filter of the heading."""
+    speed: SpeedEstimatorTable = SpeedEstimatorTable()
+    """Filter of the speed."""

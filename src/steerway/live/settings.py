@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 
 from steerway.core.records import AID_COLUMNS
 from steerway.core.settings import Flag, NotNegative, Option, Positive, Rate, Table, names_of, read_toml
-from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
+from steerway.estimation.estimator_tables import EstimatorSettings
 from steerway.live.uri import DEFAULT
 
 
@@ -44,15 +44,6 @@ class AutopilotSettings(Table):
 
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
     """Pole placement, model predictive control or LQG."""
-
-
-class EstimatorSettings(Table):
-    """Estimators beside the course filter, as in scenarios."""
-
-    heading: HeadingEstimatorTable = HeadingEstimatorTable()
-    """Filter of the heading."""
-    speed: SpeedEstimatorTable = SpeedEstimatorTable()
-    """Filter of the speed."""
 
 
 class Settings(Table):

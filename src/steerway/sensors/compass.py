@@ -18,7 +18,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
-from steerway.core.settings import NotNegative, Number, Rate
+from steerway.core.settings import NotNegative, Number
 from steerway.estimation.heading.models import READING_VARIANCE_DEG2, TCM2, TICKS, CompassModel
 from steerway.sensors.instrument import SLACK, Clock, Instrument, InstrumentTable
 
@@ -165,8 +165,6 @@ class CompassTable(InstrumentTable):
     """
 
     measures: ClassVar[str] = "heading"
-    rate: Annotated[Rate, "Hz"] = 10.0
-    """Readings per second."""
     std_deg: NotNegative = 0.5
     """1σ of the white noise of a reading."""
     bias_deg: Number = 0.0

@@ -54,7 +54,6 @@ class LogTable(InstrumentTable):
 
     measures: ClassVar[str] = "water_speed"
     rate: Annotated[Rate, "Hz"] = 5.0
-    """Readings per second."""
     std: Annotated[NotNegative, "m/s"] = 0.05
     """1σ of the white noise of a reading."""
     bias: Annotated[Number, "m/s"] = 0.0
@@ -88,8 +87,6 @@ class TachometerTable(InstrumentTable):
     """A tachometer on the propeller shaft, only for vessels whose model has a shaft."""
 
     measures: ClassVar[str] = "shaft"
-    rate: Annotated[Rate, "Hz"] = 10.0
-    """Readings per second."""
     std: Annotated[NotNegative, "rev/s"] = 0.02
     """1σ of the white noise of a reading."""
 

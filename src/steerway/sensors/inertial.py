@@ -53,7 +53,6 @@ class GyroTable(InstrumentTable):
 
     measures: ClassVar[str] = "yaw_rate"
     rate: Annotated[Rate, "Hz"] = 50.0
-    """Readings per second."""
     noise_density_deg: Annotated[NotNegative, "°/√s"] = 0.005
     """Noise density."""
     turn_on_deg: Annotated[NotNegative, "°/s"] = 0.5
@@ -105,7 +104,6 @@ class AccelerometerTable(InstrumentTable):
 
     measures: ClassVar[str] = "acceleration"
     rate: Annotated[Rate, "Hz"] = 50.0
-    """Readings per second."""
     noise_density_micro_g: Annotated[NotNegative, "µg/√Hz"] = 60.0
     """Noise density."""
     turn_on_milli_g: Annotated[NotNegative, "mg"] = 5.0

@@ -12,7 +12,7 @@ from pydantic import Field, create_model
 from steerway.core.records import AID_COLUMNS
 from steerway.core.reference import ReferenceTable
 from steerway.core.settings import NotNegative, Number, Positive, Table
-from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
+from steerway.estimation.estimator_tables import EstimatorSettings
 from steerway.guidance.laws import GuidanceTable
 from steerway.guidance.ordered import OrderTable
 from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable
@@ -50,7 +50,7 @@ class EnvironmentTable(Environment):
     wind: WindTable = WindTable()
 
 
-class EstimatorTable(Table):
+class EstimatorTable(EstimatorSettings):
     """The filter in the loop; with "truth" the pilot uses the true motion.
 
     "steering" also uses the orders, and estimates heading, current and the boat's response. "vessel-filter", "tekf" and
@@ -63,10 +63,6 @@ class EstimatorTable(Table):
     """Built-in profile or a .toml file; by default the vessel's with the errors of the simulated receiver."""
     aid: tuple[Literal[*AID_COLUMNS], ...] = ()  # type: ignore[valid-type]
     """Measurements that the filter of the course uses beside positions."""
-    heading: HeadingEstimatorTable = HeadingEstimatorTable()
-    """Filter of the heading."""
-    speed: SpeedEstimatorTable = SpeedEstimatorTable()
-    """Filter of the speed."""
     positioning: PositioningEstimatorTable = PositioningEstimatorTable()
     """Noise assumed for dynamic positioning."""
 
