@@ -32,11 +32,6 @@ from steerway.vessels.vessel import (
 IDEAL = Actuator("rudder", -math.inf, math.inf)
 
 
-def _packed(gain: float, time_constant: float, speed: float, bias: float, actuator: Actuator) -> Floats:
-    machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
-    return np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
-
-
 @kernel
 def _rates(state: Floats, rudder: float, parameters: Floats, conditions: Floats) -> Floats:
     gain, time_constant, speed, bias = parameters[0], parameters[1], parameters[2], parameters[3]
@@ -96,7 +91,8 @@ class Nomoto(CompiledVessel):
         positive("nomoto.time_constant", time_constant)
         self._speed = not_negative("nomoto.speed", speed)
         self.actuators = (actuator,)
-        self._constants = (_packed(gain, time_constant, speed, bias, actuator),)
+        machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
+        self._constants = (np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64),)
         self._options = (checked_method(method),)
 
     def start(
