@@ -114,11 +114,13 @@ def test_the_reference_has_every_public_name():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_number_in_a_schema_has_a_unit(kind):
+def test_every_key_in_a_schema_has_one_sentence_and_every_number_a_unit(kind):
     schema = schema_of(kind)
     assert schema["title"] == f"Steerway {kind}"
     for name, table in {"": schema, **schema.get("$defs", {})}.items():
         for key, value in table.get("properties", {}).items():
+            sentence = value.get("description", "")
+            assert sentence.endswith(".") and sentence[0].upper() == sentence[0], f"{kind} {name} {key}"
             plain = {k: v for k, v in value.items() if k not in ("default", "additionalProperties")}
             if '"number"' in str(plain).replace("'", '"'):
                 assert value.get("unit"), f"{kind} {name} {key}"

@@ -16,7 +16,7 @@ from steerway.core import InputError
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import nmea0183
 from steerway.simulation import load_scenario, parse_scenario, sail_scenario
-from steerway.simulation.testing import COLUMNS, assembly, begins, origin, write
+from steerway.simulation.testing import COLUMNS, assembly, begins, write
 
 SHORT = """
 duration = 60.0
@@ -80,7 +80,7 @@ def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(w
     placed = fixes.rows(fixes.has_position)
     assert len(placed) == read.sum() == 300
     assert np.allclose(placed.time, begins(scenario) + run.time[read], atol=1e-3)
-    north = (placed.latitude - origin(scenario)[0]) * 6_388_000.0
+    north = (placed.latitude - scenario.origin.place[0]) * 6_388_000.0
     assert np.allclose(north, run["read_north"][read], rtol=1e-3, atol=0.01)
     assert np.allclose(placed.sog, run["read_sog"][read], atol=3e-4)
     assert np.allclose(placed.heading, run["read_heading"][read], atol=2e-4)

@@ -1,12 +1,16 @@
-"""The commands of the boat: live, replay, warm. `live.settings` checks the options of `live`; `launch` runs it."""
+"""The commands of the boat: live, replay, warm. `live.settings` declares the options of `live`; `launch` runs it."""
 
+import inspect
 import time
-from typing import Any
+from typing import Any, get_args
 
 import typer
 from typer.core import TyperCommand
 
 from steerway.commands.terminal import argument, option
+from steerway.core.settings import Option, description_of, names_of
+from steerway.live.settings import Settings, Texts
+from steerway.live.uri import DEFAULT
 
 
 class LiveCommand(TyperCommand):
@@ -14,8 +18,6 @@ class LiveCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Insert the default address after a `--helm` without one."""
-        from steerway.live.uri import DEFAULT
-
         words = []
         for k, each in enumerate(args):
             alone = each == "--helm" and (k + 1 == len(args) or args[k + 1].startswith("-"))
@@ -24,34 +26,7 @@ class LiveCommand(TyperCommand):
 
 
 def live(
-    context: typer.Context,
-    config: str | None = argument("[CONFIG.toml]", "Settings file; options override it.", None),
-    inputs: list[str] | None = option("ADDRESS", "Where fixes come from.", None, "--from"),
-    outputs: list[str] | None = option("ADDRESS", "Where estimates go; stdout: by default.", None, "--to"),
-    profile: str | None = option("NAME|FILE.toml", "Filter profile; by default inferred while sailing."),
-    learned: str | None = option("FILE.toml", "Save the inferred models to this file; the next run starts from them."),
-    source: list[str] | None = option("NAME", "Source of positions; can be repeated, the preferred one first."),
-    aid: str | None = option(
-        "LIST", "Further measurements to use, any of: auto (default), sog, cog, heading, water-speed, yaw-rate."
-    ),
-    rate: float | None = option("HZ", "Output rate in Hz; by default one row per fix."),
-    mission: str | None = option("FILE", "A route (.toml .gpx .geojson) to steer along."),
-    record: str | None = option("FILE.mcap", "Record every input, estimate and order."),
-    max_dead_reckoning: float | None = option("S", "Longest prediction without a fix, s; 10 by default."),
-    engage: bool | None = option(None, "Start the autopilot as soon as it is ready."),
-    from_here: bool | None = option(None, "Start the route even if its first leg is more than 2 km away."),
-    latency: float | None = option("S", "Shortest latency of the receiver's fixes, s."),
-    lag: float | None = option("S", "Output each fix S seconds late, smoothed with later fixes: for mapping."),
-    no_accuracy: bool = option(None, "Ignore the accuracy that the receiver reports.", False, "--no-accuracy"),
-    helm: str | None = option("[HOST:PORT]", "Serve the helm page; without an address, at 127.0.0.1:8080."),
-    helm_token_file: str | None = option(
-        "FILE", "File with the token for other computers; or set STEERWAY_HELM_TOKEN."
-    ),
-    helm_origin: str | None = option("https://HOST", "Address of the helm page behind a TLS proxy."),
-    missions: str | None = option("ADDRESS", "Exchange missions with ground stations, at udpin:127.0.0.1:14560."),
-    mavlink_signing: str | None = option("FILE", "Sign MAVLink messages with the passphrase in this file."),
-    control: str | None = option("HOST:PORT", "Serve a control port for programs on this computer."),
-    control_token_file: str | None = option("FILE", "File with the port's token; or set STEERWAY_CONTROL_TOKEN."),
+    config: str | None = argument("[CONFIG.toml]", "Settings file; options override it.", None), **options: Any
 ) -> None:
     """Estimate and steer on the boat, in real time.
 
@@ -76,15 +51,38 @@ def live(
     """
     from steerway.live.build_service import launch
     from steerway.live.process import log_to_stderr
-    from steerway.live.settings import Settings
 
     log_to_stderr("steerway live")
     settings = Settings() if config is None else Settings.load(config)
-    given: dict[str, Any] = {name: context.params.get(name) for name in Settings.model_fields}
-    given |= {name: tuple(given[name] or ()) or None for name in ("inputs", "outputs", "source")}
-    given["aid"] = None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip())
-    given["accuracy"] = False if no_accuracy else None
+    given = {name: value for name, value in options.items() if value not in (None, (), [])}
+    if options["aid"] is not None:
+        given["aid"] = tuple(name.strip() for name in options["aid"].split(",") if name.strip())
+    given["accuracy"] = False if options["accuracy"] else None
     launch(settings.overridden(**given))
+
+
+def _kinds(annotation: Any) -> list[Any]:
+    """The types within a type."""
+    return [annotation, *(inner for each in get_args(annotation) for inner in _kinds(each))]
+
+
+def _option_of(name: str) -> inspect.Parameter:
+    """The option of a field of `Settings`, as a parameter of the command."""
+    field = Settings.model_fields[name]
+    how = next(each for each in field.metadata if isinstance(each, Option))
+    names = [how.name or f"--{names_of(name, field)[0].replace('_', '-')}"]
+    kinds = _kinds(field.annotation)
+    kind: Any = bool if bool in kinds else float if float in kinds else list[str] if field.annotation == Texts else str
+    names = [] if kind is bool and not how.name else names  # typer then adds --no-…
+    default = option(how.metavar, how.help or description_of(Settings, name), None, *names)
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind | None)
+
+
+_OPTIONS = [
+    name for name, field in Settings.model_fields.items() if any(isinstance(each, Option) for each in field.metadata)
+]
+_CONFIG, *_ = inspect.signature(live).parameters.values()
+live.__signature__ = inspect.Signature([_CONFIG, *map(_option_of, _OPTIONS)])  # type: ignore[attr-defined]
 
 
 def replay(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from steerway.commands.terminal import argument, flag, option, progress_line
 from steerway.core.errors import InputError, printable
+from steerway.core.records import AID_COLUMNS
 
 if TYPE_CHECKING:
     from steerway.core.records import Fixes
@@ -22,7 +23,7 @@ AS_JSON = flag("--json", "JSON output.")
 PROFILE = option("NAME|FILE.toml", "Filter profile; by default inferred from the log.", None, "--profile")
 CAUSAL = flag("--causal", "Each row uses only the fixes up to its time, as on board; the default for standard input.")
 SMOOTH = flag("--smooth", "Each row uses the whole log (fixed-interval smoothing); the default for files.")
-AIDS_OF_LOGS = ("auto", "sog", "cog", "heading", "water-speed", "yaw-rate")
+AIDS_OF_LOGS = ("auto", *(name.replace("_", "-") for name in AID_COLUMNS))
 AIDS_OF_ARCHIVES = ("sog", "cog", "heading")
 _AID = "Further measurements to use, any of: "
 AIDS = option("LIST", f"{_AID}{', '.join(AIDS_OF_LOGS)}.", None, "--aid")

@@ -3,14 +3,12 @@
 import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from steerway.commands.options import AS_JSON, expect_output
 from steerway.commands.terminal import argument, option, print_json, print_table
 from steerway.core.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from steerway.core.files import complete_or_absent
 
 DIFFERENCES = ("track", "", "unit", "rows", "RMS", "median", "95 %", "max", "within ± 2σ")
 ENDINGS = (".png", ".svg", ".pdf")
@@ -54,7 +52,8 @@ def plot(
     written = [(out, overlay_figure)] if out is not None else []
     written += [(show_differences, differences_figure)] if show_differences is not None else []
     for path, figure in written:
-        _save(figure(tracks), path)
+        with complete_or_absent(path) as file:
+            figure(tracks).savefig(file, format=path.suffix[1:].lower(), dpi=150)
     if as_json:
         print_json(table)
         return
@@ -75,10 +74,3 @@ def difference_rows(table: Iterable[dict[str, Any]]) -> Iterator[tuple[Any, ...]
         within = row["within_2sigma_pct"]
         share = "" if math.isnan(within) else f"{within:.1f} %"
         yield (row["track"], row["quantity"], row["unit"], row["n"], *numbers, share)
-
-
-def _save(figure: "Figure", path: Path) -> None:
-    from steerway.core.files import complete_or_absent
-
-    with complete_or_absent(path) as file:
-        figure.savefig(file, format=path.suffix[1:].lower(), dpi=150)

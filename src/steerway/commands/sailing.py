@@ -64,6 +64,7 @@ def simulate(
     from steerway.simulation import advising, run
     from steerway.simulation.reading import load_scenario
     from steerway.simulation.runs.files import write
+    from steerway.simulation.runs.page import COMPARED, comparison, summary
 
     if seeds is None and dask is not None:
         raise InputError("--dask distributes seeds over a cluster, expected --seeds N with it")
@@ -91,7 +92,8 @@ def simulate(
         with progress_line(f"simulating {chosen.name}") as step:
             sailed = run.sail_scenario(chosen, progress=step)
         written = write(sailed, out, nmea, [sentence])
-    print_run(sailed.numbers, chosen.name)
+    print_table(f"{chosen.name}: estimated against true", COMPARED, comparison(sailed.numbers))
+    print_table("summary", ("", ""), summary(sailed.numbers))
     for path in written:
         print(f"wrote {path}")
 
@@ -206,11 +208,3 @@ def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str
     if not fits and not quiet:
         print(f"warning: {sentence}", file=sys.stderr)
     return sentence
-
-
-def print_run(numbers: dict[str, float], title: str) -> None:
-    """Print the numbers of a run as tables."""
-    from steerway.simulation.runs.page import COMPARED, comparison, summary
-
-    print_table(f"{title}: estimated against true", COMPARED, comparison(numbers))
-    print_table("summary", ("", ""), summary(numbers))

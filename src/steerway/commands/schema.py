@@ -7,7 +7,7 @@ from typing import Any
 
 from steerway.commands.terminal import argument, option
 from steerway.core.errors import InputError
-from steerway.core.settings import all_models, names_of, unit_of
+from steerway.core.settings import all_models, description_of, names_of, unit_of
 
 _MODELS = {
     "scenario": ("steerway.simulation.scenario", "Scenario"),
@@ -16,6 +16,7 @@ _MODELS = {
     "mission": ("steerway.live.autopilot.mission", "MissionFile"),
 }
 KINDS = tuple(_MODELS)
+_BY_KEY = {"kind": "Selects this kind."}  # of a table with a single kind
 
 
 def schema_of(kind: str) -> dict[str, Any]:
@@ -25,12 +26,15 @@ def schema_of(kind: str) -> dict[str, Any]:
     module, name = _MODELS[kind]
     model = getattr(import_module(module), name)
     found = model.model_json_schema(by_alias=True)
-    fields = {each.__name__: each.model_fields for each in all_models(model)}
+    models = {each.__name__: each for each in all_models(model)}
     for name, table in {model.__name__: found, **found.get("$defs", {})}.items():
-        keys = {key: field for first, field in fields[name].items() for key in names_of(first, field)}
-        for key, value in table.get("properties", {}).items():
-            if _is_number(value):
-                value.setdefault("unit", unit_of(key, keys[key]))
+        for field_name, field in models[name].model_fields.items():
+            for key in names_of(field_name, field):
+                value = table["properties"][key]
+                if text := description_of(models[name], field_name) or _BY_KEY.get(key):
+                    value["description"] = text
+                if _is_number(value):
+                    value.setdefault("unit", unit_of(key, field))
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | found | {"title": f"Steerway {kind}"}
 
 

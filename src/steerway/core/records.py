@@ -28,6 +28,8 @@ STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
 INSTRUMENT_COLUMNS = ("heading", "water_speed", "yaw_rate", "bottom_speed", "acceleration", "shaft")
 REPORTED = ("position_std", "sog", "cog", *INSTRUMENT_COLUMNS)
 """Columns that may be reported beside time and position. `INSTRUMENT_COLUMNS` never come from a receiver."""
+AID_COLUMNS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
+"""Columns that the filter of the course can use, in the order of its kernels' aiding table."""
 
 _ROUNDING = 1e-9
 _OF_EVERY_TABLE = ("time", "latitude", "longitude", "mmsi", "status")

@@ -194,13 +194,15 @@ SHAPERS: dict[str, Callable[["ReferenceTable", float], Filter]] = {
 
 
 class ReferenceTable(Table):
-    """The filter between guidance and autopilot; the default `kind` is the vessel's.
-
-    `time_constant`: of the low-pass, by default 2/ω_n with the autopilot's bandwidth ω_n (40 s for the ship of P1).
-    """
+    """The filter between guidance and autopilot."""
 
     kind: Literal[*SHAPERS] | None = None  # type: ignore[valid-type]
+    """Low-pass, tracking filter or third-order reference model; by default that of the vessel."""
     bandwidth: Annotated[Positive | None, "rad/s"] = None
+    """Natural frequency of the tracking filter (default 1.0) or of the reference model (default 0.5)."""
     damping: Annotated[Positive, "1"] = 1.0
+    """Damping ratio of the tracking filter or of the reference model."""
     time_constant: Annotated[Positive | None, "s"] = None
+    """Time constant of the low-pass; by default 2/ω_n with the autopilot's bandwidth ω_n: 40 s for the ship of P1."""
     max_rate_deg: Annotated[Positive, "°/s"] = 15.0
+    """Largest rate of the angle that the reference model allows."""

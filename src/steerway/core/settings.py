@@ -1,11 +1,17 @@
 """TOML files of settings: tables that refuse unknown keys, and errors of one sentence."""
 
+import ast
 import difflib
+import inspect
 import json
+import textwrap
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self, Union
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, Union
 
 from pydantic import (
     AliasChoices,
@@ -70,6 +76,37 @@ def names_of(name: str, field: FieldInfo) -> list[str]:
     """The names of a key in a file, the usual one first."""
     choices = field.validation_alias
     return list(map(str, choices.choices)) if isinstance(choices, AliasChoices) else [field.alias or name]
+
+
+def description_of(model: type[BaseModel], key: str) -> str:
+    """One sentence about a key: the text below its field in the source; "" without one."""
+    text = model.model_fields[key].description or _texts(model).get(key, "")
+    return text and f"{text[0].upper()}{text[1:].rstrip('.')}."
+
+
+@cache
+def _texts(model: type[BaseModel]) -> dict[str, str]:
+    """Key → the text below its field. Read when it is needed: at import it would take a tenth of the start."""
+    found: dict[str, str] = {}
+    for kind in reversed(model.__mro__):
+        with suppress(OSError, TypeError):  # no source: a model made by a function, or of no file
+            body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
+            lines = body.body if isinstance(body, ast.ClassDef) and issubclass(kind, Table) else []
+            for field, text in pairwise(lines):
+                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                    found[ast.unparse(field.target)] = inspect.cleandoc(ast.literal_eval(text.value)).replace("\n", " ")
+    return found
+
+
+class Option(NamedTuple):
+    """In the annotation of a field: the key is also an option of the command line.
+
+    metavar: of its value, None for a flag. name, help: in place of the key's own name and description.
+    """
+
+    metavar: str | None = None
+    name: str = ""
+    help: str = ""
 
 
 _BY_ENDING = {"deg": "°", "dps": "°/s", "mps": "m/s", "m": "m", "s": "s", "hour": "°/h"}
@@ -238,8 +275,8 @@ def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
 
 
 def _what(key: str | int, holder: type[BaseModel]) -> str:
-    field = holder.model_fields.get(str(key))
-    return field.description if field is not None and field.description else "a value"
+    text = description_of(holder, str(key)).rstrip(".") if key in holder.model_fields else "a value"
+    return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
 def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int], type[BaseModel], str | int | None]:

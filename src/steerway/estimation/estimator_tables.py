@@ -9,17 +9,18 @@ from steerway.core.settings import NotNegative, Positive, Table
 
 class HeadingEstimatorTable(Table):
     """The filter of the heading. "tracker": compass, smoothed; "composite": compass and orders; "aided": orders, GNSS
-    velocity and, if on board, the compass.
-
-    "interval": the lowest and the highest heading over all deviations within ± 2 `deviation_std_deg`; the heading used
-    is lowest + `weight` × (highest − lowest). `compass_std_deg`: 1σ of one reading; `deviation_std_deg`: 1σ of the
-    deviation.
+    velocity and, if on board, the compass; "interval": the lowest and the highest heading over all deviations within
+    ± 2 `deviation_std_deg`; the heading used is lowest + `weight` × (highest − lowest).
     """
 
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
+    """Filter of the heading, by the measurements that it uses."""
     compass_std_deg: Positive = 1.0
+    """1σ of the noise of a compass reading."""
     deviation_std_deg: NotNegative = 4.0
+    """1σ of the compass deviation."""
     weight: Annotated[float, Field(strict=True, ge=0.0, le=1.0), "1"] = 0.5
+    """Weight of the highest heading in the interval from lowest to highest."""
 
     @model_validator(mode="after")
     def _used(self) -> Self:
@@ -31,17 +32,18 @@ class HeadingEstimatorTable(Table):
 
 
 class SpeedEstimatorTable(Table):
-    """The source of the speed. "course": the course filter; "fusion": receiver, logs and accelerometer combined.
-
-    `sog_std`, `bottom_std`, `water_std`: 1σ of one reading of the receiver's speed and of the logs; on board their
-    defaults are 0.1, 0.02 and 0.05 m/s. `scale_std`: 1σ of the log's scale error.
-    """
+    """The source of the speed. "course": the course filter; "fusion": receiver, logs and accelerometer combined."""
 
     kind: Literal["course", "fusion"] = "course"
+    """Source of the speed: the filter of the course, or a combination of receiver, logs and accelerometer."""
     sog_std: Annotated[Positive, "m/s"] = 0.05
+    """1σ of a SOG reading of the receiver; 0.1 on board."""
     bottom_std: Annotated[Positive, "m/s"] = 0.002
+    """1σ of a reading of speed over ground by a Doppler log; 0.02 on board."""
     water_std: Annotated[Positive, "m/s"] = 0.05
+    """1σ of a reading of speed through the water."""
     scale_std: Annotated[NotNegative, "1"] = 0.003
+    """1σ of the scale error of the speed log."""
 
     @model_validator(mode="after")
     def _used(self) -> Self:
@@ -54,3 +56,12 @@ def refuse(table: HeadingEstimatorTable | SpeedEstimatorTable, keys: set[str], k
     """Raise ValueError for a key beside `kind` that has no effect."""
     for key in sorted(keys - {"kind"}):
         raise ValueError(f'{key} has no effect with kind "{table.kind}", expected {kind}')
+
+
+class EstimatorSettings(Table):
+    """Estimators beside the filter of the course."""
+
+    heading: HeadingEstimatorTable = HeadingEstimatorTable()
+    """Filter of the heading."""
+    speed: SpeedEstimatorTable = SpeedEstimatorTable()
+    """Filter of the speed."""

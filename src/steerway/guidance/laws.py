@@ -60,14 +60,20 @@ def law(name: str, lookahead: float, speed: float, options: Options | None = Non
 
 
 class GuidanceTable(Table):
-    """The law and its gains. `steer_by`: whether its angle is steered as a course or heading; else the law decides."""
+    """The guidance law and its gains."""
 
     law: Literal[*LAWS] = "line-of-sight"  # type: ignore[valid-type]
+    """Guidance law that steers the boat to its leg."""
     steer_by: Literal["course", "heading"] | None = None
+    """Whether the law's angle is steered as a course or as a heading; by default the law decides."""
     lookahead: Annotated[Positive | None, "m"] = None
+    """Look-ahead distance Δ along the leg; by default the boat's."""
     integral_gain: Annotated[NotNegative | None, "m/s"] = None
+    """Integral gain of integral line of sight; by default a quarter of the cruise speed."""
     adaptive_gain: Annotated[NotNegative | None, "1/(m s)"] = None
+    """Adaptation gain of adaptive line of sight; by default U/(2Δ)² at the cruise speed U."""
     approach_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = 90.0
+    """Largest angle between the leg and the commanded course, for the vector field."""
 
     @property
     def angle(self) -> str:

@@ -22,17 +22,21 @@ class Order(NamedTuple):
 
 
 class OrderTable(Table):
-    """One of the [[orders]] of a scenario, in force from `time` (s); a key that is left out keeps its previous value.
+    """One of the [[orders]] of a scenario; a key that is left out keeps its previous value.
 
-    `course_deg`: a course, or a heading if `guidance.steer_by` is "heading"; `speed` in m/s. A vessel in dynamic
-    positioning is given a position (`north`, `east` in m) and a heading (`course_deg`).
+    A vessel in dynamic positioning is given a position and a heading.
     """
 
     time: Annotated[NotNegative, "s"] = 0.0
+    """Time from the start at which the order comes into force."""
     course_deg: Number | None = None
+    """Ordered course, or heading if `guidance.steer_by` is "heading" or a position is held."""
     speed: Annotated[NotNegative | None, "m/s"] = None
+    """Ordered speed over ground; by default the cruise speed."""
     north: Annotated[Number | None, "m"] = None
+    """North of the position to hold."""
     east: Annotated[Number | None, "m"] = None
+    """East of the position to hold."""
 
 
 def orders_of(tables: Sequence[OrderTable], first: Order) -> tuple[Order, ...]:

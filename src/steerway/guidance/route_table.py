@@ -46,13 +46,18 @@ def lawnmower(
 
 
 class SurveyTable(Table):
-    """Parallel survey lines, see `lawnmower`: m, and degrees from true north."""
+    """Parallel survey lines, see `lawnmower`."""
 
     direction_deg: Number = 0.0
+    """Direction of the first line, from true north."""
     length: Annotated[Positive, "m"]
+    """Length of a line."""
     spacing: Annotated[Number, "m"]
+    """Distance between lines; the next line lies to starboard of the first, to port if negative."""
     lines: Annotated[int, Field(strict=True, ge=1, le=1000)]
+    """Number of lines."""
     run_in: Annotated[NotNegative, "m"] = 0.0
+    """Extension of every line at both ends, so that the boat turns outside of the area."""
 
     def offsets(self) -> Floats:
         """Waypoints (2 · lines, 2), north and east from the beginning of the first line, m."""
@@ -68,9 +73,13 @@ class PlaceTable(Table):
     """A position, in m from the origin or as latitude and longitude."""
 
     north: Annotated[Number | None, "m"] = None
+    """North of the position from the origin."""
     east: Annotated[Number | None, "m"] = None
+    """East of the position from the origin."""
     latitude_deg: Latitude | None = Field(default=None, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    """Latitude (WGS 84), positive north."""
     longitude_deg: Longitude | None = Field(default=None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+    """Longitude (WGS 84), positive east."""
 
     def is_plane(self, name: str) -> bool:
         """Whether the position is in m. Raises InputError that names it unless exactly one pair of keys is given."""
@@ -125,16 +134,19 @@ _COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")
 
 
 class WaypointTable(PlaceTable):
-    """A waypoint. `speed` (m/s) and `acceptance` (m) override those of the route on the leg to it."""
+    """A waypoint, with keys that override those of the route on the leg to it."""
 
     speed: Annotated[Positive | None, "m/s"] = Field(default=None, validation_alias=AliasChoices("speed", "speed_mps"))
+    """Speed over ground on the leg to this waypoint; by default that of the route."""
     acceptance: Annotated[Positive | None, "m"] = None
+    """Radius within which this waypoint counts as reached; by default that of the route."""
 
 
 class StayWaypointTable(WaypointTable):
-    """A waypoint of a scenario; `stay`: duration of station keeping at it, s."""
+    """A waypoint of a scenario."""
 
     stay: Annotated[NotNegative, "s"] = 0.0
+    """Duration of station keeping at this waypoint."""
 
 
 class SurveyRouteTable(SurveyTable, PlaceTable):
@@ -149,7 +161,9 @@ class OriginTable(Table):
     """The origin, at which north = east = 0."""
 
     latitude_deg: Latitude = Field(default=63.44, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    """Latitude (WGS 84) of the point where north and east are 0."""
     longitude_deg: Longitude = Field(default=10.40, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+    """Longitude (WGS 84) of the point where north and east are 0."""
 
     @property
     def place(self) -> Place:
@@ -158,16 +172,16 @@ class OriginTable(Table):
 
 
 class RouteKeys(Table):
-    """Keys of a route in addition to its waypoints: survey lines that follow them, and corners.
-
-    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default 1.5 times the radius
-    of the tightest turn.
-    """
+    """Keys of a route in addition to its waypoints: survey lines that follow them, and corners."""
 
     survey: SurveyRouteTable | None = None
+    """Parallel survey lines, which follow the waypoints."""
     acceptance: Annotated[Positive | None, "m"] = None
+    """Radius within which a waypoint counts as reached; by default the boat's."""
     corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
+    """Whether the boat passes through its waypoints or cuts the corners by an arc or a clothoid."""
     corner_radius: Annotated[Positive | None, "m"] = None
+    """Smallest radius of a cut corner; by default 1.5 times the radius of the tightest turn."""
 
 
 class Turning(Protocol):

@@ -12,6 +12,7 @@ import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
+from steerway.estimation.estimator_tables import EstimatorSettings
 from steerway.estimation.learning import LearningFilter
 from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.formats.nmea0183.writing import gga, rmc
@@ -21,7 +22,6 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
-from steerway.live.controls import Controls
 from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import RecordedLearning
 from steerway.live.links.decoding import ReceiverDecoder
@@ -33,8 +33,8 @@ from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.process import until_stopped
 from steerway.live.rows import InputRow
 from steerway.live.service import LOG, RATE, Service
-from steerway.live.settings import LONGEST_LAG, EstimatorSettings, Settings
-from steerway.live.uri import Address, address, token_of
+from steerway.live.settings import Settings
+from steerway.live.uri import address, token_of
 from steerway.pilot import DEFAULT_KINDS
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 SLOWEST_STEERING = 5.0
 """Lowest tick rate with an autopilot, Hz."""
+_RECORDED = {"max_dead_reckoning", "rate", "accuracy", "lag", "latency"}
 _COLLECTIONS = 200, 5, 20
 """Thresholds of the garbage collector: small collections often, so that each is short."""
 _WARM_SECONDS = 30
@@ -99,7 +100,8 @@ def launch(settings: Settings) -> None:
     _check(settings)
     signing = settings.mavlink_signing
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
-    page = _page(settings)
+    helm = settings.helm
+    page = None if helm is None else address(helm, token_of(settings.helm_token_file), settings.helm_origin)
     control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
     replayed, rate = not math.isnan(speed), settings.rate
     aids = tuple(str(name).replace("-", "_") for name in settings.aid)
@@ -137,8 +139,8 @@ def launch(settings: Settings) -> None:
     service = Service(navigator, outputs, rate or RATE, settings.latency, supervisor, recorder)
     if control is not None:
         links.append(ControlPort(service.controls, control))
-    if settings.missions is not None:
-        links.append(_missions(settings.missions, settings.mavlink_signing, service.controls))
+    if settings.missions is not None and supervisor is not None:
+        links.append(MissionLink(addresses.ground_station(settings.missions, signing), supervisor, service.controls))
     if page is not None:
         links.append(HelmPage(service, page, route))
     if replayed:
@@ -153,6 +155,8 @@ def _check(settings: Settings) -> None:
     """Raises InputError for settings that exclude one another."""
     if settings.engage and settings.mission is None:
         raise InputError("--engage needs a route, expected --mission FILE with it")
+    if settings.missions is not None and settings.mission is None:
+        raise InputError("--missions lets ground stations change the route, expected --mission FILE with it")
     steering = settings.autopilot, settings.speed, settings.estimator
     if settings.mission is None and any(table.model_fields_set for table in steering):
         raise InputError("settings: autopilot, speed and estimator are only used with a route, expected mission too")
@@ -160,21 +164,6 @@ def _check(settings: Settings) -> None:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     if settings.lag and (settings.mission is not None or settings.rate is not None):
         raise InputError("--lag delays the row of every fix, expected neither --mission nor --rate with it")
-    if not 0.0 <= settings.lag <= LONGEST_LAG:
-        raise InputError(f"--lag is {settings.lag:g} s, expected 0 to {LONGEST_LAG:g} s")
-
-
-def _missions(text: str, signing: str | None, controls: Controls) -> MissionLink:
-    """The link on which ground stations upload missions. Raises InputError for a run without an autopilot."""
-    if controls.supervisor is None:
-        raise InputError("--missions lets ground stations change the route, expected --mission FILE with it")
-    return MissionLink(addresses.ground_station(text, signing), controls.supervisor, controls)
-
-
-def _page(settings: Settings) -> Address | None:
-    if settings.helm is None:
-        return None
-    return address(settings.helm, token_of(settings.helm_token_file), settings.helm_origin)
 
 
 def _tuning(settings: Settings, aids: tuple[str, ...], replayed: bool) -> Profile | RecordedLearning:
@@ -206,11 +195,7 @@ def _recorder(
         "learns": isinstance(tuning, RecordedLearning),
         "aid": aids,
         "sources": settings.source,
-        "max_dead_reckoning": settings.max_dead_reckoning,
-        "rate": settings.rate,
-        "accuracy": settings.accuracy,
-        "lag": settings.lag,
-        "latency": settings.latency,
+        **settings.model_dump(include=_RECORDED),
     }
     recorder = Recorder(path, needed)
     if isinstance(tuning, RecordedLearning):

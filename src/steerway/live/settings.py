@@ -1,7 +1,6 @@
-"""The settings of `steerway live` as one TOML file, checked before anything runs.
+"""The settings of `steerway live`: options of the command and keys of a TOML file, checked before anything runs.
 
-Keys are the command's options, with `_` for `-`; options on the command line override the file. File names in the file
-are relative to its folder.
+Options on the command line override the file. File names in the file are relative to its folder.
 """
 
 from pathlib import Path
@@ -9,9 +8,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field
 
-from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml
-from steerway.estimation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
-from steerway.estimation.vessel.aids import AIDS
+from steerway.core.records import AID_COLUMNS
+from steerway.core.settings import Flag, NotNegative, Option, Positive, Rate, Table, names_of, read_toml
+from steerway.estimation.estimator_tables import EstimatorSettings
 from steerway.live.uri import DEFAULT
 
 
@@ -26,7 +25,7 @@ def _page(value: Any) -> Any:
 
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
-Aid = Literal["auto", *(name.replace("_", "-") for name in AIDS)]  # type: ignore[valid-type]
+Aid = Literal["auto", *(name.replace("_", "-") for name in AID_COLUMNS)]  # type: ignore[valid-type]
 LONGEST_LAG = 60.0
 """Longest `lag`, s. Every fix smooths all waiting rows again, so that its processor time grows with the lag."""
 FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
@@ -37,49 +36,69 @@ class SpeedSettings(Table):
     """How the autopilot holds a speed: PI, adaptive, or a disturbance observer, as in scenarios."""
 
     controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
+    """Speed controller."""
 
 
 class AutopilotSettings(Table):
     """How the autopilot holds a course: pole placement, model predictive control or LQG, as in scenarios."""
 
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
-
-
-class EstimatorSettings(Table):
-    """Estimators beside the course filter, as in scenarios."""
-
-    heading: HeadingEstimatorTable = HeadingEstimatorTable()
-    speed: SpeedEstimatorTable = SpeedEstimatorTable()
+    """Pole placement, model predictive control or LQG."""
 
 
 class Settings(Table):
-    """The options of `steerway live`; its help describes them."""
+    """What `steerway live` does. A field with an `Option` is also an option of the command."""
 
-    inputs: Texts = Field(default=(), alias="from")
-    outputs: Texts = Field(default=("stdout:",), alias="to", min_length=1)
-    profile: str | None = None
-    learned: str | None = None
-    source: Texts = ()
-    aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ("auto",)  # type: ignore[valid-type]
-    rate: Annotated[Rate | None, "Hz"] = None
-    mission: str | None = None
-    record: str | None = None
-    engage: Flag = False
-    from_here: Flag = False
-    max_dead_reckoning: Annotated[Positive, "s"] = 10.0
-    latency: Annotated[NotNegative, "s"] = 0.0
-    lag: Annotated[float, Field(strict=True, ge=0.0, le=LONGEST_LAG), "s"] = 0.0
-    accuracy: Flag = True
-    helm: Annotated[str | None, BeforeValidator(_page)] = None
-    helm_token_file: str | None = None
-    helm_origin: str | None = None
-    missions: str | None = None
-    mavlink_signing: str | None = None
-    control: str | None = None
-    control_token_file: str | None = None
+    inputs: Annotated[Texts, Option("ADDRESS")] = Field(default=(), alias="from")
+    """Where fixes come from."""
+    outputs: Annotated[Texts, Option("ADDRESS")] = Field(default=("stdout:",), alias="to", min_length=1)
+    """Where estimates go; stdout: by default."""
+    profile: Annotated[str | None, Option("NAME|FILE.toml")] = None
+    """Filter profile; by default inferred while sailing."""
+    learned: Annotated[str | None, Option("FILE.toml")] = None
+    """Save the inferred models to this file; the next run starts from them."""
+    source: Annotated[Texts, Option("NAME")] = ()
+    """Source of positions; can be repeated, the preferred one first."""
+    aid: Annotated[tuple[Aid, ...], BeforeValidator(_several), Option("LIST")] = ("auto",)  # type: ignore[valid-type]
+    """Further measurements to use, any of: auto (default), sog, cog, heading, water-speed, yaw-rate."""
+    rate: Annotated[Rate | None, "Hz", Option("HZ")] = None
+    """Output rate in Hz; by default one row per fix."""
+    mission: Annotated[str | None, Option("FILE")] = None
+    """A route (.toml .gpx .geojson) to steer along."""
+    record: Annotated[str | None, Option("FILE.mcap")] = None
+    """Record every input, estimate and order."""
+    max_dead_reckoning: Annotated[Positive, "s", Option("S")] = 10.0
+    """Longest prediction without a fix, s; 10 by default."""
+    engage: Annotated[Flag, Option()] = False
+    """Start the autopilot as soon as it is ready."""
+    from_here: Annotated[Flag, Option()] = False
+    """Start the route even if its first leg is more than 2 km away."""
+    latency: Annotated[NotNegative, "s", Option("S")] = 0.0
+    """Shortest latency of the receiver's fixes, s."""
+    lag: Annotated[float, Field(strict=True, ge=0.0, le=LONGEST_LAG), "s", Option("S")] = 0.0
+    """Output each fix S seconds late, smoothed with later fixes: for mapping."""
+    accuracy: Annotated[Flag, Option(None, "--no-accuracy", "Ignore the accuracy that the receiver reports.")] = True
+    """Use the accuracy that the receiver reports."""
+    helm: Annotated[str | None, BeforeValidator(_page), Option("[HOST:PORT]")] = None
+    """Serve the helm page; without an address, at 127.0.0.1:8080."""
+    helm_token_file: Annotated[str | None, Option("FILE")] = None
+    """File with the token for other computers; or set STEERWAY_HELM_TOKEN."""
+    helm_origin: Annotated[str | None, Option("https://HOST")] = None
+    """Address of the helm page behind a TLS proxy."""
+    missions: Annotated[str | None, Option("ADDRESS")] = None
+    """Exchange missions with ground stations, at udpin:127.0.0.1:14560."""
+    mavlink_signing: Annotated[str | None, Option("FILE")] = None
+    """Sign MAVLink messages with the passphrase in this file."""
+    control: Annotated[str | None, Option("HOST:PORT")] = None
+    """Serve a control port for programs on this computer."""
+    control_token_file: Annotated[str | None, Option("FILE")] = None
+    """File with the port's token; or set STEERWAY_CONTROL_TOKEN."""
     speed: SpeedSettings = SpeedSettings()
+    """Speed control."""
     autopilot: AutopilotSettings = AutopilotSettings()
+    """Course and heading control."""
     estimator: EstimatorSettings = EstimatorSettings()
+    """Estimators of heading and speed."""
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -87,8 +106,10 @@ class Settings(Table):
         return cls.made_of(read_toml(path, "settings"), f"settings {path}")._relative_to(Path(path).parent)
 
     def overridden(self, **given: Any) -> Self:
-        """A copy with the given values, except those that are None."""
-        return self.model_copy(update={name: value for name, value in given.items() if value is not None})
+        """A copy with the given values, except those that are None. Raises InputError for one that its key refuses."""
+        keys = {name: value for name, value in given.items() if value is not None}
+        checked = self.made_of({names_of(name, self.model_fields[name])[0]: keys[name] for name in keys}, "live")
+        return self.model_copy(update={name: getattr(checked, name) for name in keys})
 
     def _relative_to(self, folder: Path) -> Self:
         """A copy with relative file names made relative to `folder`."""

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.estimation.estimator_tables import EstimatorSettings
     from steerway.formats.mcap import INPUT
     from steerway.live import addresses, build_service, n2k, uri
     from steerway.live.addresses import Context
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     from steerway.live.replaying import ANOTHER_PROCESSOR, Replayed, replay
     from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State, believable, lost, rows_of
     from steerway.live.service import Service
-    from steerway.live.settings import EstimatorSettings, Settings
+    from steerway.live.settings import Settings
     from steerway.live.simulated.boat import InnerLoops, ReceiverFix, SimulatedBoat
     from steerway.live.simulated.rover import Rover
     from steerway.live.simulated.running import PropellerReceiver, RunningBoat

@@ -18,7 +18,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed
-from steerway.core.settings import NotNegative, Number, Rate
+from steerway.core.settings import NotNegative, Number
 from steerway.estimation.heading.models import READING_VARIANCE_DEG2, TCM2, TICKS, CompassModel
 from steerway.sensors.instrument import SLACK, Clock, Instrument, InstrumentTable
 
@@ -160,18 +160,19 @@ def _ticks(model: Floats, state: Floats, heading_deg: float, noise: Floats, read
 
 
 class CompassTable(InstrumentTable):
-    """A compass; `deviation_deg`: coefficients A to E of its deviation card.
-
-    `dynamics`: a1, a2, b and k of the compass model of P4, which runs at 40 Hz with the noise of (6)–(7) in place of
-    `std_deg` and `bias_deg`; the TCM2 has 0.2796, 0.6971, 0.4364, 0.05339.
+    """A compass. With `dynamics` it runs at 40 Hz with the noise of P4 (6)–(7); a1, a2, b and k of the TCM2 are 0.2796,
+    0.6971, 0.4364 and 0.05339.
     """
 
     measures: ClassVar[str] = "heading"
-    rate: Annotated[Rate, "Hz"] = 10.0
     std_deg: NotNegative = 0.5
+    """1σ of the white noise of a reading."""
     bias_deg: Number = 0.0
+    """Constant error of a reading."""
     deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    """Coefficients A to E of the deviation card: A + B sin ψ + C cos ψ + D sin 2ψ + E cos 2ψ."""
     dynamics: Annotated[tuple[Number, Number, Number, Number] | None, "1"] = None
+    """Parameters a1, a2, b and k of the compass model of P4, in place of `std_deg` and `bias_deg`."""
 
     def build(self) -> Compass | TickingCompass:
         a, b, c, d, e = map(math.radians, self.deviation_deg)

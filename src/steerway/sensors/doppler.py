@@ -50,13 +50,16 @@ class DopplerStream:
 
 
 class LogTable(InstrumentTable):
-    """A log of the speed through the water: the true speed times `scale` plus `bias`, with white noise of 1σ `std`."""
+    """A log of the speed through the water: the true speed times `scale`, plus bias and white noise."""
 
     measures: ClassVar[str] = "water_speed"
     rate: Annotated[Rate, "Hz"] = 5.0
     std: Annotated[NotNegative, "m/s"] = 0.05
+    """1σ of the white noise of a reading."""
     bias: Annotated[Number, "m/s"] = 0.0
+    """Constant error of a reading."""
     scale: Annotated[Positive, "1"] = 1.0
+    """Scale factor of a reading."""
 
     def build(self) -> DopplerLog:
         return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias, scale=self.scale))
@@ -81,11 +84,11 @@ class BottomLogTable(LogTable):
 
 
 class TachometerTable(InstrumentTable):
-    """A tachometer on the propeller shaft, with white noise of 1σ `std`; only for vessels whose model has a shaft."""
+    """A tachometer on the propeller shaft, only for vessels whose model has a shaft."""
 
     measures: ClassVar[str] = "shaft"
-    rate: Annotated[Rate, "Hz"] = 10.0
     std: Annotated[NotNegative, "rev/s"] = 0.02
+    """1σ of the white noise of a reading."""
 
     def build(self) -> Instrument:
         return Instrument(self.rate, white=self.std)

@@ -44,24 +44,26 @@ class Fix(NamedTuple):
 
 
 class Gnss(Table):
-    """Error model of a receiver. All 1σ are per axis, north and east, in m.
-
-    `rate` Hz; `white` 1σ of independent errors; `markov` pairs (stationary 1σ, time constant s); `settled` starts these
-    with their stationary σ, else at zero as in P1 (42)–(43); `faults`; `latency` s from epoch to delivery;
-    `stamped_on_arrival` gives a fix the time of its delivery, as a log without receiver times does; `lever_arm` from
-    the vessel's origin to the antenna (forward, starboard, down), m; `velocity_std` 1σ (m/s) per axis of the velocity
-    that gives SOG and COG, None for a receiver without them. Raises InputError for numbers out of range.
-    """
+    """Error model of a receiver. All 1σ are per axis, north and east. Raises InputError for numbers out of range."""
 
     rate: Annotated[Rate, "Hz"] = 5.0
+    """Fixes per second."""
     white: Annotated[NotNegative, "m"] = 0.0
+    """1σ per axis of the white noise of a fix."""
     markov: Annotated[tuple[tuple[NotNegative, Positive], ...], "m, s"] = ()
+    """Gauss–Markov errors of position: 1σ per axis and time constant of each."""
     settled: Flag = True
+    """Whether these errors start with their stationary variance; otherwise at 0, as in P1 (42)–(43)."""
     faults: tuple[Fault, ...] = ()
+    """Faults of the receiver."""
     latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0), "s"] = 0.0
+    """Time from the epoch of a fix to its delivery."""
     stamped_on_arrival: Flag = False
+    """Whether a fix has the time of its delivery in place of that of its epoch."""
     lever_arm: Annotated[Triple, "m"] = (0.0, 0.0, 0.0)
+    """Position of the antenna from the vessel's origin: forward, starboard, down."""
     velocity_std: Annotated[NotNegative | None, "m/s"] = None
+    """1σ per axis of the velocity that gives SOG and COG; without it the receiver reports neither."""
 
     @property
     def noise(self) -> dict[str, float]:
@@ -119,6 +121,7 @@ class GnssTable(Gnss):
     white: Annotated[NotNegative, "m"] = 0.05
     markov: Annotated[tuple[tuple[NotNegative, Positive], ...], "m, s"] = ((1.5, 300.0), (0.25, 5.0))
     solution: Literal["single", "differential", "rtk-float", "rtk-fixed"] = "single"
+    """Type of fix that the receiver reports; it sets the assumed σ of the slow position error."""
 
     @property
     def quality(self) -> int:

@@ -28,23 +28,25 @@ _FOREVER = 1 << 60
 
 
 class Fault(Table):
-    """One kind of fault: its start or rate, duration and size.
+    """One kind of fault of a receiver, at a set time or at random; it never overlaps itself.
 
-    `kind`: "dropout" no fix; "jump" a transient displacement (one fix unless `duration` is given); "burst" white noise
-    of 1σ `size` in addition; "step" a displacement that stays (for `duration`, else to the end); "frozen" the last
-    position repeated with new times. `start` is in s after the first epoch; or the fault occurs `per_hour` times on
-    average, and never overlaps itself. A displacement of `size` m points towards `direction_deg`, in a random direction
-    if None.
-
-    Raises InputError unless exactly one of `start` and `per_hour` is given, and for numbers out of range.
+    `kind`: "dropout" no fix; "jump" a transient displacement; "burst" additional white noise; "step" a displacement
+    that stays; "frozen" the last position repeated with new times. Raises InputError unless exactly one of `start` and
+    `per_hour` is given, and for numbers out of range.
     """
 
     kind: Kind
+    """No fix, a displaced fix, more noise, a displacement that stays, or a repeated position."""
     start: Annotated[NotNegative | None, "s"] = None
+    """Time of the fault after the first epoch."""
     per_hour: Annotated[NotNegative | None, "1/h"] = None
+    """Mean number of faults per hour, at random times."""
     duration: Annotated[NotNegative | None, "s"] = None
+    """Duration; by default one fix, or to the end for a step."""
     size: Annotated[NotNegative, "m"] = 0.0
+    """Displacement, or 1σ of the noise of a burst."""
     direction_deg: Number | None = None
+    """Direction of the displacement, from true north; by default random."""
 
     @model_validator(mode="after")
     def _begins(self) -> Self:

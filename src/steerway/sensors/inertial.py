@@ -49,13 +49,16 @@ def accelerometer(
 
 
 class GyroTable(InstrumentTable):
-    """A yaw-rate gyro: white noise, a constant bias with 1σ `turn_on_deg`, and a slowly varying one."""
+    """A yaw-rate gyro: white noise, a constant bias and a slowly varying one."""
 
     measures: ClassVar[str] = "yaw_rate"
     rate: Annotated[Rate, "Hz"] = 50.0
     noise_density_deg: Annotated[NotNegative, "°/√s"] = 0.005
+    """Noise density."""
     turn_on_deg: Annotated[NotNegative, "°/s"] = 0.5
+    """1σ of the turn-on bias."""
     in_run_deg_hour: NotNegative = 10.0
+    """1σ of the in-run bias, a Gauss–Markov process."""
 
     def build(self) -> Instrument:
         return gyro(**self.model_dump())
@@ -97,15 +100,20 @@ class AccelerometerStream:
 
 
 class AccelerometerTable(InstrumentTable):
-    """An accelerometer along the hull; `leak_std`, `leak_time`: 1σ and time constant of the gravity along the hull."""
+    """An accelerometer along the hull."""
 
     measures: ClassVar[str] = "acceleration"
     rate: Annotated[Rate, "Hz"] = 50.0
     noise_density_micro_g: Annotated[NotNegative, "µg/√Hz"] = 60.0
+    """Noise density."""
     turn_on_milli_g: Annotated[NotNegative, "mg"] = 5.0
+    """1σ of the turn-on bias."""
     in_run_micro_g: Annotated[NotNegative, "µg"] = 5.0
+    """1σ of the in-run bias, a Gauss–Markov process."""
     leak_std: Annotated[NotNegative, "m/s²"] = 0.0034
+    """1σ of the gravity component along the pitching hull."""
     leak_time: Annotated[Positive, "s"] = 5.0
+    """Time constant of this component."""
 
     def build(self) -> Accelerometer:
         keys = self.model_dump(exclude={"leak_std", "leak_time"})

@@ -8,7 +8,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -106,7 +106,8 @@ class InstrumentTable(Table):
     """
 
     measures: ClassVar[str]
-    rate: Rate
+    rate: Annotated[Rate, "Hz"] = 10.0
+    """Readings per second."""
 
     @abstractmethod
     def build(self) -> Any:

@@ -27,7 +27,7 @@ from steerway.guidance.waypoints import Passing
 from steerway.pilot import ANGLE_STD, DEFAULT_KINDS, LegSource, Pilot, SteadyForce, build_pilot, response_of
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
-from steerway.simulation.manoeuvres import Manoeuvre, ManoeuvringPilot, manoeuvre_of
+from steerway.simulation.manoeuvres import ManoeuvringPilot, manoeuvre_of
 from steerway.simulation.positioning import PositioningEstimator, PositioningPilot
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.environment import Environment
@@ -124,16 +124,12 @@ def positioning_pilot(scenario: Scenario) -> PositioningPilot:
     )
 
 
-def manoeuvring_pilot(scenario: Scenario, manoeuvre: Manoeuvre) -> ManoeuvringPilot:
-    """A pilot that performs a manoeuvre, in its initial state."""
-    has_rudder = [each.name for each in scenario.vessel.build().actuators] == ["rudder"]
-    return ManoeuvringPilot(manoeuvre, boat(scenario), has_rudder, start(scenario).heading)
-
-
 def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
     """A pilot in its initial state."""
     if scenario.manoeuvre is not None:
-        return manoeuvring_pilot(scenario, manoeuvre_of(scenario.manoeuvre))
+        has_rudder = [each.name for each in scenario.vessel.build().actuators] == ["rudder"]
+        manoeuvre = manoeuvre_of(scenario.manoeuvre)
+        return ManoeuvringPilot(manoeuvre, boat(scenario), has_rudder, start(scenario).heading)
     if holds_places(scenario):
         return positioning_pilot(scenario)
     known, guidance = boat(scenario), scenario.guidance
@@ -150,7 +146,7 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
         known,
         mission,
         law,
-        AtFaceValue() if truth else composed(scenario, known, ground_estimator(scenario)),
+        AtFaceValue() if truth else composed(scenario, known),
         kinds=kinds,
         shaper=shaper(scenario.reference, known.bandwidth),
         steerageway=STEERAGEWAY,
@@ -160,14 +156,10 @@ def pilot(scenario: Scenario) -> Pilot | PositioningPilot | ManoeuvringPilot:
     )
 
 
-def ground_estimator(scenario: Scenario) -> FilterEstimator:
-    """The filter of the motion over ground."""
+def composed(scenario: Scenario, known: Boat) -> Estimator:
+    """The filter of the motion over ground, combined with filters of heading and speed if the scenario selects them."""
     filtering = FiveStateFilter(profile(scenario), scenario.estimator.aid)
-    return FilterEstimator(filtering, slow_std=scenario.gnss.slow_std)
-
-
-def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:
-    """`ground`, combined with separate filters for heading and speed if the scenario selects them."""
+    ground = FilterEstimator(filtering, slow_std=scenario.gnss.slow_std)
     table, speeds = scenario.estimator.heading, scenario.estimator.speed
     heading = speed = None
     if table.kind != "tracker":

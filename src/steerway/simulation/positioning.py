@@ -26,20 +26,22 @@ KINDS = ("vessel-filter", "tekf", "passive-observer")
 
 
 class PositioningEstimatorTable(Table):
-    """Noise assumed by the estimators "vessel-filter", "tekf" and "passive-observer".
-
-    For "vessel-filter", each a 1σ: position_std of a fix; heading_std_deg of a compass reading; force_std of the
-    environment's force (north, east) and moment, estimated if not 0, with time constant force_time; wave_std of the
-    wave motion in a fix, with frequency wave_frequency. For "tekf": process_noise, a factor on the Q of P2 (19).
-    """
+    """Noise assumed by the estimators "vessel-filter" and "tekf" (position, heading and process noise)."""
 
     position_std: Annotated[Positive, "m"] = 0.1
+    """1σ of a fix."""
     heading_std_deg: Positive = 0.5
+    """1σ of a compass reading."""
     force_std: Annotated[tuple[NotNegative, NotNegative, NotNegative], "N, N, N·m"] = (0.0, 0.0, 0.0)
+    """1σ of the estimated environmental force, north and east, and moment; 0: not estimated."""
     force_time: Annotated[Positive, "s"] = 50.0
+    """Time constant of this force."""
     wave_std: Annotated[NotNegative, "m"] = 0.0
+    """1σ of the wave motion in a fix; 0: not estimated."""
     wave_frequency: Annotated[Positive, "rad/s"] = 0.8
+    """Frequency of the wave motion."""
     process_noise: Annotated[float, Field(strict=True, gt=0.0, le=1e6), "1"] = 1.0
+    """Factor on the process noise Q of P2 (19), for "tekf"."""
 
     def observer(self, kind: str, vessel: Positioned, fix_interval: float) -> Observer:
         """The observer of kind `kind` for fixes `fix_interval` s apart."""
@@ -63,14 +65,16 @@ class PositioningEstimatorTable(Table):
 
 
 class PositioningTable(Table):
-    """The PID of P2 (30)–(33): K_p = ω² M, K_d = 2ζω M, K_i = `integral` ω K_p. bandwidth ω in rad/s, by default 2/T in
-    surge; `anti_windup` false lets the integral wind up at the limits, as in the paper.
-    """
+    """The PID of P2 (30)–(33): K_p = ω² M, K_d = 2ζω M, K_i = `integral` ω K_p."""
 
     bandwidth: Annotated[Positive | None, "rad/s"] = None
+    """Bandwidth ω of the position loop; by default 2/T with the time constant T in surge."""
     damping: Annotated[Positive, "1"] = 1.0
+    """Damping ratio ζ of the position loop."""
     integral: Annotated[NotNegative, "1"] = 0.1
+    """Integral gain, relative to ω K_p."""
     anti_windup: Flag = True
+    """Whether the integral stops at the limits of the thrusters; in the paper it does not."""
 
     def controller(self, vessel: Positioned) -> PositionPID:
         """The controller for a vessel; its limits are those of the thrusters in each direction alone."""

@@ -28,12 +28,7 @@ class Sailed:
     @property
     def origin(self) -> tuple[float, float]:
         """Latitude and longitude (rad) of north = east = 0."""
-        return origin(self.scenario)
-
-
-def origin(scenario: Scenario) -> tuple[float, float]:
-    """Latitude and longitude (rad) of a scenario's north = east = 0."""
-    return scenario.origin.place
+        return self.scenario.origin.place
 
 
 def sail_scenario(

@@ -124,6 +124,7 @@ class CaldasTable(ShaftKeys):
     kind: Literal["caldas"] = "caldas"
     length: ClassVar[float] = 15.0
     moment_limit: Annotated[Positive, "N·m"] = 400e3
+    """Largest yaw moment."""
 
     def build(self) -> Caldas:
         return Caldas(Propeller(self.diameter), self.shaft(), self.moment_limit)

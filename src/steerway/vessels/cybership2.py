@@ -147,6 +147,7 @@ class CyberShip2Table(VesselTable):
     kind: Literal["cybership2"] = "cybership2"
     length: ClassVar[float] = LENGTH
     identification: Literal["linear", "nonlinear"] = "linear"
+    """Linear damping, as in P2, or the nonlinear model from manoeuvring experiments."""
 
     def positioned(self) -> Positioned:
         """M and D of P2; each of the three forces counts as a thruster."""

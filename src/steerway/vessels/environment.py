@@ -25,12 +25,16 @@ _DRAWS = 11
 
 
 class Current(Table):
-    """A current towards `direction_deg`; `std`, `time_constant`: 1σ and time of its Gauss–Markov variation."""
+    """A current, with a Gauss–Markov variation."""
 
     speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0), "m/s"] = 0.0
+    """Mean speed of the current."""
     direction_deg: Number = 0.0
+    """Direction to which the current flows, from true north."""
     std: Annotated[NotNegative, "m/s"] = 0.0
+    """1σ per axis of the current's Gauss–Markov variation."""
     time_constant: Annotated[Positive, "s"] = 600.0
+    """Time constant of the variation."""
 
     @property
     def velocity(self) -> tuple[float, float]:
@@ -39,51 +43,68 @@ class Current(Table):
 
 
 class Wind(Table):
-    """Wind from `direction_deg`, with Gauss–Markov gusts; it pushes on `drag_area`, `arm` m ahead of the origin.
-
-    The relative wind V exerts the force ½ ρ A V|V|, A = `drag_area` (drag coefficient times area, the same from every
-    side).
-    """
+    """Wind, with Gauss–Markov gusts. The relative wind V exerts the force ½ ρ A V|V|, A = `drag_area`."""
 
     speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0), "m/s"] = 0.0
+    """Mean true wind speed."""
     direction_deg: Number = 0.0
+    """Direction from which the wind blows, from true north."""
     drag_area: Annotated[NotNegative, "m²"] = 0.0
+    """Drag coefficient times projected area of the boat above water, the same from every side."""
     gust_std: Annotated[NotNegative, "m/s"] = 0.0
+    """1σ per axis of the Gauss–Markov gusts."""
     gust_time: Annotated[Positive, "s"] = 10.0
+    """Time constant of the gusts."""
     arm: Annotated[Number, "m"] = 0.0
+    """Distance of the wind's point of attack ahead of the origin."""
 
 
 class Waves(Table):
-    """Wave motion along `direction_deg` about `frequency`, roll and pitch, and a slow drift force.
+    """Wave motion along the direction of the waves, roll and pitch, and a slow drift force.
 
     Displacement, roll and pitch are independent oscillators with the damping ratio `damping`. Wave motion is added to
     the vessel's motion and does not affect it: Fossen (2021), section 10.2.
     """
 
     direction_deg: Number = 0.0
+    """Direction to which the waves travel, from true north."""
     frequency: Annotated[Positive, "rad/s"] = 1.2
+    """Peak frequency of the waves."""
     damping: Annotated[float, Field(strict=True, gt=0.0, lt=1.0), "1"] = 0.1
+    """Damping ratio of the oscillators: the width of the spectrum."""
     displacement_std: Annotated[NotNegative, "m"] = 0.0
+    """1σ of the horizontal wave motion."""
     roll_std_deg: NotNegative = 0.0
+    """1σ of the roll angle."""
     pitch_std_deg: NotNegative = 0.0
+    """1σ of the pitch angle."""
     drift: Annotated[Number, "N"] = 0.0
+    """Mean wave-drift force along the direction of the waves."""
     drift_std: Annotated[NotNegative, "N"] = 0.0
+    """1σ of the variation of the wave-drift force."""
     drift_time: Annotated[Positive, "s"] = 60.0
+    """Time constant of this variation."""
 
 
 class Environment(Table):
-    """Current, wind, waves, and a constant `force` (north, east) and `moment`, with Gauss–Markov variations of 1σ
-    `force_std` and `moment_std` and time constant `force_time`.
-    """
+    """Current, wind, waves, and a constant force and moment with Gauss–Markov variations."""
 
     current: Current = Current()
+    """Ocean current."""
     wind: Wind = Wind()
+    """Wind and its gusts."""
     waves: Waves = Waves()
+    """First-order wave motion and wave drift."""
     force: Annotated[tuple[Number, Number], "N"] = (0.0, 0.0)
+    """Constant force on the boat, north and east."""
     moment: Annotated[Number, "N·m"] = 0.0
+    """Constant yaw moment on the boat."""
     force_std: Annotated[tuple[NotNegative, NotNegative], "N"] = (0.0, 0.0)
+    """1σ of the Gauss–Markov variation of the force, north and east."""
     moment_std: Annotated[NotNegative, "N·m"] = 0.0
+    """1σ of the Gauss–Markov variation of the moment."""
     force_time: Annotated[Positive, "s"] = 50.0
+    """Time constant of both variations."""
 
     def start(self, seed: Seed, step: float) -> "Sea":
         """Start the environment, in steps of `step` s."""

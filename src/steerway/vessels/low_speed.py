@@ -134,16 +134,18 @@ def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:
 
 
 class ThrusterTable(Table):
-    """A fixed thruster, m ahead and to starboard of the origin, with up to `limit` N towards `angle_deg` from the bow.
-
-    `limit_astern`: largest force in the opposite direction, N; by default `limit`.
-    """
+    """A fixed thruster."""
 
     ahead: Annotated[Number, "m"] = 0.0
+    """Position ahead of the vessel's origin."""
     starboard: Annotated[Number, "m"] = 0.0
+    """Position to starboard of the vessel's origin."""
     angle_deg: Number = 0.0
+    """Direction of the thrust from the bow, positive to starboard."""
     limit: Annotated[Positive, "N"]
+    """Largest thrust."""
     limit_astern: Annotated[NotNegative | None, "N"] = None
+    """Largest thrust in the opposite direction; by default `limit`."""
 
 
 class LowSpeedTable(VesselTable):
@@ -155,18 +157,22 @@ class LowSpeedTable(VesselTable):
         (0.0, 165.0, 10.0),
         (0.0, 10.0, 40.0),
     )
+    """Mass matrix M in surge, sway and yaw, with added mass."""
     damping: Annotated[tuple[Triple, Triple, Triple], "kg/s, kg·m/s, kg·m²/s"] = (
         (80.0, 0.0, 0.0),
         (0.0, 160.0, 0.0),
         (0.0, 0.0, 25.0),
     )
+    """Linear damping matrix D in surge, sway and yaw."""
     thrusters: Annotated[tuple[ThrusterTable, ...], Field(min_length=1)] = (
         ThrusterTable(ahead=-0.8, starboard=-0.4, limit=100.0),
         ThrusterTable(ahead=-0.8, starboard=0.4, limit=100.0),
         ThrusterTable(ahead=0.8, angle_deg=90.0, limit=50.0),
         ThrusterTable(ahead=-0.8, angle_deg=90.0, limit=50.0),
     )
+    """Fixed thrusters."""
     cruise: Annotated[Positive, "m/s"] = 0.8
+    """Cruise speed."""
 
     def positioned(self) -> Positioned:
         """M, D and the thrusters."""

@@ -179,6 +179,7 @@ class MarinerTable(VesselTable):
     kind: Literal["mariner"] = "mariner"
     length: ClassVar[float] = LENGTH
     cruise_speed: Annotated[Positive, "m/s"] = CRUISE_SPEED
+    """Cruise speed, at which the hydrodynamic coefficients hold."""
 
     def build(self) -> Mariner:
         return Mariner(self.cruise_speed, self.method)

@@ -122,13 +122,17 @@ class Motorboat(CompiledVessel):
 
 
 class MotorboatTable(VesselTable):
-    """A motorboat; `surge_time`, `yaw_time`: time constants of speed and yaw rate."""
+    """A motorboat with one steered outboard."""
 
     kind: Literal["motorboat"] = "motorboat"
     top_speed: Annotated[Positive, "m/s"] = 2.0
+    """Speed through the water at full throttle."""
     turn_rate_deg: Positive = 25.0
+    """Yaw rate at full steering and full throttle."""
     surge_time: Annotated[Positive, "s"] = 2.0
+    """Time constant of the speed."""
     yaw_time: Annotated[Positive, "s"] = 0.6
+    """Time constant of the yaw rate."""
     reference: ClassVar[str] = "model"
 
     def build(self) -> Motorboat:

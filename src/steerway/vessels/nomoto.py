@@ -32,11 +32,6 @@ from steerway.vessels.vessel import (
 IDEAL = Actuator("rudder", -math.inf, math.inf)
 
 
-def _packed(gain: float, time_constant: float, speed: float, bias: float, actuator: Actuator) -> Floats:
-    machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
-    return np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
-
-
 @kernel
 def _rates(state: Floats, rudder: float, parameters: Floats, conditions: Floats) -> Floats:
     gain, time_constant, speed, bias = parameters[0], parameters[1], parameters[2], parameters[3]
@@ -96,7 +91,8 @@ class Nomoto(CompiledVessel):
         positive("nomoto.time_constant", time_constant)
         self._speed = not_negative("nomoto.speed", speed)
         self.actuators = (actuator,)
-        self._constants = (_packed(gain, time_constant, speed, bias, actuator),)
+        machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
+        self._constants = (np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64),)
         self._options = (checked_method(method),)
 
     def start(
@@ -108,13 +104,17 @@ class Nomoto(CompiledVessel):
 
 
 class NomotoTable(VesselTable):
-    """A vessel that turns by Nomoto's model, with `gain` K and `time_constant` T, at a constant speed."""
+    """A vessel that turns by Nomoto's model, at a constant speed."""
 
     kind: Literal["nomoto"] = "nomoto"
     gain: Annotated[Positive, "1/s for a rad of rudder"] = 0.2
+    """Gain K of Nomoto's model: steady yaw rate per rudder angle."""
     time_constant: Annotated[Positive, "s"] = 20.0
+    """Time constant T of Nomoto's model."""
     speed: Annotated[Positive, "m/s"] = 2.0
+    """Constant speed through the water."""
     rudder_limit_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = 35.0
+    """Largest rudder angle."""
 
     def build(self) -> Nomoto:
         limit = math.radians(self.rudder_limit_deg)

@@ -316,9 +316,13 @@ class OtterTable(VesselTable):
     kind: Literal["otter"] = "otter"
     length: ClassVar[float] = LENGTH
     payload_mass: Annotated[float, Field(strict=True, ge=0.0, le=45.0), "kg"] = 25.0
+    """Mass of the payload."""
     payload_position: Annotated[Triple, "m"] = (0.05, 0.0, -0.35)
+    """Position of the payload from the vessel's origin: forward, starboard, down."""
     edition: Literal["today", "2021"] = "today"
+    """Edition of the public model; "2021" is that of P0."""
     propeller_lag: Annotated[NotNegative, "s"] = 0.1
+    """Time constant of the propeller speed."""
     reference: ClassVar[str] = "tracking"
 
     def build(self) -> Otter:

@@ -131,14 +131,18 @@ for the rate limit of n_d, 20 rpm per second."""
 
 
 class SpringerTable(VesselTable):
-    """The USV Springer of P4; `bias_rpm`: error of n_d, half the speed difference of the propellers."""
+    """The USV Springer of P4."""
 
     kind: Literal["springer"] = "springer"
     length: ClassVar[float] = LENGTH
     plant: Literal["paper", "physical"] = "physical"
+    """Yaw model: as printed, with a pole at 1.002, or with this pole at 1."""
     effectiveness: Annotated[Positive, "1"] = 1.0
+    """Factor on the yaw response to the propeller difference."""
     bias_rpm: Annotated[float, Field(strict=True, ge=-100.0, le=100.0), "rev/min"] = 0.0
+    """Error of n_d, half the difference of the propeller speeds."""
     speed: Annotated[Positive, "m/s"] = SPEED
+    """Constant speed through the water."""
 
     def build(self) -> Springer:
         return Springer(self.plant, self.effectiveness, self.bias_rpm * RPM, self.speed)

@@ -156,16 +156,22 @@ def speed_gains(
 
 
 class ShaftKeys(VesselTable):
-    """The keys of a vessel with one shaft speed: `shaft_limit` rev/s, `shaft_lag` s, `shaft_rate` rev/s² (0: no limit),
-    `reverse`. `guessed_drag` and `guessed_thrust`: the controllers' guess, as factors of the true drag and thrust."""
+    """The keys of a vessel with one shaft speed."""
 
     shaft_limit: Annotated[Positive, "rev/s"] = 17.5
+    """Largest shaft speed."""
     shaft_lag: Annotated[NotNegative, "s"] = 0.5
+    """Time constant of the shaft speed."""
     shaft_rate: Annotated[NotNegative, "rev/s²"] = 0.0
+    """Largest change of the shaft speed per second; 0: no limit."""
     reverse: Flag = False
+    """Whether the shaft can turn astern."""
     diameter: Annotated[Positive, "m"] = 0.8
+    """Diameter of the propellers."""
     guessed_drag: Annotated[float, Field(strict=True, ge=0.1, le=10.0), "1"] = 1.0
+    """Drag that the controllers assume, as a factor of the true drag."""
     guessed_thrust: Annotated[float, Field(strict=True, ge=0.1, le=10.0), "1"] = 1.0
+    """Thrust that the controllers assume, as a factor of the true thrust."""
 
     def shaft(self) -> Actuator:
         """The shaft as an actuator."""
@@ -184,8 +190,11 @@ class SurgeTable(ShaftKeys):
 
     kind: Literal["surge"] = "surge"
     mass: Annotated[Positive, "kg"] = CALDAS_MASS
+    """Mass including added mass."""
     linear_drag: Annotated[NotNegative, "N s/m"] = CALDAS_LINEAR_DRAG
+    """Coefficient of linear drag."""
     quadratic_drag: Annotated[NotNegative, "N s²/m²"] = CALDAS_QUADRATIC_DRAG
+    """Coefficient of quadratic drag."""
 
     def build(self) -> Surge:
         propeller = Propeller(self.diameter)

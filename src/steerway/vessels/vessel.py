@@ -192,6 +192,7 @@ class VesselTable(Table):
     """
 
     method: Literal["rk4", "euler"] = "rk4"
+    """Integration by Runge and Kutta's fourth-order method or by Euler's."""
     reference: ClassVar[str] = "low-pass"
     length: ClassVar[float] = math.nan
 

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from steerway.core.errors import InputError
+from steerway.core.records import AID_COLUMNS
 from steerway.core.settings import positive_number
 from steerway.estimation.filter.model import COURSE, RATE, SPEED
 
@@ -37,7 +38,7 @@ class Aid(NamedTuple):
     across_course: bool = False
 
 
-TABLE = (
+TABLE = (  # in the order of `AIDS`
     Aid(
         "sog",
         SPEED,
@@ -121,7 +122,7 @@ class AidNoise(BaseModel):
     gyro_bias_time: float = positive_number(_USUAL["gyro_bias_time"], unit="s", what="correlation time of the bias")
 
 
-AIDS = tuple(aid.name for aid in TABLE)
+AIDS = AID_COLUMNS
 """Names of the aids, in the order of the kernels' aiding table."""
 NO_AIDS = np.empty((0, len(AIDS)))
 SOG, COG = AIDS.index("sog"), AIDS.index("cog")

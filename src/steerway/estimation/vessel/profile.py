@@ -67,8 +67,11 @@ class Profile(Numbers, Table):
     model_config = ConfigDict(json_schema_extra=_either_form)
 
     name: str = "custom"
+    """Name of the profile."""
     description: str = ""
+    """Description of the profile."""
     structures: tuple[Structure, ...] = ()
+    """Structures of vessel and receiver that run side by side, as inferred from a log."""
     intervals: Annotated[dict[str, tuple[float, float]], "SI"] = Field(default_factory=dict)
     """95 % intervals by name, in files of earlier versions."""
 

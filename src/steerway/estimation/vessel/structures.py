@@ -164,8 +164,11 @@ class Structure(Table):
 
     weight: float = positive_number(unit="1", what="weight of the structure; all add up to 1")
     parts: Parts
+    """Names of the parts of the model of vessel and receiver."""
     values: Annotated[Values, "SI"]
+    """Numbers of the parts by name."""
     intervals: Annotated[dict[str, tuple[float, float]], "SI"] = Field(default_factory=dict)
+    """95 % intervals of the numbers by name."""
     quantum: Annotated[tuple[float, float], "m"] = (0.0, 0.0)
     """Last digit of a fix north and east, m; 0 where fixes are not rounded."""
 

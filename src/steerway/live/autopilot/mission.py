@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
 
 from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
@@ -32,11 +31,13 @@ class Limits(Table):
     """Limits at which the autopilot stops; without a key there is no limit."""
 
     min_sog_mps: Positive | None = None
+    """SOG below which the autopilot stops."""
     max_sog_mps: Positive | None = None
-    cross_track: Annotated[Positive | None, "m"] = (
-        None  # m to either side of the leg; None: three lookaheads, once the boat has been on its leg
-    )
-    operator_lost: Annotated[Positive | None, "s"] = None  # s without a helm page, a control client or a ground station
+    """SOG above which the autopilot stops."""
+    cross_track: Annotated[Positive | None, "m"] = None
+    """Largest cross-track error; by default three look-ahead distances, once the boat has been on its leg."""
+    operator_lost: Annotated[Positive | None, "s"] = None
+    """Longest time without a helm page, a control client or a ground station."""
 
 
 Instead = Literal["stop", "hand-back", "hold", "return"]
@@ -46,47 +47,70 @@ Instead = Literal["stop", "hand-back", "hold", "return"]
 class OnStop(Table):
     """Actions in place of a stop, for reasons that leave the boat able to steer."""
 
-    operator: Instead = "stop"  # no operator was heard for `operator_lost`
-    off_route: Instead = "stop"  # beyond the cross-track limit
+    operator: Instead = "stop"
+    """Action when no operator was heard for `operator_lost`."""
+    off_route: Instead = "stop"
+    """Action beyond the cross-track limit."""
 
 
 class BoatTable(Table):
     """How the boat responds to commands; see `steerway.live.autopilot.piloting`."""
 
-    max_yaw_rate_dps: Positive | None = None  # largest ordered yaw rate; None: from the vehicle's limit, else 20
-    yaw_time: Annotated[NotNegative, "s"] = 1.5  # s, time constant of the yaw rate with propellers
-    rate_time: Annotated[Positive, "s"] = 1.3  # s, time constant of the yaw rate with a loop of its own
-    yaw_munk: Annotated[NotNegative, "s²/m²"] = 0.0  # s²/m², loss of damping with the speed squared
-    yaw_quadratic: Annotated[NotNegative, "s/rad"] = 0.0  # s/rad, damping that grows with the yaw rate
-    full_yaw_rate_dps: Positive = 90.0  # yaw rate with one propeller full ahead, the other full astern
-    top_speed_mps: Positive = 3.0  # speed at full thrust
-    surge_time: Annotated[Positive, "s"] = 1.5  # s, time constant of the speed
-    slip_time: Annotated[NotNegative, "s"] = 0.2  # s in which the motion through the water follows the bow
-    reverse: Flag = False  # whether the propellers turn astern
-    pivot_angle_deg: Positive | None = None  # smallest corner that is turned on the spot; None: no corner
+    max_yaw_rate_dps: Positive | None = None
+    """Largest ordered yaw rate; by default the vehicle's limit, else 20."""
+    yaw_time: Annotated[NotNegative, "s"] = 1.5
+    """Time constant of the yaw rate, for a boat steered by its propellers."""
+    rate_time: Annotated[Positive, "s"] = 1.3
+    """Time constant of the yaw rate, for a vehicle with a yaw-rate loop of its own."""
+    yaw_munk: Annotated[NotNegative, "s²/m²"] = 0.0
+    """Loss of yaw damping per speed squared."""
+    yaw_quadratic: Annotated[NotNegative, "s/rad"] = 0.0
+    """Quadratic yaw damping: increase of the damping with the yaw rate."""
+    full_yaw_rate_dps: Positive = 90.0
+    """Yaw rate with one propeller full ahead, the other full astern."""
+    top_speed_mps: Positive = 3.0
+    """Speed through the water at full thrust."""
+    surge_time: Annotated[Positive, "s"] = 1.5
+    """Time constant of the speed."""
+    slip_time: Annotated[NotNegative, "s"] = 0.2
+    """Time constant with which the motion through the water follows the bow."""
+    reverse: Flag = False
+    """Whether the propellers can turn astern."""
+    pivot_angle_deg: Positive | None = None
+    """Smallest corner at which the boat stops and turns on the spot; by default none."""
 
 
 class MissionTable(RouteKeys):
     """What a mission file may set beside its waypoints and fence."""
 
     name: str = ""
-    origin: PlaceTable | None = Field(default=None, description="position of north = east = 0")
-    law: Literal[*LAWS] | None = Field(default=None, description="short for guidance.law")  # type: ignore[valid-type]
-    lookahead: Annotated[Positive | None, "m"] = Field(
-        default=None, description="short for guidance.lookahead; 20 m if both are missing"
-    )  # m
-    guidance: GuidanceTable = Field(
-        default=GuidanceTable(), description="the guidance law and its gains, as in scenarios"
-    )
-    acceptance: Annotated[Positive, "m"] = 10.0  # m
+    """Name of the mission."""
+    origin: PlaceTable | None = None
+    """Position where north and east are 0."""
+    law: Literal[*LAWS] | None = None  # type: ignore[valid-type]
+    """Short for `guidance.law`."""
+    lookahead: Annotated[Positive | None, "m"] = None
+    """Short for `guidance.lookahead`; 20 m if both are missing."""
+    guidance: GuidanceTable = GuidanceTable()
+    """Guidance law and its gains, as in scenarios."""
+    acceptance: Annotated[Positive, "m"] = 10.0
+    """Radius within which a waypoint counts as reached."""
     speed_mps: Positive = 1.0
+    """Speed over ground where a waypoint gives none."""
     at_end: Literal["stop", "hold"] = "stop"
-    hold_radius: Annotated[Positive, "m"] = 5.0  # m within which the boat may drift about a position
-    safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
+    """After the last waypoint, stop or hold the position."""
+    hold_radius: Annotated[Positive, "m"] = 5.0
+    """Radius within which the boat may drift about a position that it holds."""
+    safe: Literal["stop", "hand-back"] = "stop"
+    """Orders when stopped: zero thrust and yaw rate, or none."""
     on_stop: OnStop = OnStop()
-    rally: PlaceTable | None = Field(default=None, description="position for `return`; default: the first waypoint")
+    """Actions in place of a stop."""
+    rally: PlaceTable | None = None
+    """Position for the action "return"; by default the first waypoint."""
     limits: Limits = Limits()
+    """Limits at which the autopilot stops."""
     boat: BoatTable = BoatTable()
+    """Response of the boat to its orders."""
 
     @property
     def lookahead_m(self) -> float:
@@ -105,9 +129,12 @@ _SHORT = ("law", "lookahead")
 
 
 class MissionFile(MissionTable):
-    waypoint: list[WaypointTable] = Field(default=[], description="[[waypoint]] tables with lat_deg and lon_deg")
-    fence: list[PlaceTable] = Field(default=[])
-    no_go: list[list[PlaceTable]] = Field(default=[], description="polygons that the boat must not enter")
+    waypoint: tuple[WaypointTable, ...] = ()
+    """Waypoints in the order in which they are sailed."""
+    fence: tuple[PlaceTable, ...] = ()
+    """Corners of the area that the boat must not leave."""
+    no_go: tuple[tuple[PlaceTable, ...], ...] = ()
+    """Polygons that the boat must not enter."""
 
 
 @dataclass(frozen=True, eq=False)

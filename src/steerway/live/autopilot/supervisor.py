@@ -14,6 +14,7 @@ from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate
 from steerway.core.leg import Leg, LegState
 from steerway.core.reference import Reference
+from steerway.estimation.estimator_tables import EstimatorSettings
 from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import POSITION, ROUTE
@@ -25,7 +26,6 @@ from steerway.live.autopilot.mission_items import MissionItem
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, limit_thrust, limit_turns, pilot_of
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import ENDED, UNDER_WAY, InputRow, Order, Row, State
-from steerway.live.settings import EstimatorSettings
 from steerway.pilot import DEFAULT_KINDS, Mode, Pilot, Steered
 
 LOG = logging.getLogger("steerway.live")

@@ -14,7 +14,6 @@ from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
 from steerway.sensors.suite import Suite
 from steerway.simulation import assembly
-from steerway.simulation.run import origin
 from steerway.simulation.scenario import EstimatorTable, Scenario
 
 
@@ -39,7 +38,8 @@ class SimulatedBoat:
     def __init__(self, scenario: Scenario, seed: int | None = None):
         aboard = scenario.model_copy(update={"estimator": EstimatorTable()})
         self.vessel, self.known = aboard.vessel.build(), assembly.boat(aboard)
-        self.origin, self.step_length = origin(aboard), aboard.step
+        self.origin: tuple[float, float] = aboard.origin.place
+        self.step_length = aboard.step
         sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
         self._sea = aboard.environment.start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)

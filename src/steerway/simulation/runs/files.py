@@ -91,18 +91,6 @@ def _actuator(name: str) -> tuple[str, Callable[[Floats], Floats]]:
     return (f"{words}_radps" if name.endswith("propeller speed") else words), np.asarray
 
 
-def write_table(
-    run: Run,
-    path: Path,
-    actuators: Sequence[Actuator] = (),
-    origin: tuple[float, float] = (0.0, 0.0),
-    begins: float = 0.0,
-) -> None:
-    """Write the run as Parquet."""
-    with complete_or_absent(path) as file:
-        frame(run, actuators, origin, begins).write_parquet(file)
-
-
 def write_log(run: Run, path: Path, begins: float, origin: tuple[float, float], quality: int = 1) -> int:
     """Write the readings of the instruments as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
 
@@ -146,7 +134,8 @@ def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks: Seque
     results = directory / "results.json"
     write_results(simulated.numbers, results)
     began = begins(simulated.scenario)
-    write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin, began)
+    with complete_or_absent(table) as file:
+        frame(simulated.run, simulated.assembly.vessel.actuators, simulated.origin, began).write_parquet(file)
     if nmea:
         write_log(simulated.run, log, began, simulated.origin, simulated.scenario.gnss.quality)
     write_run_page(simulated, page, remarks)
