@@ -1,7 +1,6 @@
 """The companion computer on a MAVLink link: it reads the vehicle's fixes and sends the autopilot's orders."""
 
 import asyncio
-import logging
 import math
 import time
 from typing import TYPE_CHECKING, Any
@@ -14,12 +13,11 @@ from steerway.live.mavlink.guided import SILENCE, SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.outputs.output import Output
 from steerway.live.rows import Order, Row, State
-from steerway.live.uri import Uri
+from steerway.live.uri import LOG, Uri
 
 if TYPE_CHECKING:
     from steerway.live.autopilot.supervisor import Supervisor
 
-LOG = logging.getLogger("steerway.live")
 CARRIERS = ("udpin", "udpout", "tcp")
 """Carriers of MAVLink in addition to a serial line."""
 _PERIOD = 0.05  # s between two checks for messages to send

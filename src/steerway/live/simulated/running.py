@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import json
-import logging
 import math
 import sys
 import time
@@ -24,7 +23,7 @@ from steerway.live.mavlink.link import MavlinkLink, RoverMode
 from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import InnerLoops, ReceiverFix, SimulatedBoat
 from steerway.live.simulated.rover import TURN_LIMIT, Rover, Skipper, Target
-from steerway.live.uri import Uri
+from steerway.live.uri import LOG, Uri
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.vessel import Actuator
 
@@ -78,7 +77,6 @@ class PropellerReceiver:
 if TYPE_CHECKING:
     import polars as pl
 
-LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are skipped
 _TALKER = "GP"
 COLUMNS = (
