@@ -1,6 +1,7 @@
 """The unit of work: the reports of one bucket of vessels on one day, from yesterday's state to today's."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,8 +42,8 @@ class Work:
     bucket: int
     before: int | None  # day whose state the unit starts from
     digits: dict[str, float]  # position resolution (°) of inputs, by key
-    profiles: tuple[tuple[dict[str, Any], ...], ...]  # by class (`formats.ais_tables.MOBILES`) and level
-    aid: tuple[str, ...] = ()
+    profiles: Sequence[Sequence[dict[str, Any]]]  # by class (`formats.ais_tables.MOBILES`) and level
+    aid: Sequence[str] = ()
     smooth: bool = False
     rate: float | None = None
 
@@ -50,7 +51,7 @@ class Work:
 def run_unit(work: Work) -> dict[str, Any]:
     """Filter a unit, write its tables and then its state; returns its counts."""
     store = Store(Path(work.directory))
-    filters = filters_of_levels(work.profiles, work.aid, work.smooth)
+    filters = filters_of_levels(work.profiles, tuple(work.aid), work.smooth)
     frame = store.staged(work.day, work.bucket, work.digits)
     received = len(frame)
     frame = _ordered(frame)
@@ -105,8 +106,8 @@ def _rows(frame: pl.DataFrame, work: Work) -> UnitRows:
     # Writable arrays everywhere, so that kernels are compiled for one type.
     vessel, time = (frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s"))
     hull = frame["hull"].to_numpy().astype(np.int64)
-    values = [frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _ORDER[2:7]]
-    latitude, longitude, sog, cog, heading = values[0], values[1], values[2], *values[3:]
+    values = (frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _ORDER[2:7])
+    latitude, longitude, sog, cog, heading = values
     latitude, longitude, cog, heading = (np.radians(each) for each in (latitude, longitude, cog, heading))
     reported = np.column_stack([latitude, longitude, sog, cog])
     known = {"sog": sog, "cog": cog, "heading": heading}
@@ -198,9 +199,7 @@ def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) 
     here = np.searchsorted(state.mmsi, rows.mmsi[bounds[:-1]])
     vessels, tracks, x, p, probability, run = (each[here] for each in state.arrays)
     fleet = Fleet(vessels.view(VESSEL), tracks.view(TRACK), State(x, p, probability, run.view(RUN)))
-    reports = Reports(
-        rows.time, rows.latitude, rows.longitude, rows.digit, rows.aids, rows.hull, rows.mobile, rows.asked
-    )
+    reports = Reports(*(getattr(rows, name) for name in Reports._fields))
     associate(bounds, reports, filters, fleet, found, empty_states((2,), filters))
     for whole, part in zip(state.arrays, _arrays(fleet), strict=True):
         whole[here] = part
