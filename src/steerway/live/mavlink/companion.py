@@ -103,7 +103,10 @@ class Companion(Output):
 
     def _send_now(self, now: float) -> None:
         if self.supervisor is not None:
-            self._report(self.supervisor, self.guided.alive(now))
+            alive = self.guided.alive(now)
+            if alive != self._was_alive:
+                self._was_alive = alive
+                self.supervisor.link(self.link.uri.text, alive)
             self.supervisor.vehicle(self.guided.obstacle(now))
         order = self._order
         if order is not None and order.engaged and now - self._ordered > _STALE:
@@ -112,8 +115,3 @@ class Companion(Output):
         if self.guided.refusal and self.supervisor is not None:
             end = self.supervisor.refused if self.guided.is_refused else self.supervisor.stop
             end(self.guided.refusal)
-
-    def _report(self, supervisor: "Supervisor", alive: bool) -> None:
-        if alive != self._was_alive:
-            self._was_alive = alive
-            supervisor.link(self.link.uri.text, alive)
