@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.archive.reading import scan
     from steerway.archive.running import Report, run
-    from steerway.archive.selecting import scan
 
 __all__ = ["Report", "run", "scan"]
 __getattr__, __dir__ = on_demand(__name__)

@@ -268,10 +268,7 @@ def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
                     bucket,
                     days[i - 1] if i else None,
                     digits,
-                    tuple(map(tuple, manifest["profiles"])),
-                    tuple(manifest["aid"]),
-                    manifest["smooth"],
-                    manifest["rate"],
+                    **{name: manifest[name] for name in ("profiles", "aid", "smooth", "rate")},
                 )
                 for i in range(todo, len(days))
             ]

@@ -1,6 +1,7 @@
 """The unit of work: the reports of one bucket of vessels on one day, from yesterday's state to today's."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,8 +42,8 @@ class Work:
     bucket: int
     before: int | None  # day whose state the unit starts from
     digits: dict[str, float]  # position resolution (°) of inputs, by key
-    profiles: tuple[tuple[dict[str, Any], ...], ...]  # by class (`formats.ais_tables.MOBILES`) and level
-    aid: tuple[str, ...] = ()
+    profiles: Sequence[Sequence[dict[str, Any]]]  # by class (`formats.ais_tables.MOBILES`) and level
+    aid: Sequence[str] = ()
     smooth: bool = False
     rate: float | None = None
 
@@ -50,7 +51,7 @@ class Work:
 def run_unit(work: Work) -> dict[str, Any]:
     """Filter a unit, write its tables and then its state; returns its counts."""
     store = Store(Path(work.directory))
-    filters = filters_of_levels(work.profiles, work.aid, work.smooth)
+    filters = filters_of_levels(work.profiles, tuple(work.aid), work.smooth)
     frame = store.staged(work.day, work.bucket, work.digits)
     received = len(frame)
     frame = _ordered(frame)
@@ -105,8 +106,8 @@ def _rows(frame: pl.DataFrame, work: Work) -> UnitRows:
     # Writable arrays everywhere, so that kernels are compiled for one type.
     vessel, time = (frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s"))
     hull = frame["hull"].to_numpy().astype(np.int64)
-    values = [frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _ORDER[2:7]]
-    latitude, longitude, sog, cog, heading = values[0], values[1], values[2], *values[3:]
+    values = (frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _ORDER[2:7])
+    latitude, longitude, sog, cog, heading = values
     latitude, longitude, cog, heading = (np.radians(each) for each in (latitude, longitude, cog, heading))
     reported = np.column_stack([latitude, longitude, sog, cog])
     known = {"sog": sog, "cog": cog, "heading": heading}
@@ -128,48 +129,41 @@ def _on_grid(
 
     reports: those of the day and the first ones of the next. A first pass of the filters assigns them to tracks.
     """
-    whole = _with_vessels(state, np.unique(reports.mmsi), filters)
-    seen = _filtered(reports, filters, whole, False)
+    seen = _filtered(reports, filters, _with_vessels(state, np.unique(reports.mmsi), filters), False)
     taken = seen.status != REJECTED
     vessel, slot = np.nonzero(state.slots["use"] == TRACKED)
     before = state.slots[vessel, slot]
-    mmsi = np.concatenate([state.mmsi[vessel], reports.mmsi[taken]])
-    track = np.concatenate([before["number"].astype(np.int64), seen.track[taken]])
-    time = np.concatenate([before["last"], reports.time[taken]])
-    order = np.lexsort((time, track, mmsi))
-    mmsi, track, time = mmsi[order], track[order], time[order]
-    bridged = (np.diff(mmsi) == 0) & (np.diff(track) == 0) & (np.diff(time) <= LONGEST_GAP)
     low, high = (math.ceil(day * DAY * rate) for day in (work.day, work.day + 1))
-    first = np.clip(np.ceil((time[:-1] + _AT_ONCE) * rate), low, high)[bridged].astype(np.int64)
-    stop = np.clip(np.floor((time[1:] - _AT_ONCE) * rate) + 1.0, low, high)[bridged].astype(np.int64)
-    count = np.maximum(stop - first, 0)
-    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
-    added = {"mmsi": np.repeat(mmsi[:-1][bridged], count), "track": np.repeat(track[:-1][bridged], count)}
+    now, following = pl.col("time"), pl.col("time").shift(-1).over("mmsi", "track")
+    columns = {
+        "mmsi": np.concatenate([state.mmsi[vessel], reports.mmsi[taken]]),
+        "track": np.concatenate([before["number"].astype(np.int64), seen.track[taken]]),
+        "time": np.concatenate([before["last"], reports.time[taken]]),
+    }
+    first, stop = ((now + _AT_ONCE) * rate).ceil(), ((following - _AT_ONCE) * rate).floor() + 1.0
+    between = pl.int_ranges(*(each.clip(low, high).cast(pl.Int64) for each in (first, stop)))
+    bridged = pl.DataFrame(columns).sort("mmsi", "track", "time", maintain_order=True)
+    bridged = bridged.with_columns(place=pl.when(following - now <= LONGEST_GAP).then(between)).drop("time")
     refused = {"mmsi": reports.mmsi[~taken], "track": seen.track[~taken]}
     refused["place"], refused_on_grid = _on_the_grid(reports.time[~taken], rate)
-    grid = pl.DataFrame(added | {"place": place}).join(
-        pl.DataFrame(refused).filter(refused_on_grid), on=["mmsi", "track", "place"], how="anti"
-    )
+    grid = bridged.explode("place").drop_nulls()
+    grid = grid.join(pl.DataFrame(refused).filter(refused_on_grid), on=["mmsi", "track", "place"], how="anti")
     n = len(grid)
-    time = np.concatenate([rows.time, grid["place"].to_numpy() / rate])
-    mmsi, asked = (
-        np.concatenate([of_rows, grid[name]]) for of_rows, name in ((rows.mmsi, "mmsi"), (rows.asked, "track"))
-    )
-    order = np.lexsort((asked, time, mmsi))
-    blank, nothing = np.full(n, np.nan), np.zeros(n, np.int64)
-    return UnitRows(
-        mmsi[order],
-        time[order],
-        np.r_[rows.latitude, blank][order],
-        np.r_[rows.longitude, blank][order],
-        np.r_[rows.digit, np.zeros(n)][order],
-        np.concatenate([rows.reported, np.full((n, 4), np.nan)])[order],
-        np.concatenate([rows.aids, np.full((n, len(AIDS)), np.nan)])[order] if len(rows.aids) else rows.aids,
-        np.r_[rows.hull, nothing][order],
-        np.r_[rows.mobile, nothing][order],
-        np.r_[_on_the_grid(rows.time, rate)[1], np.ones(n, bool)][order],
-        asked[order],
-    )
+    added = {
+        "mmsi": grid["mmsi"].to_numpy(),
+        "time": grid["place"].to_numpy() / rate,
+        "asked": grid["track"].to_numpy(),
+    }
+    added |= {"digit": np.zeros(n), "wanted": np.ones(n, bool)}
+    rows = rows._replace(wanted=_on_the_grid(rows.time, rate)[1])
+
+    def with_grid(name: str, given: np.ndarray) -> np.ndarray:
+        blank = np.full((n, *given.shape[1:]), np.nan if given.dtype.kind == "f" else 0, given.dtype)
+        return given if name == "aids" and not len(given) else np.concatenate([given, added.get(name, blank)])
+
+    whole = UnitRows(*(with_grid(*each) for each in rows._asdict().items()))
+    order = np.lexsort((whole.asked, whole.time, whole.mmsi))
+    return UnitRows(*(each[order] if len(each) else each for each in whole))
 
 
 def _on_the_grid(time: Floats, rate: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
@@ -205,9 +199,7 @@ def _filtered(rows: UnitRows, filters: Filters, state: BucketState, keep: bool) 
     here = np.searchsorted(state.mmsi, rows.mmsi[bounds[:-1]])
     vessels, tracks, x, p, probability, run = (each[here] for each in state.arrays)
     fleet = Fleet(vessels.view(VESSEL), tracks.view(TRACK), State(x, p, probability, run.view(RUN)))
-    reports = Reports(
-        rows.time, rows.latitude, rows.longitude, rows.digit, rows.aids, rows.hull, rows.mobile, rows.asked
-    )
+    reports = Reports(*(getattr(rows, name) for name in Reports._fields))
     associate(bounds, reports, filters, fleet, found, empty_states((2,), filters))
     for whole, part in zip(state.arrays, _arrays(fleet), strict=True):
         whole[here] = part

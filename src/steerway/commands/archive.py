@@ -122,7 +122,7 @@ def status(directory: Path = DIRECTORY, as_json: bool = flag("--json", "JSON out
 
         steerway archive status march
     """
-    from steerway.archive.inspecting import status as status_of
+    from steerway.archive.reading import status as status_of
 
     found = status_of(directory)
     if as_json:
@@ -153,7 +153,7 @@ def verify(directory: Path = DIRECTORY) -> None:
 
         steerway archive verify march
     """
-    from steerway.archive.inspecting import digest
+    from steerway.archive.reading import digest
 
     with progress_line("verifying") as step:
         found, rows = digest(directory, step)
@@ -175,7 +175,7 @@ def export(
 
         steerway archive export march ferry.geojson --mmsi 219000001 --from 2024-03-02T06:00:00Z
     """
-    from steerway.archive.selecting import export as export_rows
+    from steerway.archive.reading import export as export_rows
 
     count = export_rows(directory, out, mmsi or (), _box(bbox), moment("--from", start), moment("--to", stop))
     print(f"wrote {out}: {count:,} rows")

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from steerway.formats.ais import class_b
     from steerway.formats.dilution import deviation
     from steerway.formats.nmea0183 import SentenceReader, fields
-    from steerway.formats.nmea0183 import writing as nmea0183_writing
     from steerway.formats.nmea0183.epochs import ROLLOVER
     from steerway.formats.nmea0183.writing import apb, gga, hdt, rmb, rmc, rot, sealed, vtg, xte
     from steerway.formats.nmea2000.decoder import Decoder

@@ -1,6 +1,5 @@
 """Requests to a running service: from the helm page, and from other programs through the control port."""
 
-import logging
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -8,8 +7,8 @@ from typing import Any, NamedTuple
 from steerway.core.errors import InputError
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.rows import UNDER_WAY, Row, lost
+from steerway.live.uri import LOG
 
-LOG = logging.getLogger("steerway.live")
 PRESENT = "present"
 """A request that changes nothing: a sign of life."""
 _LARGEST = 1e6  # largest value of a request, in rad, m or m/s

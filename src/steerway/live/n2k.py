@@ -6,7 +6,6 @@ The link is SocketCAN by python-can, or the TCP port of a gateway with Yacht Dev
 """
 
 import asyncio
-import logging
 import math
 import struct
 import time
@@ -83,7 +82,6 @@ def _scaled(kind: str, value: float, unit: float) -> int:
     return max(min(round(value / unit), most - 3), least) if math.isfinite(value) else most
 
 
-LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
 _CLOCK_ERROR = 2.0  # s; a smaller difference between this computer's clock and GNSS counts as delay of the message
 _LONGEST = 256  # characters of a gateway's line

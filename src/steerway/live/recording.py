@@ -6,7 +6,6 @@ metadata `steerway` contains the settings that `replay` needs, and the version o
 """
 
 import json
-import logging
 import math
 import time
 from pathlib import Path
@@ -22,7 +21,6 @@ from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output, or_null
 from steerway.live.rows import InputRow, Order, Row
 
-LOG = logging.getLogger("steerway.live")
 RAW, ESTIMATE, ORDER, POSITION, LEARNING = "/raw", "/estimate", "/order", "/position", "/learning"
 SETTINGS = "steerway"
 """The name of the metadata, with the keys `settings` and `code`."""

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from steerway.live.addresses import Context
     from steerway.live.autopilot import piloting
     from steerway.live.autopilot.fence import Fence, NoGo
-    from steerway.live.autopilot.guide import Guide
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
     from steerway.live.autopilot.limits import LimitGuard, TurnLimit
     from steerway.live.autopilot.measured import MeasuredHeading, MeasuredSpeed, measured_speed
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
     from steerway.live.mavlink.companion import Companion
     from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
     from steerway.live.mavlink.guided import Guided, Takeover
-    from steerway.live.mavlink.link import MavlinkLink, RoverMode, dialect, key_of, mode_name
+    from steerway.live.mavlink.link import MavlinkLink, RoverMode, dialect, key_of
     from steerway.live.mavlink.missions import MissionLink, MissionServer
     from steerway.live.mavlink.readiness import Readiness
     from steerway.live.n2k import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, N2kDecoder, N2kDevice, name_of

@@ -6,7 +6,6 @@ The service never waits: a page that does not keep up misses views, and a page t
 import asyncio
 import contextlib
 import json
-import logging
 import sys
 from asyncio.subprocess import Process
 from typing import TYPE_CHECKING, Any
@@ -17,12 +16,11 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.controls import PRESENT
 from steerway.live.helm.make_view import ChartPlane, view
 from steerway.live.links.link import RETRY, kept_open
-from steerway.live.uri import Address
+from steerway.live.uri import LOG, Address
 
 if TYPE_CHECKING:
     from steerway.live.service import Service
 
-LOG = logging.getLogger("steerway.live")
 RATE = 5.0
 """Views a second, Hz."""
 _BACKLOG = 1 << 16  # bytes that may wait for the page

@@ -3,7 +3,6 @@
 import contextlib
 import errno
 import io
-import logging
 import os
 import queue
 import sys
@@ -11,9 +10,7 @@ import threading
 from typing import Any
 
 from steerway.live.links.link import WAITING, Sink
-from steerway.live.uri import Uri
-
-LOG = logging.getLogger("steerway.live")
+from steerway.live.uri import LOG, Uri
 
 
 class FileSink(Sink):

@@ -2,7 +2,6 @@
 
 import asyncio
 import errno
-import logging
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
@@ -11,9 +10,8 @@ from typing import Generic, Protocol, TypeVar
 from steerway.core.errors import InputError
 from steerway.live.links.decoding import Decoder
 from steerway.live.rows import InputRow
-from steerway.live.uri import Uri
+from steerway.live.uri import LOG, Uri
 
-LOG = logging.getLogger("steerway.live")
 SILENCE = 0.05
 """Time without a byte after which an epoch is complete, s."""
 RETRY = 1.0

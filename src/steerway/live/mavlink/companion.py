@@ -1,7 +1,6 @@
 """The companion computer on a MAVLink link: it reads the vehicle's fixes and sends the autopilot's orders."""
 
 import asyncio
-import logging
 import math
 import time
 from typing import TYPE_CHECKING, Any
@@ -14,12 +13,11 @@ from steerway.live.mavlink.guided import SILENCE, SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.outputs.output import Output
 from steerway.live.rows import Order, Row, State
-from steerway.live.uri import Uri
+from steerway.live.uri import LOG, Uri
 
 if TYPE_CHECKING:
     from steerway.live.autopilot.supervisor import Supervisor
 
-LOG = logging.getLogger("steerway.live")
 CARRIERS = ("udpin", "udpout", "tcp")
 """Carriers of MAVLink in addition to a serial line."""
 _PERIOD = 0.05  # s between two checks for messages to send
@@ -105,7 +103,10 @@ class Companion(Output):
 
     def _send_now(self, now: float) -> None:
         if self.supervisor is not None:
-            self._report(self.supervisor, self.guided.alive(now))
+            alive = self.guided.alive(now)
+            if alive != self._was_alive:
+                self._was_alive = alive
+                self.supervisor.link(self.link.uri.text, alive)
             self.supervisor.vehicle(self.guided.obstacle(now))
         order = self._order
         if order is not None and order.engaged and now - self._ordered > _STALE:
@@ -114,8 +115,3 @@ class Companion(Output):
         if self.guided.refusal and self.supervisor is not None:
             end = self.supervisor.refused if self.guided.is_refused else self.supervisor.stop
             end(self.guided.refusal)
-
-    def _report(self, supervisor: "Supervisor", alive: bool) -> None:
-        if alive != self._was_alive:
-            self._was_alive = alive
-            supervisor.link(self.link.uri.text, alive)

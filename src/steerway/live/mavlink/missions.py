@@ -5,20 +5,18 @@ ArduPilot. Source: mavlink.io, mission protocol, MAV_CMD.
 """
 
 import asyncio
-import logging
 import time
 from typing import TYPE_CHECKING, Any
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.mission_items import SPEED, MissionItem
 from steerway.live.mavlink.link import MavlinkLink, RoverMode
-from steerway.live.uri import Uri
+from steerway.live.uri import LOG, Uri
 
 if TYPE_CHECKING:
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.controls import Controls
 
-LOG = logging.getLogger("steerway.live")
 _MOST = 1000
 """Largest number of items of a mission."""
 _AGAIN, _TRIES = 1.0, 5

@@ -1,7 +1,6 @@
 """A table of the whole run, written to disk row by row."""
 
 import io
-import logging
 import os
 import struct
 from collections.abc import Sequence
@@ -17,11 +16,11 @@ from steerway.core.records import Motion
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output
 from steerway.live.rows import Order, Row, State
+from steerway.live.uri import LOG
 
 if TYPE_CHECKING:
     import polars as pl
 
-LOG = logging.getLogger("steerway.live")
 _REASON = 160  # longest stored reason, bytes
 _ROW = struct.Struct(f"={len(Row._fields)}db{_REASON}s")
 _KEPT = np.dtype([("row", np.float64, len(Row._fields)), ("state", np.int8), ("reason", f"S{_REASON}")])

@@ -40,13 +40,12 @@ class SimulatedBoat:
         self.vessel, self.known = aboard.vessel.build(), assembly.boat(aboard)
         self.origin: tuple[float, float] = aboard.origin.place
         self.step_length = aboard.step
-        sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
-        self._sea = aboard.environment.start(sea_seed, aboard.step)
+        random = np.random.default_rng(scenario.seed if seed is None else seed)
+        self._sea = aboard.environment.start(random.spawn(1)[0], aboard.step)
         suite = assembly.instruments(aboard)
         if not isinstance(suite, Suite):
             raise InputError(f"{scenario.name}: a manoeuvre is sailed by the truth, expected a scenario with a route")
-        self._gnss = suite.gnss.start(receiver_seed)
-        self._compass = suite.compass and suite.compass.start(compass_seed)
+        self._instruments = suite.start(random)
         self._state = self.vessel.start(*(each for each in assembly.start(aboard) if each is not None))
         self._steps = 0
         self.heading = math.nan
@@ -78,23 +77,12 @@ class SimulatedBoat:
         return self._look()
 
     def _look(self) -> ReceiverFix | None:
-        truth, waves = self.motion, self._sea.waves
-        if self._compass is not None:
-            read = self._compass.step(self.time, truth.heading)
-            self.heading = self.heading if read is None else read
-        fix = self._gnss.step(
-            self.time,
-            truth.north + waves.north,
-            truth.east + waves.east,
-            truth.roll + waves.roll,
-            truth.pitch + waves.pitch,
-            truth.heading,
-            truth.north_velocity,
-            truth.east_velocity,
-        )
-        if fix is None:
+        seen = self._instruments.step(self.time, self.motion, self._sea.waves)
+        self.heading = self.heading if math.isnan(seen.heading) else seen.heading
+        if math.isnan(seen.north):
             return None
-        return ReceiverFix(fix.time, self.time, *displaced(*self.origin, fix.north, fix.east), fix.sog, fix.cog)
+        place = displaced(*self.origin, seen.north, seen.east)
+        return ReceiverFix(self.time - seen.age, self.time, *place, seen.sog, seen.cog)
 
 
 class InnerLoops:

@@ -3,15 +3,12 @@
 import asyncio
 import contextlib
 import json
-import logging
 import math
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
@@ -24,7 +21,7 @@ from steerway.live.mavlink.link import MavlinkLink, RoverMode
 from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import InnerLoops, ReceiverFix, SimulatedBoat
 from steerway.live.simulated.rover import TURN_LIMIT, Rover, Skipper, Target
-from steerway.live.uri import Uri
+from steerway.live.uri import LOG, Uri
 from steerway.simulation.scenario import Scenario
 from steerway.vessels.vessel import Actuator
 
@@ -78,24 +75,8 @@ class PropellerReceiver:
 if TYPE_CHECKING:
     import polars as pl
 
-LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are skipped
 _TALKER = "GP"
-COLUMNS = (
-    "time_s",
-    "true_north_m",
-    "true_east_m",
-    "true_lat_deg",
-    "true_lon_deg",
-    "true_heading_deg",
-    "true_sog_mps",
-    "true_cog_deg",
-    "true_yaw_rate_dps",
-    "asked_speed_mps",
-    "asked_yaw_rate_dps",
-    "mode",
-)
-"""Columns recorded at every fix. `mode` is null without MAVLink; the targets are null with engines off."""
 
 
 class RunningBoat:
@@ -136,7 +117,7 @@ class RunningBoat:
         self._loops = InnerLoops(boat.known)
         self._skipper = Skipper(boat.motion)
         self._target: Target | None = None
-        self._kept: list[tuple[Any, ...]] | None = [] if keeps else None
+        self._kept: list[dict[str, float | None]] | None = [] if keeps else None
 
     async def run(self) -> None:
         """Run until cancelled."""
@@ -151,10 +132,14 @@ class RunningBoat:
             tasks.create_task(self._sail())
 
     def table(self) -> "pl.DataFrame":
-        """The true state at every fix, as a polars DataFrame with COLUMNS."""
+        """The true state at every fix, as a polars DataFrame.
+
+        `mode` is null without MAVLink; the targets are null with engines off.
+        """
         import polars as pl
 
-        return pl.DataFrame(self._kept, schema=dict.fromkeys(COLUMNS, pl.Float64), orient="row")
+        rows = pl.DataFrame(self._kept or [self._truth()], infer_schema_length=None)
+        return rows.head(len(self._kept or ())).cast(pl.Float64)
 
     def write(self, directory: str | Path) -> Path:
         """Write the table as run.parquet to a directory; return its path."""
@@ -211,15 +196,22 @@ class RunningBoat:
         if self._kept is not None:
             self._kept.append(self._truth())
 
-    def _truth(self) -> tuple[Any, ...]:
-        """A row of COLUMNS."""
-        truth = self.boat.motion
-        degrees = np.degrees((*self.boat.position(), truth.heading % math.tau)).tolist()
-        mode = None if self.rover is None else float(self.rover.mode)
-        cog, yaw_rate = math.degrees(truth.cog % math.tau), math.degrees(truth.yaw_rate)
-        target = (None, None) if self._target is None else (self._target.speed, math.degrees(self._target.yaw_rate))
-        moment = self.unix + self.boat.time
-        return moment, truth.north, truth.east, *degrees, truth.sog, cog, yaw_rate, *target, mode
+    def _truth(self) -> dict[str, float | None]:
+        truth, target, (latitude, longitude) = self.boat.motion, self._target, self.boat.position()
+        return {
+            "time_s": self.unix + self.boat.time,
+            "true_north_m": truth.north,
+            "true_east_m": truth.east,
+            "true_lat_deg": math.degrees(latitude),
+            "true_lon_deg": math.degrees(longitude),
+            "true_heading_deg": math.degrees(truth.heading % math.tau),
+            "true_sog_mps": truth.sog,
+            "true_cog_deg": math.degrees(truth.cog % math.tau),
+            "true_yaw_rate_dps": math.degrees(truth.yaw_rate),
+            "asked_speed_mps": None if target is None else target.speed,
+            "asked_yaw_rate_dps": None if target is None else math.degrees(target.yaw_rate),
+            "mode": None if self.rover is None else float(self.rover.mode),
+        }
 
     def _receive(self, message: Any) -> bool:
         if self.link is not None and self.rover is not None:
