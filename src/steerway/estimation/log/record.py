@@ -305,16 +305,15 @@ def means(record: Rows, first: Ints, last: Ints, restarts: Ints) -> Rows:
         return each[0] + (total[last] - total[first]) / lengths
 
     excess = mean(record.excess) / lengths if len(record.excess) else 1.0 / lengths
-    columns = {name: mean(getattr(record, name)) for name in ("time", "north", "east")}
-    return rows_of(record, first, restarts)._replace(excess=excess, **columns)
+    firsts = rows_of(record, first, restarts)
+    return firsts._replace(time=mean(record.time), north=mean(record.north), east=mean(record.east), excess=excess)
 
 
 def rows_of(record: Rows, rows: Ints | slice, restarts: Ints) -> Rows:
     """A copy of these rows of a record, which restarts at `restarts`."""
-    columns = {
-        name: each[rows].copy() if len(each) else each for name, each in zip(Rows._fields[:5], record[:5], strict=True)
-    }
-    return record._replace(**columns, restarts=restarts)
+    columns = {name: getattr(record, name) for name in Rows._fields[:5]}
+    taken = {name: each[rows].copy() if len(each) else each for name, each in columns.items()}
+    return record._replace(**taken, restarts=restarts)
 
 
 def part_of(record: Rows, begin: int, end: int) -> Rows:
