@@ -91,7 +91,7 @@ def test_the_keys_of_the_settings(settings_of):
         '[estimator.speed]\nkind = "fusion"\nsog_std = 0.2\n[estimator.heading]\nkind = "aided"\n'
     ).estimator
     assert (estimator.speed.kind, estimator.heading.kind) == ("fusion", "aided")
-    tuning = measured_speed(estimator.speed).fusion.filter.tuning
+    tuning = measured_speed(estimator.speed).fusion.tuning
     assert (tuning.sog_std, tuning.bottom_std) == (0.2, 0.02) and measured_speed(Settings().estimator.speed) is None
     with pytest.raises(InputError, match="expected mission too"):
         launch(chosen)

@@ -234,7 +234,7 @@ def test_of_two_receivers_whose_fixes_alternate_the_better_one_is_followed():
     rate = np.radians(12.0) * np.where(t % 60.0 < 30.0, 0.0, np.where(t % 120.0 < 60.0, 1.0, -1.0))
     scene = sailed(1.5, np.cumsum(rate) / 10.0, 10.0)
     fixes = scene.fixes(0.0, 1, lambda _: two_receivers(scene, 1))
-    motion = scenes.small_craft()[2].smooth(fixes)
+    motion = scenes.small_craft()[2].motion(fixes, smooth=True)
     assert ((motion.status == PREDICTED) == (np.arange(len(t)) % 2 == 1))[SETTLED:].all()
     turns = (t > 20.0) & (np.abs(t % 30.0 - 15.0) < 10.0) & (rate != 0.0)
     assert abs(np.mean(wrap_array(motion.cog - scene.cog)[turns] * np.sign(rate[turns]))) < np.radians(0.5)

@@ -153,11 +153,12 @@ def test_before_anything_is_learned_the_prior_serves():
     assert np.sqrt(np.mean(error**2)) < 0.05
 
 
-def test_the_estimate_makes_no_jump_when_something_is_learned():
+@pytest.mark.parametrize("start", [None, ONE])
+def test_the_estimate_makes_no_jump_when_something_is_learned(start):
     """From fix to fix the estimate changes no more in the seconds of the change than a fix changes it at most."""
     _, fixes = sortie(4, 90.0)
     found = []
-    estimator, changed, sog = LearningFilter(background=False, keep=found.append), [], []
+    estimator, changed, sog = LearningFilter(start, background=False, keep=found.append), [], []
     for k in range(len(fixes)):
         before = len(estimator.snapshot()[0].structures)
         values, _, _ = estimator.row(0.2 if k else 0.0, fixes.latitude[k], fixes.longitude[k])

@@ -39,14 +39,9 @@ def estimate(
     Raises InputError for an unknown profile, aid or rate, where `causal` and `smooth` are both true, and for a log of
     one vessel with fewer than two positions.
     """
-    return LogEstimator(fixes, profile, aid).motion(fixes, rate, is_smoothed(causal, smooth))
-
-
-def is_smoothed(causal: bool, smooth: bool | None) -> bool:
-    """Whether `estimate` smooths with these arguments. Raises InputError where both are true."""
     if causal and smooth:
         raise InputError("causal and smooth are both true, expected one of them at most")
-    return not causal and smooth is not False
+    return LogEstimator(fixes, profile, aid).motion(fixes, rate, not causal and smooth is not False)
 
 
 class LogEstimator:
@@ -75,10 +70,6 @@ class LogEstimator:
     def motion(self, fixes: Fixes, rate: float | None = None, smooth: bool = False) -> Motion:
         """The estimate of the log or a part of it. Raises InputError for a rate out of range."""
         return motion_of(fixes, self.profile, self.aid, rate, smooth)
-
-    def smooth(self, fixes: Fixes) -> Motion:
-        """The smoothed estimate of the log or a part of it."""
-        return self.motion(fixes, smooth=True)
 
 
 def _refuse(fixes: Fixes) -> None:

@@ -35,6 +35,8 @@ from steerway.estimation.stream_row import (
     read,
     read_plain,
     settle,
+    step,
+    step_plain,
     true_course,
 )
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
@@ -97,12 +99,11 @@ class Running:
         for ((modes, states, *_), models), size in zip(groups, space, strict=True):
             banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
             outs = self._outs[len(self.banks) : len(self.banks) + len(models)]
-            plain = all(five_state.is_plain(model, NO_AIDS) for model in models) and not running.learns
-            plain = plain and self._may_be_plain
-            self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs, plain))
+            self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs))
             self.banks += [bank_in(bank, modes, states) for bank in banks]
-        only = self._groups[0]
-        self.plain = only.models[0] if n == 1 and only.is_plain else None
+        may_be_plain = n == 1 and self._may_be_plain and not running.learns
+        is_plain = may_be_plain and five_state.is_plain(running.structures[0], NO_AIDS)
+        self.plain = self._groups[0].models[0] if is_plain else None
         self.room = np.full(POSITION_STD + 1, np.nan)
         weighed = [WeighedModel(*each) for each in zip(running.weights, running.structures, strict=True)]
         self.least_speed = least_course_speed(weighed, self._steerageway)
@@ -148,8 +149,9 @@ class Running:
             dt = 0.0
         if self.set.fading:
             self._fade(dt)
-        for each in self._groups:
-            each.step(dt, first, second, excess, aids)
+        stepped = step if self.plain is None else step_plain
+        for banks, models, outs in self._groups:
+            stepped(banks, models, dt, first, second, excess, aids, outs)
         self.state[ELAPSED] += dt  # a new array if `_fade` has just dropped the older structures
         if self.set.learns and math.isfinite(first):
             self._learn()
@@ -177,6 +179,8 @@ class Running:
     def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
         """Begin to blend to other structures; their banks have taken the fixes so far, in the same plane."""
         older, old, weights = self.set, self.banks, self.weights.copy()
+        if self.plain is not None:  # Table 1 writes the upper triangle only
+            old[0].p[:] = symmetric(old[0].p)
         n = len(older.structures)
         joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
         self._arrange(joined, self.state[:HEADER].copy())

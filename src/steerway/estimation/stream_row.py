@@ -56,11 +56,6 @@ class Alike(NamedTuple):
     banks: Floats  # (structures, `bank_size`)
     models: Floats  # (structures, …), see `packed`
     outs: Floats  # (structures, FUSED + 3)
-    is_plain: bool  # whether Table 1 serves it
-
-    def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
-        """Step all structures by one row, see the kernel `step`."""
-        (step_plain if self.is_plain else step)(self.banks, self.models, dt, first, second, excess, aids, self.outs)
 
 
 @kernel

@@ -17,6 +17,7 @@ from steerway.estimation.filter.row import Rows
 from steerway.estimation.fit.posterior import Posterior
 from steerway.estimation.fit.selection import BETTER
 from steerway.estimation.log.outage import SLIDES, outages
+from steerway.estimation.log.record import rows_of
 from steerway.estimation.log.run import Track
 from steerway.estimation.vessel.aids import AIDS, COG, SOG
 from steerway.estimation.vessel.profile import Profile
@@ -90,11 +91,10 @@ def _pieces(record: Rows) -> tuple[Rows, Bools]:
     rows = np.repeat(np.concatenate(own), 2)
     restarts = 2 * np.cumsum([len(each) for each in own])[:-1]
     second = np.arange(len(rows)) % 2 == 1
-    north, east = (np.where(second, np.nan, column[rows]) for column in (record.north, record.east))
-    aids = np.where(second[:, None] & np.isin(np.arange(len(AIDS)), (SOG, COG)), record.aids[rows], np.nan)
-    excess = record.excess[rows] if len(record.excess) else record.excess
-    judged = np.isfinite(north) & ~_sliding(record.time, fixed)[rows]
-    return Rows(record.time[rows], north, east, excess, aids, restarts, record.quantum), judged
+    pieces = rows_of(record, rows, restarts)
+    pieces.north[second] = pieces.east[second] = np.nan
+    pieces.aids[~(second[:, None] & np.isin(np.arange(len(AIDS)), (SOG, COG)))] = np.nan
+    return pieces, np.isfinite(pieces.north) & ~_sliding(record.time, fixed)[rows]
 
 
 def _sliding(time: Floats, fixed: Ints) -> Bools:

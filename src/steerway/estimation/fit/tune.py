@@ -19,7 +19,8 @@ from steerway.estimation.filter.row import Rows
 from steerway.estimation.fit.description import Tuned
 from steerway.estimation.fit.posterior import Posterior
 from steerway.estimation.fit.selection import BETTER, Inference, infer
-from steerway.estimation.log.run import Track, motion_of_track, part_of
+from steerway.estimation.log.record import part_of
+from steerway.estimation.log.run import Track, motion_of_track
 from steerway.estimation.vessel.profile import Profile
 from steerway.estimation.vessel.structures import Structure
 

@@ -175,7 +175,7 @@ def excerpt(record: Rows, most: int, apart: float) -> Rows:
     """
     fixed = telling(record)
     n = len(fixed)
-    whole = rows_of(record, fixed, np.empty(0, np.int64))
+    whole = restarting(rows_of(record, fixed, np.empty(0, np.int64)))
     if n <= most:
         return whole
     burst = int(_IN_BURSTS * most / _BURSTS)
@@ -202,7 +202,7 @@ def excerpt(record: Rows, most: int, apart: float) -> Rows:
         phase[np.isin(rows, starts)] = 0
         rows = (rows + phase).clip(0, groups - 1)
     if stride == 1 and groups == n:
-        return rows_of(record, fixed[rows], np.searchsorted(rows, starts[1:]))
+        return restarting(rows_of(record, fixed[rows], np.searchsorted(rows, starts[1:])))
     bursts = begin[rows[np.linspace(0, len(rows) - 1, _BURSTS + 2).astype(int)[1:-1]]]
     alone = np.zeros(n + 1, bool)
     alone[(bursts[:, None] + np.arange(burst)).clip(0, n - 1)] = True
@@ -212,7 +212,7 @@ def excerpt(record: Rows, most: int, apart: float) -> Rows:
     first = np.append(begin[apart_of_bursts], singles)
     order = np.argsort(first)
     first, last = first[order], np.append(end[apart_of_bursts], singles + 1)[order]
-    return means(whole, first, last, np.searchsorted(first, begin[starts[1:]]))
+    return restarting(means(whole, first, last, np.searchsorted(first, begin[starts[1:]])))
 
 
 _WHITE = 1.5
@@ -305,24 +305,27 @@ def means(record: Rows, first: Ints, last: Ints, restarts: Ints) -> Rows:
         return each[0] + (total[last] - total[first]) / lengths
 
     excess = mean(record.excess) / lengths if len(record.excess) else 1.0 / lengths
-    aids = record.aids[first] if len(record.aids) else record.aids
-    time = mean(record.time)
-    restarts = np.union1d(restarts, gaps_in(time))
-    return Rows(time, mean(record.north), mean(record.east), excess, aids, restarts, record.quantum)
+    firsts = rows_of(record, first, restarts)
+    return firsts._replace(time=mean(record.time), north=mean(record.north), east=mean(record.east), excess=excess)
 
 
-def rows_of(record: Rows, rows: Ints, restarts: Ints) -> Rows:
-    """The record of these rows; it restarts at `restarts` and after long gaps."""
-    time = record.time[rows]
-    excess = record.excess[rows] if len(record.excess) else record.excess
-    aids = record.aids[rows] if len(record.aids) else record.aids
-    restarts = np.union1d(restarts, gaps_in(time))
-    return Rows(time, record.north[rows], record.east[rows], excess, aids, restarts, record.quantum)
+def rows_of(record: Rows, rows: Ints | slice, restarts: Ints) -> Rows:
+    """A copy of these rows of a record, which restarts at `restarts`."""
+    columns = {name: getattr(record, name) for name in Rows._fields[:5]}
+    taken = {name: each[rows].copy() if len(each) else each for name, each in columns.items()}
+    return record._replace(**taken, restarts=restarts)
 
 
-def gaps_in(time: Floats) -> Ints:
-    """Indices of the rows after a long gap."""
-    return np.flatnonzero(np.diff(time) > max(LONG, _LONG_FOR * usual_interval(time))) + 1
+def part_of(record: Rows, begin: int, end: int) -> Rows:
+    """A copy of the rows from `begin` to before `end`."""
+    within = (record.restarts >= begin) & (record.restarts < end)
+    return rows_of(record, slice(begin, end), record.restarts[within] - begin)
+
+
+def restarting(record: Rows) -> Rows:
+    """The record, which restarts after long gaps too."""
+    gaps = np.flatnonzero(np.diff(record.time) > max(LONG, _LONG_FOR * usual_interval(record.time))) + 1
+    return record._replace(restarts=np.union1d(record.restarts, gaps))
 
 
 def predictions(record: Rows) -> Ints:

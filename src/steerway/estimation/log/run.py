@@ -32,7 +32,14 @@ from steerway.estimation.log.course import (
 from steerway.estimation.log.digits import ends_of_repeats, quantum_of
 from steerway.estimation.log.outage import doubt_slides
 from steerway.estimation.log.plane import LONG_STEP, Plane, laid_out, placed, steps_between
-from steerway.estimation.log.record import LONG, extrapolated, of_other_receiver, predictions, usual_interval
+from steerway.estimation.log.record import (
+    LONG,
+    extrapolated,
+    of_other_receiver,
+    part_of,
+    predictions,
+    usual_interval,
+)
 from steerway.estimation.log.rows import (
     distinct_rows,
     expect_rate,
@@ -242,13 +249,6 @@ def _starting(estimate: Floats, record: Rows) -> Bools:
         first = int(np.argmax(known[begin:end])) if known[begin:end].any() else end - begin
         starting[begin : begin + first] = True
     return starting
-
-
-def part_of(record: Rows, begin: int, end: int) -> Rows:
-    """A copy of the rows from `begin` to before `end`."""
-    restarts = record.restarts[(record.restarts >= begin) & (record.restarts < end)] - begin
-    columns = {name: getattr(record, name)[begin:end].copy() for name in Rows._fields[:5]}
-    return record._replace(**columns, restarts=restarts)
 
 
 class Estimated(NamedTuple):

@@ -148,13 +148,6 @@ def waves_in(x: Floats) -> int:
 
 
 @kernel
-def innovation_of(x: Floats, p: Floats, fix: Fix) -> tuple[float, float, float]:
-    """Innovation (north, east) and NIS of a fix, without a correction."""
-    seen = innovation(x, p, fix, waves_in(x))
-    return seen.north, seen.east, normalised_square(seen)
-
-
-@kernel
 def take_fix(x: Floats, p: Floats, work: Floats, fix: Fix, gate: float) -> tuple[bool, float]:
     """Correct by a fix, P2 (23)–(25) with H = C. Returns (accepted, NIS)."""
     nis = normalised_square(innovation(x, p, fix, waves_in(x)))
@@ -252,9 +245,10 @@ class VesselFilter:
     def _noise_of(self, fix_noise: FixNoise, north: float, east: float) -> tuple[float, float]:
         """Variances learned from a fix. An outlier counts as a fix at the gate, so that one alone changes little."""
         x, p = self.state, self.covariance_upper
-        nu_n, nu_e, nis = innovation_of(x, p, Fix(north, east, *fix_noise.expected(x)))
+        seen = innovation(x, p, Fix(north, east, *fix_noise.expected(x)), waves_in(x))
+        nis = normalised_square(seen)
         share = 1.0 - math.sqrt(self._gate / nis) if nis > self._gate else 0.0
-        return fix_noise.learned(x, p, north - share * nu_n, east - share * nu_e)
+        return fix_noise.learned(x, p, north - share * seen.north, east - share * seen.east)
 
     def update_heading(self, heading: float) -> None:
         """Take a compass reading (rad); an unknown one is skipped."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from steerway.core.statistics import AID_GATE, UNBROKEN_REJECTION
 from steerway.estimation.speed.fault_vote import FaultVote
-from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
+from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter
 
 SOG, BOTTOM, WATER, PROPELLER = range(4)
 AIDS = ("sog", "bottom_speed", "water_speed", "propeller_speed")
@@ -26,22 +26,18 @@ class FaultEvent:
     what: str
 
 
-class SurgeFusion:
-    """`step` runs at the accelerometer's rate; other instruments measure at theirs.
+class SurgeFusion(SurgeFilter):
+    """A `SurgeFilter` with fault detection: `step` runs at the accelerometer's rate; others measure at theirs.
 
     `events`: exclusions and readmissions; `excluded`: the aid that is left out now, or None.
     """
 
-    def __init__(self, tuning: SurgeTuning | None = None) -> None:
-        self.filter = SurgeFilter(tuning)
-        self.reset()
-
     def reset(self) -> None:
         """Start again from nothing."""
-        self.filter.reset()
+        super().reset()
         self.events: list[FaultEvent] = []
         self.nis = (math.nan,) * 4
-        self._vote = FaultVote((self.filter.tuning.sog_std, self.filter.tuning.bottom_std))
+        self._vote = FaultVote((self.tuning.sog_std, self.tuning.bottom_std))
         self._time = 0.0
         self._refused = [math.nan] * 4  # time (s) of the first of unbroken rejections
         self._measured_at = [-math.inf] * 4
@@ -64,32 +60,18 @@ class SurgeFusion:
         model; it is used in the vote alone.
         """
         self._time += dt
-        self.filter.predict(acceleration, dt)
+        self.predict(acceleration, dt)
         # After a pause of the accelerometer its integral restarts at 0, far from its value before.
         before = 0.0 if math.isnan(self._inertial) else self._inertial
-        self._inertial = before + dt * (acceleration - self.filter.acceleration_error)
+        self._inertial = before + dt * (acceleration - self.acceleration_error)
         measured = [sog, bottom_speed, water_speed, propeller_speed]
         if not any(map(math.isfinite, measured)):
-            return self.filter.speed
+            return self.speed
         third = propeller_speed if math.isfinite(propeller_speed) else reference
         self._hold_vote(measured, third)
-        self.nis = self.filter.aid_by(*measured)
+        self.nis = self.aid_by(*measured)
         self._watch()
-        return self.filter.speed
-
-    @property
-    def speed(self) -> float:
-        """Speed over ground along the hull, m/s."""
-        return self.filter.speed
-
-    @property
-    def speed_std(self) -> float:
-        return self.filter.speed_std
-
-    @property
-    def current(self) -> float:
-        """Current along the hull, m/s: observable only by the log's speed through the water or the propeller."""
-        return self.filter.current
+        return self.speed
 
     @property
     def excluded(self) -> str | None:
@@ -97,13 +79,13 @@ class SurgeFusion:
 
     def _hold_vote(self, measured: list[float], third: float) -> None:
         """Drop the excluded aid; increase the covariance when the filter has followed a faulty one."""
-        before, speed = self._vote.excluded, self.filter.speed
+        before, speed = self._vote.excluded, self.speed
         present = [which for which in (SOG, BOTTOM) if math.isfinite(measured[which])]
         for which in present:
-            reading = measured[which] / (self.filter.log_scale if which == BOTTOM else 1.0)
+            reading = measured[which] / (self.log_scale if which == BOTTOM else 1.0)
             self._vote.take(which, self._time, reading, speed, third, self._inertial)
         if present:
-            misled, window = self._vote.judge(self._time, abs(speed) * self.filter.log_scale_std)
+            misled, window = self._vote.judge(self._time, abs(speed) * self.log_scale_std)
             now = self._vote.excluded
             if now is not None and now != before:
                 self._note(now, "excluded")
@@ -127,10 +109,10 @@ class SurgeFusion:
         over_ground = [which for which in (BOTTOM, SOG) if self._is_present(which)]
         if over_ground and self._lost(over_ground[0]) and not self._vote.conflict:
             self._note(-1, "doubted")
-            self._open_inertial(1.0, self.filter.tuning.bias_std)
+            self._open_inertial(1.0, self.tuning.bias_std)
             self._refused = [math.nan] * 4
         elif self._lost(WATER) or self._lost(PROPELLER):
-            self.filter.open(CURRENT, self.filter.tuning.current_std**2)
+            self.open(CURRENT, self.tuning.current_std**2)
             self._refused[WATER] = self._refused[PROPELLER] = math.nan
 
     def _is_present(self, which: int) -> bool:
@@ -141,10 +123,10 @@ class SurgeFusion:
 
     def _open_inertial(self, speed_std: float, bias_std: float) -> None:
         """Increase the covariance of speed, bias and leak, which a fault has affected."""
-        covariance = self.filter.covariance
-        self.filter.open(SPEED, covariance[SPEED, SPEED] + speed_std**2)
-        self.filter.open(BIAS, covariance[BIAS, BIAS] + bias_std**2)
-        self.filter.open(LEAK, self.filter.tuning.leak_std**2)
+        covariance = self.covariance
+        self.open(SPEED, covariance[SPEED, SPEED] + speed_std**2)
+        self.open(BIAS, covariance[BIAS, BIAS] + bias_std**2)
+        self.open(LEAK, self.tuning.leak_std**2)
 
     def _note(self, which: int, what: str) -> None:
         name = "acceleration" if which < 0 else AIDS[which]

@@ -115,7 +115,9 @@ class SurgeFilter:
         """Set the variance of `state` (0 to 4) and its correlations to 0. Raises InputError for another index."""
         if state not in range(STATES):
             raise InputError(f"surge.state is {state}, expected 0 to {STATES - 1}")
-        _open(self._filter_state, state, variance)
+        covariance = self._filter_state[:STATES]
+        covariance[state] = covariance[:, state] = 0.0
+        covariance[state, state] = variance
 
     @property
     def speed(self) -> float:
@@ -128,7 +130,7 @@ class SurgeFilter:
 
     @property
     def current(self) -> float:
-        """Speed of the current along the hull, m/s."""
+        """Speed of the current along the hull, m/s; a log's speed through water or the propeller shows it."""
         return float(self._filter_state[_STATE, CURRENT])
 
     @property
@@ -240,10 +242,3 @@ def _aid(
         innovation = propeller_speed - (x[SPEED] - x[CURRENT])
         fourth = correct_scalar(x, p, work, SPEED, CURRENT, -1.0, innovation, model[9])
     return first, second, third, fourth
-
-
-@kernel
-def _open(filter_state: Floats, state: int, variance: float) -> None:
-    for i in range(STATES):
-        filter_state[min(i, state), max(i, state)] = 0.0
-    filter_state[state, state] = variance

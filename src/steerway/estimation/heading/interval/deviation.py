@@ -2,7 +2,8 @@
 
 The interval filter of P4 (11)–(15) with a box of deviations δ in ± D instead of coefficients, for a compass without
 memory that reads ψ + δ + υ. Its gain (13) and covariance (12), (15) do not depend on δ and are plain numbers. The
-bounds stay some 2 D apart, whereas bounds over coefficients diverge.
+filter is linear: the middle of the bounds is the estimate for δ = 0, and half their distance follows absolute values.
+The bounds stay some 2 D apart, whereas bounds over coefficients diverge.
 
 The heading has two parts, ψ = h1 + h2, P4 (2). The filter keeps intervals of ψ and of q = h2 − ρ ψ, with ρ the
 regression of h2 on ψ. A reading corrects h2 by ρ times as much as ψ, so that q does not change and ψ contracts.
@@ -17,20 +18,18 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
-from steerway.estimation.heading.interval.arithmetic import (
-    add,
-    entry,
-    multiply,
-    outward_radians,
-    point,
-    put_entry,
-    scale,
-    subtract,
-)
 from steerway.estimation.heading.models import HeadingModel
 from steerway.estimation.heading.readings import Ticks, checked_difference
 
-PSI, Q, RHO = range(3)
+
+class _Bounds(NamedTuple):
+    """Intervals of ψ and q, deg: their middle and half their width."""
+
+    psi: float = 0.0
+    q: float = 0.0
+    psi_half: float = 0.0
+    q_half: float = 0.0
+    rho: float = 0.0
 
 
 class _Part(NamedTuple):
@@ -59,7 +58,7 @@ class DeviationBounds:
         spread = np.array(yaw.outputs) ** 2
         shape = np.array([[spread.sum(), spread[1]], [spread[1], spread[1]]])
         self._noise = math.degrees(not_negative("heading.vehicle_std", vehicle_std)) ** 2 * shape
-        self._bounds = np.zeros((3, 2))  # of ψ, q and ρ, in degrees
+        self._bounds = _Bounds()
         # The covariance of ψ and h2.
         self._covariance = math.degrees(not_negative("heading.start_std", start_std)) ** 2 * shape
         self._ticks = Ticks()
@@ -67,11 +66,11 @@ class DeviationBounds:
 
     @property
     def low(self) -> float:
-        return float(outward_radians(*self._bounds[PSI])[0])
+        return math.radians(self._bounds.psi - self._bounds.psi_half)
 
     @property
     def high(self) -> float:
-        return float(outward_radians(*self._bounds[PSI])[1])
+        return math.radians(self._bounds.psi + self._bounds.psi_half)
 
     @property
     def heading_std(self) -> float:
@@ -89,7 +88,7 @@ class DeviationBounds:
                 motion = np.array([*np.diag(poles), *np.degrees(outputs * inputs)])
                 self._length = part
                 self._part = _Part(motion, part * self._noise, self._reading_variance, self._deviation)
-            _advance(self._bounds, self._covariance, self._part, difference, table)
+            self._bounds = _advance(self._bounds, self._covariance, self._part, difference, table)
         return self.low, self.high
 
     def turned(self, std: float) -> None:
@@ -99,46 +98,42 @@ class DeviationBounds:
     def yaw_rate(self, difference: float) -> float:
         """Yaw rate of the model with n_d (rad/s), in the middle of the bounds; rad/s."""
         poles, inputs, outputs = self._yaw.matrices()
-        psi, q = np.radians(self._bounds[:RHO].mean(axis=1))
-        second = q + self._bounds[RHO, 0] * psi
-        change = (np.diag(poles) - 1.0) @ (psi - second, second)
+        psi, q, _, _, rho = self._bounds
+        second = q + rho * psi
+        change = (np.diag(poles) - 1.0) @ np.radians((psi - second, second))
         return float(change + difference * (inputs @ outputs))
 
 
 @kernel
-def _advance(y: Floats, p: Floats, part: _Part, difference: float, readings: Floats) -> None:
+def _advance(y: _Bounds, p: Floats, part: _Part, difference: float, readings: Floats) -> _Bounds:
     """Take the readings, then a step of the boat."""
     motion, noise = part.motion, part.noise
     for k in range(readings.shape[1]):
         if readings[1, k] > 0.0:
-            _correct(y, p, readings[0, k], part.variance / readings[1, k], part.deviation)
-    psi, q, rho = entry(y, PSI), entry(y, Q), point(y[RHO, 0])
-    pole, faster = point(motion[0]), subtract(point(motion[1]), point(motion[0]))
-    shared = multiply(faster, rho)
-    first, second = scale(difference, point(motion[2])), scale(difference, point(motion[3]))
-    # ψ = p1 ψ + (p2 − p1) h2 and h2 = p2 h2, with h2 = q + ρ ψ, using each number once.
-    by_psi, by_q = multiply(rho, subtract(faster, shared)), subtract(add(pole, faster), shared)
-    pushed = add(first, second)
-    put_entry(y, PSI, add(add(multiply(add(pole, shared), psi), multiply(faster, q)), pushed))
-    put_entry(y, Q, add(add(multiply(by_q, q), multiply(by_psi, psi)), subtract(second, multiply(rho, pushed))))
+            y = _corrected(y, p, readings[0, k], part.variance / readings[1, k], part.deviation)
+    # ψ ← p1 ψ + (p2 − p1) h2 and h2 ← p2 h2, with h2 = q + ρ ψ.
     a, b, c = motion[0], motion[1] - motion[0], motion[1]
+    kept, by_psi, by_q = a + b * y.rho, y.rho * (b - b * y.rho), c - b * y.rho
+    first, second = difference * motion[2], difference * motion[3]
+    psi = kept * y.psi + b * y.q + first + second
+    q = by_q * y.q + by_psi * y.psi + second - y.rho * (first + second)
+    psi_half = abs(kept) * y.psi_half + abs(b) * y.q_half
+    y = _Bounds(psi, q, psi_half, abs(by_q) * y.q_half + abs(by_psi) * y.psi_half, y.rho)
     p_00, p_01, p_11 = p[0, 0], p[0, 1], p[1, 1]
     p[0, 0] = a * a * p_00 + 2.0 * a * b * p_01 + b * b * p_11 + noise[0, 0]
     p[0, 1] = p[1, 0] = c * (a * p_01 + b * p_11) + noise[0, 1]
     p[1, 1] = c * c * p_11 + noise[1, 1]
+    return y
 
 
 @kernel
-def _correct(y: Floats, p: Floats, reading: float, variance: float, deviation: float) -> None:
+def _corrected(y: _Bounds, p: Floats, reading: float, variance: float, deviation: float) -> _Bounds:
     """P4 (13)–(15): ψ ← (1 − K) ψ + K (z − δ); h2 − ρ ψ does not change."""
-    rho = p[0, 1] / p[0, 0]
-    psi = entry(y, PSI)
-    put_entry(y, Q, add(entry(y, Q), multiply(subtract(point(y[RHO, 0]), point(rho)), psi)))
-    y[RHO, 0] = y[RHO, 1] = rho
-    gain = p[0, 0] / (p[0, 0] + variance)
-    reading += 360.0 * round((0.5 * (psi[0] + psi[1]) - reading) / 360.0)
-    seen = add(point(reading), (-deviation, deviation))
-    put_entry(y, PSI, add(multiply(subtract(point(1.0), point(gain)), psi), scale(gain, seen)))
+    rho, gain = p[0, 1] / p[0, 0], p[0, 0] / (p[0, 0] + variance)
+    reading += 360.0 * round((y.psi - reading) / 360.0)
+    q, q_half = y.q + (y.rho - rho) * y.psi, y.q_half + abs(y.rho - rho) * y.psi_half
+    psi, psi_half = (1.0 - gain) * y.psi + gain * reading, (1.0 - gain) * y.psi_half + gain * deviation
     p[1, 1] -= gain * rho * p[0, 1]
     p[0, 1] = p[1, 0] = p[0, 1] * (1.0 - gain)
     p[0, 0] *= 1.0 - gain
+    return _Bounds(psi, q, psi_half, q_half, rho)
