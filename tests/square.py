@@ -119,7 +119,7 @@ def by_processes(course, longest):
     finally:
         for each in reversed(programs):
             each.send_signal(signal.SIGINT)
-            each.wait(30.0)
+            each.wait(120.0)
     return pl.read_parquet(out / "run.parquet"), log.read_text()
 
 

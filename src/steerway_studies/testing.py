@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from steerway_studies import at_sea, named, otter_course, unseen_logs
     from steerway_studies.adaptive_speed import printed, sailing
     from steerway_studies.adaptive_speed.cases import Job, run
-    from steerway_studies.at_sea.sailing import CRAFT, SHARES, Case, Receiver, all_cases, drawn
+    from steerway_studies.at_sea.sailing import CRAFT, SHARES, SHIP_LENGTH, Case, Receiver, all_cases, drawn
     from steerway_studies.at_sea.sailing import judged as sailing_judged
     from steerway_studies.cybership_observers import observers, scenario, tuning
     from steerway_studies.cybership_observers.observers import TUNED_GAINS

@@ -8,7 +8,7 @@ import pytest
 from steerway.core import InputError
 from steerway.estimation.steering.testing import ReceiverNoise
 from steerway.sensors import Gnss
-from steerway_studies.testing import CRAFT, SHARES, Case, Receiver, all_cases, at_sea, drawn, named
+from steerway_studies.testing import CRAFT, SHARES, SHIP_LENGTH, Case, Receiver, all_cases, at_sea, drawn, named
 from steerway_studies.testing import sailing_judged as judged
 
 
@@ -51,6 +51,12 @@ def test_a_square_in_a_current_from_rest_without_a_compass(craft, share, velocit
     found = judged(Case(craft, "square", share, 0.25 * math.pi, Receiver("white", 5.0, velocity)), 1)
     assert found.finished and not found.own_stop
     assert found.legs <= most and found.corners <= 1.5
+
+
+@pytest.mark.parametrize(("errors", "seed"), [("rtk", 7), ("wandering", 4)])
+def test_a_ship_does_not_take_a_current_ahead_for_a_speed_of_its_own(errors, seed):
+    found = judged(Case("mariner", "square", 0.8, math.radians(202.5), Receiver(errors, 5.0, errors != "rtk")), seed)
+    assert found.finished and found.legs <= 0.5 * SHIP_LENGTH and found.corners <= 1.0
 
 
 @pytest.mark.parametrize(("white", "markov"), [(0.3, ()), (0.02, ()), (0.05, ((0.25, 5.0),))])

@@ -43,8 +43,8 @@ class Boat:
     heading response, for MPC and LQG in place of K and T. steers: whether the boat can turn. turn_rate: largest ordered
     yaw rate, rad/s. yaw: yaw response, if K and T do not describe it; pivot: distance (m) from the receiver forward to
     the pivot point, which moves along the bow also in a turn. yaw_wander: RMS yaw rate (rad/s) that the response does
-    not explain; 0 if unknown. yaw_doubt: σ of the response's gain, damping and bias, relative to that of a guessed
-    response.
+    not explain; 0 if unknown. yaw_doubt, speed_doubt: σ of the yaw response's gain, damping and bias, and of the speed
+    at an order, relative to those of a guessed boat. turn_loss: share of the speed lost in a turn at `turn_rate`.
 
     For steering in a current. turn_acceleration: largest yaw acceleration of the reference (rad/s²), by default half of
     what yaw_limit gives. turn_share: yaw rate of planned turns as a fraction of `turn_rate`; the rest is a margin for
@@ -76,6 +76,8 @@ class Boat:
     pivot: float = 0.0
     yaw_wander: float = 0.0
     yaw_doubt: float = 1.0
+    speed_doubt: float = 1.0
+    turn_loss: float = 0.0
     turn_acceleration: float | None = None
     turn_share: float = 1.0
     surge_time: float = 2.0

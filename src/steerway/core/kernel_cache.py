@@ -33,6 +33,7 @@ def kernel_cache() -> Path | None:
         return None
 
 
+@functools.cache
 def module_directory(module: str, variant: str) -> Path | None:
     """The directory of the kernels of a module, or None if it cannot be written.
 

@@ -94,7 +94,9 @@ def response_of(boat: Boat) -> Response:
     if boat.pivot == 0.0:
         made = made._replace(slip_time=boat.slip_time, slip_std=_SLIP_STD)
     doubt = {name: boat.yaw_doubt * getattr(made, name) for name in ("gain_std", "damping_std", "bias_std")}
-    made = made._replace(wander=max(made.wander, boat.yaw_wander / boat.turn_rate), **doubt)
+    doubt |= {name: boat.speed_doubt * getattr(made, name) for name in ("speed_noise", "speed_gain_std")}
+    wander = max(made.wander, boat.yaw_wander / boat.turn_rate)
+    made = made._replace(wander=wander, loss=boat.turn_loss, **doubt)
     if not boat.takes_rates:
         return made
     # Damping, time constant and gain are known only up to a common factor: the damping is fixed.

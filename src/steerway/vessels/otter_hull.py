@@ -138,7 +138,8 @@ def _loaded(payload_mass: float, payload_position: Sequence[float], edition: str
     displaced = total / WATER_DENSITY
     draught = displaced / (2.0 * BLOCK_COEFFICIENT * PONTOON_BEAM * LENGTH)
     stiffness = _stiffness(displaced, draught, draught - centre[2])
-    drag = 0.5 * chosen.drag_density * draught * LENGTH / (STRIPS - 1) * _drag_coefficient(draught)
+    coefficient = float(np.interp(PONTOON_BEAM / (2.0 * draught), *_HOERNER.T))
+    drag = 0.5 * chosen.drag_density * draught * LENGTH / (STRIPS - 1) * coefficient
     weight = payload_mass * GRAVITY if chosen.payload_weighs else 0.0
     switches = (float(chosen.munk_in_yaw), float(chosen.current_turns), chosen.trim_moment)
     hull = np.concatenate(
@@ -200,10 +201,6 @@ def _damping(mass: Floats, stiffness: Floats, edition: Edition) -> Floats:
     surge = BOLLARD_PULL_AHEAD / TOP_SPEED
     sway = own[1] / SWAY_TIME_CONSTANT if edition.sway_damping else 0.0
     return np.array([surge, sway, *oscillating, own[5] / YAW_TIME_CONSTANT])
-
-
-def _drag_coefficient(draught: float) -> float:
-    return float(np.interp(PONTOON_BEAM / (2.0 * draught), *_HOERNER.T))
 
 
 def _cross(r: Floats) -> Floats:

@@ -1,6 +1,7 @@
 """Boats, routes, currents and receivers; the cases that a seed draws; a simulated run and the numbers of it."""
 
 import math
+from functools import partial
 from itertools import pairwise, product
 from typing import NamedTuple
 
@@ -34,12 +35,8 @@ class Craft(NamedTuple):
     runs: int  # per seed
 
 
-def _otter():
-    return Otter(25.0, (0.05, 0.0, -0.35))
-
-
 CRAFT = {
-    "otter": Craft(_otter, OTTER_BOAT_IN_CURRENT, 80.0, 0.05, 20.0, 16),
+    "otter": Craft(partial(Otter, 25.0, (0.05, 0.0, -0.35)), OTTER_BOAT_IN_CURRENT, 80.0, 0.05, 20.0, 16),
     "motorboat": Craft(Motorboat, MOTORBOAT_BOAT.but(cruise=2.0), 80.0, 0.05, 20.0, 16),
     "mariner": Craft(Mariner, MARINER_BOAT_IN_CURRENT, 6000.0, 0.5, 600.0, 8),
 }

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from steerway.control import place_poles
+from steerway.core.angles import wrap
 from steerway.report import BAD, OURS, QUIET, THEIRS, TRUTH, Curve, Panel, series, track
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway_studies.mariner_los.ship import (
@@ -114,7 +115,7 @@ def rotation_numbers(found) -> dict[str, float]:
     """Shares (%) of routes finished with the scene turned."""
 
     def share(feedback, least=0.0):
-        chosen = [n["finished"] for case, n in found if case.feedback == feedback and _away(case.turned) >= least]
+        chosen = [n["finished"] for case, n in found if case.feedback == feedback and abs(wrap(case.turned)) >= least]
         return 100.0 * float(np.mean(chosen))
 
     return {
@@ -122,11 +123,6 @@ def rotation_numbers(found) -> dict[str, float]:
         "rotations_finished_printed_pct": share("printed"),
         "rotations_finished_printed_beyond_120_pct": share("printed", math.radians(120.0) + 1e-6),
     }
-
-
-def _away(angle):
-    """Size of an angle, wrapped, rad."""
-    return math.acos(max(-1.0, min(1.0, math.cos(angle))))
 
 
 SATURATION = "rudder_max_deg", "saturated_pct", "cross_track_max_m"

@@ -121,8 +121,14 @@ def move(x: Floats, order: float, speed: float, response: Response, dt: float) -
         if response.over_ground > 0.0:
             asked = min(fastest_of(x, response), max(0.0, x[SPEED_GAIN] * speed - x[MADE_UP] * along(x)))
         else:
-            asked = x[SPEED_GAIN] * speed
+            asked = x[SPEED_GAIN] * speed * kept_in_turn(x, response)
         x[WATER_SPEED] += share * (asked - x[WATER_SPEED])
+
+
+@lean_kernel
+def kept_in_turn(x: Floats, response: Response) -> float:
+    """The share of its speed that a boat without a speed loop keeps in a turn; see `loss` of `Response`."""
+    return 1.0 - response.loss * min(2.0, (x[YAW_RATE] / response.rate) ** 2)
 
 
 @lean_kernel

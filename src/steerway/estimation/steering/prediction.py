@@ -35,6 +35,7 @@ from steerway.estimation.steering.motion import (
     along,
     fastest_of,
     in_force,
+    kept_in_turn,
     move,
     responding,
     steps_of,
@@ -111,7 +112,7 @@ def predict(
         kept = math.exp(-dt / response.speed_time)
         limited = over_ground and not 0.0 < asked < fastest
         f[WATER_SPEED, WATER_SPEED] = 1.0 if limited and asked > water > response.top_speed else kept
-        f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
+        f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed * kept_in_turn(x, response)
         if over_ground and not limited:
             share = (1.0 - kept) * x[MADE_UP]
             f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -share * c, -share * s

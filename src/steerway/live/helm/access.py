@@ -173,7 +173,8 @@ class Gate:
             await self.app(scope, receive, send)
             return
         headers = Headers(scope=scope)
-        knows = self._sessions is None or self._sessions.knows(_cookie(headers))
+        cookie = cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
+        knows = self._sessions is None or self._sessions.knows(cookie)
         client, loop = scope.get("client"), asyncio.get_running_loop()
         self._places.begin(client, knows and not is_foreign(scope, headers, self._address))
         try:
@@ -247,10 +248,6 @@ def is_foreign(scope: Scope, headers: Headers, address: Address) -> bool:
     acts = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
     own = (f"{_HTTP_OF[scope['scheme']]}://{host}", address.origin)
     return any(origin not in own for origin in origins) or (acts and len(origins) != 1)
-
-
-def _cookie(headers: Headers) -> str:
-    return cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
 
 
 async def _token_in(request: Request) -> str:

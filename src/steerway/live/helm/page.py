@@ -53,10 +53,6 @@ def serve_with(app: Any, board: Board) -> None:
     )
 
 
-def _say_late() -> None:
-    ui.notify("This page was out of date: nothing was sent. Press again.", type="warning", position="top")
-
-
 def _text(name: str) -> Any:
     return files("steerway.live.helm").joinpath(name).read_text(encoding="utf-8")
 
@@ -159,19 +155,16 @@ class Page:
                             self._key(*key)
 
     def _key(self, text: str, what: str, value: Any = None) -> ui.button:
-        """A button that works only while the page is up to date, except for MOB, which always works."""
-
-        def ask(event: Any) -> None:
-            if what == "mob" or self._is_fresh(event.args):
-                self._board.order(what, self._client.ip or "", value)
-            else:
-                _say_late()
-
         name = what if value is None else f"{what}-{text}"
-        return _button(text, "quiet", name).on("click", ask, js_handler="() => emit(helmSeq)")
+        button = _button(text, "quiet", name)
+        return button.on("click", lambda event: self._ask(event.args, what, value), js_handler="() => emit(helmSeq)")
 
-    def _is_fresh(self, seen: object) -> bool:
-        return isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH
+    def _ask(self, seen: object, what: str, value: Any = None) -> None:
+        """Request it if the page was up to date: a delayed click must not turn the propellers. MOB always works."""
+        if what == "mob" or (isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH):
+            self._board.order(what, self._client.ip or "", value)
+        else:
+            ui.notify("This page was out of date: nothing was sent. Press again.", type="warning", position="top")
 
     def _build_route(self) -> None:
         with _card("Cross-track error", "route-card"):
@@ -210,8 +203,8 @@ class Page:
             ui.label("Start the autopilot? The propellers will turn.")
             with _box("line choice"):
                 _button("Cancel", "quiet", "cancel").on("click", asks.close)
-                sure = _button("Start", "start", "sure").on("click", self._start, js_handler="() => emit(helmSeq)")
-                sure.on("click", asks.close)
+                sure = _button("Start", "start", "sure").on("click", asks.close)
+                sure.on("click", lambda event: self._ask(event.args, "start"), js_handler="() => emit(helmSeq)")
         self._asks = asks
         self._starter = _button("START", "start", "start").on("click", asks.open)
 
@@ -231,13 +224,6 @@ class Page:
                 self._text(name).classes("huge")
                 ui.label(unit).classes("unit")
             self._text(within).classes("within")
-
-    def _start(self, event: Any) -> None:
-        """Start only if the page is up to date: a delayed click must not turn the propellers."""
-        if self._is_fresh(event.args):
-            self._board.order("start", self._client.ip or "")
-        else:
-            _say_late()
 
     def _stop(self) -> None:
         self._asks.close()
