@@ -44,10 +44,35 @@ _FORGOTTEN = 600.0
 not distinguish current and heading."""
 _IDENTIFIED = 1.0 / 3.0
 """Ratio of the damping's σ after turns to its initial σ. On the demo's mission it is up to a half."""
-_OFF_LEG, _HEADING, _RATE = range(3)  # true states: cross-track error, heading minus the steady one, yaw rate
-_OWN_OFF_LEG, _CURRENT, _OWN_HEADING, _OWN_RATE, _BIAS, _ERROR = range(3, 9)  # of the estimate; current across the leg
-_REFERENCE, _REFERENCE_RATE, _REFERENCE_ACCELERATION = range(9, 12)
-_STATES = 12
+
+
+class _Estimated(NamedTuple):
+    """A row for each state of the steering filter across a straight leg: its unit vector, or its derivative."""
+
+    off_leg: Floats  # cross-track error
+    current: Floats  # across the leg
+    heading: Floats  # minus the steady one
+    rate: Floats
+    bias: Floats
+    error: Floats  # slow error of the fixes
+
+
+class _Loop(NamedTuple):
+    """Unit vectors of the states of boat, estimate and reference model."""
+
+    off_leg: Floats
+    heading: Floats
+    rate: Floats
+    estimated: _Estimated
+    reference: Floats
+    reference_rate: Floats
+    reference_acceleration: Floats
+
+
+def _units() -> _Loop:
+    off_leg, heading, rate, *estimated, reference, reference_rate, reference_acceleration = np.eye(12)
+    model = reference, reference_rate, reference_acceleration
+    return _Loop(off_leg, heading, rate, _Estimated(*estimated), *model)
 
 
 class SteeringLoop(NamedTuple):
@@ -135,21 +160,23 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     dynamics, noise, measured, variances = _estimated(response, seen.water_speed, turning, gnss)
     prior, gain = _steady_kalman(dynamics, noise, measured, variances, 1.0 / gnss.rate)
     posterior = prior - gain @ measured @ prior
-    drift = np.array([0.0, 1.0, turning, 0.0, 0.0, 0.0])
+    drift = _Estimated(*dynamics).off_leg
     across = math.sqrt(float(drift @ posterior @ drift))
     autopilot = boat.autopilot_in_current()
     steering.tune(autopilot, known := seen._replace(cog_std=across / seen.sog))
     gains = steering.gains(known)
     nearer = steering.with_shorter_lookahead(LegState(1, 0.0, 0.0, 1.0, *[math.nan] * 4), speed, seen).cross_track
     pull = seen.sog * nearer / boat.lookahead
-    worst = 1.0
+    units, worst = _units(), 1.0
+    own = units.estimated
+    nothing = np.zeros_like(units.rate)
+    true = _Estimated(units.off_leg, nothing, units.heading, units.rate, nothing, nothing)
+    unseen = np.array(true) - np.array(own)
+    correction = np.eye(unseen.shape[1]) + np.transpose(own) @ gain @ measured @ unseen
     for share in (1.0 - response.gain_std, 1.0, 1.0 + response.gain_std):
         for more in (-_IDENTIFIED * response.damping_std, 0.0, _IDENTIFIED * response.damping_std):
             loop = _closed(steering.response, autopilot, gains, seen, pull, dynamics, turning, share, more)
             step = _exponential(loop / gnss.rate)
-            correction = np.eye(_STATES)
-            correction[3:9, 3:9] -= gain @ measured
-            correction[3:9, :3] += gain @ measured[:, [0, 2, 3]]
             worst = min(worst, _damping(correction @ step))
     return SteeringLoop(_bandwidth(steering.response, gains, seen), worst, seen.sog)
 
@@ -168,24 +195,27 @@ def _estimated(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """(dynamics (6, 6), noise densities (6, 6), measurement matrix (k, 6), variances (k,)) across a straight leg, from
     `estimation.steering.motion`: cross-track error, current, heading, yaw rate, bias and slow error."""
-    dynamics = np.zeros((6, 6))
-    dynamics[0, 1:3] = 1.0, turning
-    dynamics[2, 3] = 1.0
     aside = response.wander * response.rate
     # The best linear part of r |r| for a Gaussian rate is √(8/π) σ r (Gelb, Applied Optimal Estimation, 1974).
     damping = response.linear - response.munk * speed**2 + response.quadratic * math.sqrt(8.0 / math.pi) * aside
-    dynamics[1, 1] = -1.0 / _FORGOTTEN
-    dynamics[3, 3:5] = -damping / response.time, 1.0 / response.time
-    dynamics[5, 5] = -1.0 / ERROR_TIME
+    state = _Estimated(*np.eye(6))
+    dynamics = _Estimated(
+        off_leg=state.current + turning * state.heading,
+        current=-1.0 / _FORGOTTEN * state.current,
+        heading=state.rate,
+        rate=-damping / response.time * state.rate + 1.0 / response.time * state.bias,
+        bias=0.0 * state.bias,
+        error=-1.0 / ERROR_TIME * state.error,
+    )
     slow = sum(std**2 for std, time in gnss.markov if time <= _SHORTLY)
     moving = rate_density(True, response.packed), bias_density(response.packed)
     wandering = 2.0 * max(slow, 1e-4) / ERROR_TIME
     noise = np.diag([wandering, response.current_noise, 0.0, *moving, wandering])
-    rows, variances = [[1.0, 0.0, 0.0, 0.0, 0.0, 1.0]], [max(gnss.white, MODEL_TIME * response.speed) ** 2]
+    rows, variances = [state.off_leg + state.error], [max(gnss.white, MODEL_TIME * response.speed) ** 2]
     if gnss.velocity_std is not None:
-        rows.append([0.0, 1.0, turning, 0.0, 0.0, 0.0])
+        rows.append(dynamics.off_leg)
         variances.append(max(_VELOCITY_STD, MODEL_SHARE * response.speed) ** 2)
-    return dynamics, noise, np.array(rows), np.array(variances)
+    return np.array(dynamics), noise, np.array(rows), np.array(variances)
 
 
 def _steady_kalman(
@@ -230,26 +260,22 @@ def _closed(
 ) -> Floats:
     """Closed loop (12, 12) of boat, estimate and reference model between fixes. share: factor on the boat's gain; more:
     addition to its damping; pull: speed towards the leg per metre of cross-track error, 1/s."""
-    loop = np.zeros((_STATES, _STATES))
-    loop[_OFF_LEG, _HEADING], loop[_HEADING, _RATE] = turning, 1.0
-    loop[_RATE, _RATE] = own[3, 3] - more / response.time
-    loop[3:9, 3:9] = own
-    quick = autopilot.model.bandwidth
-    wanted = np.zeros(_STATES)
-    wanted[[_OWN_OFF_LEG, _CURRENT]] = -pull / turning, -1.0 / turning
-    loop[_REFERENCE, _REFERENCE_RATE] = loop[_REFERENCE_RATE, _REFERENCE_ACCELERATION] = 1.0
-    loop[_REFERENCE_ACCELERATION] = quick**3 * wanted
-    loop[_REFERENCE_ACCELERATION, _REFERENCE:] -= quick**3, 3.0 * quick**2, 3.0 * quick
-    damping = -own[3, 3] * response.time
-    order = np.zeros(_STATES)  # as the steady yaw rate, rad/s
-    stiffness = response.gain * gains.proportional
+    state = _units()
+    known, changes = state.estimated, _Estimated(*own @ np.array(state.estimated))
+    decay = float(changes.rate @ known.rate)
+    damping, stiffness = -decay * response.time, response.gain * gains.proportional
     stiff = stiffness * gains.derivative_time
-    order[[_REFERENCE, _OWN_HEADING]] = stiffness, -stiffness
-    order[[_REFERENCE_RATE, _OWN_RATE]] = damping + stiff, -stiff
-    order[[_REFERENCE_ACCELERATION, _BIAS]] = response.time, -1.0
-    loop[_RATE] += share * order / response.time
-    loop[_OWN_RATE] += order / response.time
-    return loop
+    order = stiffness * (state.reference - known.heading)  # as the steady yaw rate, rad/s
+    order += (damping + stiff) * state.reference_rate - stiff * known.rate
+    order += response.time * state.reference_acceleration - known.bias
+    quick = autopilot.model.bandwidth
+    wanted = -pull / turning * known.off_leg - 1.0 / turning * known.current
+    jerk = quick**3 * (wanted - state.reference)
+    jerk -= 3.0 * quick**2 * state.reference_rate + 3.0 * quick * state.reference_acceleration
+    estimated = changes._replace(rate=changes.rate + order / response.time)
+    rate = (decay - more / response.time) * state.rate + share * order / response.time
+    model = state.reference_rate, state.reference_acceleration, jerk
+    return np.array([turning * state.heading, state.rate, rate, *estimated, *model])
 
 
 def _damping(step: Floats) -> float:
