@@ -1,9 +1,10 @@
 """The bench: a simulated rover and `steerway live` in one process, on one virtual clock, over real MAVLink bytes.
 
-    python -m tests.bench --directions 16 --current 0 0.5 1.0 1.3 --seeds 1 2 3
+    python -m tests.bench --jobs 2
 
 Each run sails a route of four legs of 80 m with a motorboat of 2 m/s like ArduPilot's, positions 0.2 s late, in a
-current. A line a run: what each corner was, and the legs. Exits with 1 where one misses a limit of `Limits`.
+current: 16 directions, four speeds, three seeds, with and without a compass. A line a run: what each corner was, and
+the legs; then a table. Exits with 1 where one misses a limit of `Limits`.
 """
 
 import argparse
@@ -13,6 +14,7 @@ import multiprocessing
 import re
 import sys
 import tempfile
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import pairwise
@@ -270,11 +272,11 @@ def _outside(place, points, side):
 
 def main() -> None:
     options = argparse.ArgumentParser("python -m tests.bench", description=__doc__.partition("\n")[0])
-    options.add_argument("--current", type=float, nargs="+", default=[0.5], help="m/s")
-    options.add_argument("--directions", type=int, default=1, help="of the current, evenly over the circle")
-    options.add_argument("--first", type=float, default=45.0, help="degrees, the first of them")
+    options.add_argument("--current", type=float, nargs="+", default=[0.0, 0.5, 1.0, 1.3], help="m/s")
+    options.add_argument("--directions", type=int, default=16, help="of the current, evenly over the circle")
+    options.add_argument("--first", type=float, default=0.0, help="degrees, the first of them")
     options.add_argument("--compass", choices=("yes", "no", "both"), default="both")
-    options.add_argument("--seeds", type=int, nargs="+", default=[1])
+    options.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     options.add_argument("--corner", type=float, nargs="+", default=[90.0], help="degrees of each turn")
     options.add_argument("--turn-rate", type=float, nargs="+", default=[80.0], help="the vehicle's largest, degrees/s")
     options.add_argument("--told", type=float, default=math.nan, help="what the vehicle says of it, degrees/s")
@@ -295,17 +297,38 @@ def main() -> None:
         for k in range(chosen.directions if current else 1)
         for seed in chosen.seeds
     ]
-    missed = 0
+    found: list[Found] = []
     with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as workers:
-        for found in workers.map(partial(sail, true_pace=chosen.true_pace), cases):
-            misses = found.misses(Limits())
-            missed += bool(misses)
+        for each in workers.map(partial(sail, true_pace=chosen.true_pace), cases):
+            found.append(each)
+            misses = each.misses(Limits())
             print(
-                f"{found.case.words}: {'MISSED ' + '; '.join(misses) + '; ' if misses else ''}{found.words}", flush=True
+                f"{each.case.words}: {'MISSED ' + '; '.join(misses) + '; ' if misses else ''}{each.words}", flush=True
             )
-    print(f"{len(cases) - missed} of {len(cases)}")
-    if missed:
+    print(table(found))
+    if any(each.misses(Limits()) for each in found):
         sys.exit(1)
+
+
+def table(found: Sequence[Found]) -> str:
+    """A row for each current, corner and compass: how many runs are within the limits, and the worst of them, m."""
+    lines = ["current  corner  compass  within  finished  wrong way  closest  outside  legs"]
+    groups: dict[tuple[float, float, bool], list[Found]] = {}
+    for each in found:
+        groups.setdefault((each.case.current, each.case.corner, each.case.compass), []).append(each)
+    for (current, corner, compass), runs in groups.items():
+        corners = [corner for each in runs for corner in each.corners]
+        good, done = sum(not each.misses(Limits()) for each in runs), sum(each.finished for each in runs)
+        wrong = sum(each.is_wrong_way for each in corners)
+        closest = max((each.closest for each in corners), default=math.nan)
+        outside = max((each.outside for each in corners), default=math.nan)
+        legs = max((leg for each in runs for leg in each.legs), default=math.nan)
+        within, with_compass = f"{good}/{len(runs)}", "yes" if compass else "no"
+        lines.append(
+            f"{current:7g}  {corner:6g}  {with_compass:>7}  {within:>6}  {done:8}  {wrong:9}  "
+            f"{closest:7.1f}  {outside:7.1f}  {legs:4.2f}"
+        )
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":

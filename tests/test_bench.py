@@ -5,7 +5,7 @@ from itertools import product
 import polars as pl
 import pytest
 
-from tests.bench import Case, Corner, Found, Limits, corners_of, route, sail
+from tests.bench import Case, Corner, Found, Limits, corners_of, route, sail, table
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
@@ -67,3 +67,4 @@ def test_every_limit_is_judged():
     assert good._replace(finished=False, why="stopped").misses(Limits()) == ["not finished: stopped"]
     slow = good._replace(case=Case(turn_rate=25.0), corners=[Corner(90.0, 88.0, 3.9, 3.9)])
     assert slow.misses(Limits()) == []
+    assert table([good, bad]).splitlines()[1].split() == "0.5 90 yes 1/2 2 1 2.0 1.5 0.50".split()

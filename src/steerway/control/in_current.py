@@ -40,14 +40,18 @@ _APPROACH, _NEAR = 1.5, 1.0
 _NEAR: time (s) before a turn from which on the turn is planned from the boat's own distance to the leg."""
 _SOON, _AGAIN = 2.0, 0.2
 """_SOON: time before a turn from which on it is planned at every step, s. _AGAIN: time between earlier plans, s."""
-_REACTION = 0.2
-"""Time (s) from an order until a vehicle with inner loops carries it out. Compared at corners of squares: with 0 the
-paths were 0.3 m further out than planned, with 0.15 they were 0.2 m further out."""
+_LATE, _AT_ONCE = 0.1, 0.7
+"""_LATE: time (s) by which a vehicle with inner loops follows the reference late. _AT_ONCE: speed through the water, as
+a fraction of the largest, below which the rudder is weak and the shortfall (in s) is added. In squares the boat was
+late by 0.35 s more at a fraction of 0.35, and by 0.2 s more at 0.5."""
+_FIRMER = 3.0
+"""Factor on the bandwidth of the heading loop in a turn of a vehicle with inner loops. Where the rudder is at its
+limit at first, the boat falls behind the reference by 8 to 15°. A loop that takes 2 s to catch up leaves the path by
+0.5 m."""
 _TIGHTER, _SETTLES = 2.0, 4.0
 """Divisor of the lookahead in a turn of a vehicle with inner loops; time for which it applies after the turn, s."""
-_QUICKEST = 2.0
-"""Largest factor by which the reference is faster than declared. Compared on squares: with 3 the boat leaves the
-corners by 0.4 m more than planned, with 2 by 0.1 m more."""
+_QUICKEST = 3.0
+"""Largest factor by which the reference is faster than declared. With 2, a turn of 90° takes 0.8 s longer."""
 _LEAST = 0.1
 """Smallest bandwidth, as a fraction of the boat's own."""
 _SLOW, _WIDE, _WORTH = 0.5, 0.2, 0.8
@@ -98,7 +102,7 @@ class InCurrent:
         self._left, self._seen = 0.0, math.nan  # remaining turn, and last reference heading, rad
         self._planned_at = math.inf  # distance from the waypoint at the last plan of a turn, m
         self._next: tuple[int, Turn | None, tuple[float, float]] = (-1, None, (0.0, 0.0))
-        self._turned_for = 0.0  # s
+        self._turned_for, self._direction = 0.0, math.nan  # s since the leg began, and its direction, rad
         # Waypoint of the next corner, speed (m/s) of its turn, and distance (m) when this speed was chosen; speed of
         # the turn under way.
         self._corner, self._turn_speed = (-1, math.inf, math.inf), math.inf
@@ -112,20 +116,21 @@ class InCurrent:
         """Check whether the boat comes nearer to the waypoint, or could by the estimated current."""
         if leg.target != self._headway.target:
             self._begin_turn(leg.target)
-        self._turned_for += dt
+        self._turned_for, self._direction = self._turned_for + dt, leg.direction
         if self.turning is not None and self._turned_for >= self.turning.time:
             self._path = None
         # A speed gain above 1 may be a wrong split of the motion; a boat faster than declared comes nearer anyway.
         believed = estimate._replace(speed_gain=min(estimate.speed_gain, 1.0))
-        fastest = self.progress(leg.direction, believed) + estimate.current_std
-        self._headway.watch(leg, fastest if estimate.heading_std <= SURE else math.inf, self.turn_rate, dt)
+        fastest, std = self.progress(leg.direction, believed), estimate.current_std
+        std = std if estimate.heading_std <= SURE else math.inf
+        self._headway.watch(leg, (fastest - std, fastest + std), self.turn_rate, dt)
 
     def _begin_turn(self, target: int) -> None:
         """Begin the leg to a waypoint; the turn planned into this leg, if any, is then under way."""
         into, turn, begins = self._next
         self.turning, self._turned_for, self._seen = (turn if into == target else None), 0.0, math.nan
         self._turn_speed = self._corner[1] if self._corner[0] == target - 1 else math.inf
-        self._path, self._left = None, 0.0
+        self._path, self._left, self._next = None, 0.0, (-1, None, (0.0, 0.0))
         if self.turning is not None:
             self._left = self.turning.angle
             self._path = self.turning.path + begins if self.turning.lead > 0.0 else None
@@ -138,8 +143,12 @@ class InCurrent:
         return departs
 
     def water_speed(self, course: float, speed: float, estimate: Estimate) -> float:
-        """Speed through the water (m/s) for a speed over ground along a course, within the boat's limits."""
+        """Speed through the water (m/s) for a speed over ground along a course, within the boat's limits.
+
+        In a planned turn it is that of the next leg, as planned: less thrust would turn the boat less.
+        """
         current = estimate.current_north, estimate.current_east
+        course = course if self._path is None else self._direction
         return float(water_speed_for(course, speed, *current, min(self.slowest, speed), self._fastest(estimate)))
 
     def _fastest(self, estimate: Estimate) -> float:
@@ -229,7 +238,8 @@ class InCurrent:
         c, s, aside = math.cos(leg.direction), math.sin(leg.direction), beside - leg.cross_track
         begins = estimate.north + left * c - aside * s, estimate.east + left * s + aside * c
         self._next = leg.target + 1, turn, begins
-        return turn.lead + (_REACTION * estimate.sog if self.over_ground else 0.0)
+        late = _LATE + max(0.0, _AT_ONCE - estimate.water_speed / self.top_speed)
+        return turn.lead + (late * estimate.sog if self.over_ground else 0.0)
 
     def _slow_or_not(self, leg: LegState, following: float, estimate: Estimate, model: ReferenceModel) -> Turn:
         """The turn at the end of a leg, at full speed or slowly: decided once a second, until the boat brakes."""
@@ -285,7 +295,8 @@ class InCurrent:
         limits = TurnLimits(model.bandwidth, model.max_rate, model.max_acceleration)
         most = (self.top_speed if fastest is None else fastest) if self.over_ground else math.inf
         motion = TurnSpeeds(*speeds, self.speed_time, most, self.slip_time if slip_time is None else slip_time)
-        return plan_turn(direction, following, current, limits, motion, self.pivot, leaves_legs=self.over_ground)
+        before = 0.0 if self._next[1] is None else self._next[1].angle
+        return plan_turn(direction, following, current, limits, motion, self.pivot, self.over_ground, before)
 
     def progress(self, course: float, estimate: Estimate) -> float:
         """Largest speed (m/s) along a course over ground; at most 0 if the current is too strong."""
@@ -330,4 +341,5 @@ class InCurrent:
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
         carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
         bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))
+        bandwidth *= _FIRMER if self.over_ground and self._path is not None else 1.0
         return self.identified(estimate).gains(bandwidth, estimate.water_speed, self.limit)

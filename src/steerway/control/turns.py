@@ -22,6 +22,9 @@ _CUT, _INSIDE = 1.5, 1.5
 """Divisors in `Turn.cost` of the distances `closest` and `excursion`. On a right-angled path that is as far inside as
 outside, these are 1.4 and 1 times `outside`. With a _CUT of 1.8, boats passed wide corners at a distance of 1.7 m, and
 went 0.5 m outside."""
+_KEPT = 0.7
+"""Factor on the size of a turn to the side planned before. The turns to both sides begin on different sides of the leg:
+a boat that changed its plan near the waypoint began 0.7 m beside the place."""
 _STEPS = 10
 """Steps of the search for the offset, which find it to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -78,20 +81,27 @@ def plan_turn(
     speeds: TurnSpeeds,
     pivot: float = 0.0,
     leaves_legs: bool = True,
+    before: float = 0.0,
 ) -> Turn:
     """The turn between legs of two directions (rad) in a current (north, east; m/s); pivot: see `turn_path`.
 
-    leaves_legs: whether it may begin and end beside the legs.
+    leaves_legs: whether it may begin and end beside the legs. before: angle of the turn planned before, 0 for none; its
+    side is kept unless the other one is clearly better.
     """
     heading = float(heading_for(direction, speeds.before, *current)[0])
     shortest = wrap(float(heading_for(following, speeds.after, *current)[0]) - heading)
     sides = [shortest]
     if abs(shortest) > _ONE_SIDE:
         sides.append(shortest - math.copysign(math.tau, shortest))
-    before, *asked = speeds
-    motion = before, *current, *limits, pivot, *asked
+    at_first, *asked = speeds
+    motion = at_first, *current, *limits, pivot, *asked
     turns = [_placed(direction, following, angle, *turn_path(heading, angle, *motion), leaves_legs) for angle in sides]
-    return min(turns, key=lambda turn: turn.cost * turn.time if leaves_legs else turn.excursion)
+
+    def size(turn: Turn) -> float:
+        kept = _KEPT if turn.angle * before > 0.0 else 1.0
+        return kept * (turn.cost * turn.time if leaves_legs else turn.excursion)
+
+    return min(turns, key=size)
 
 
 def _placed(direction: float, following: float, angle: float, path: Floats, time: float, leaves_legs: bool) -> Turn:

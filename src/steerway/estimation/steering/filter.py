@@ -60,6 +60,9 @@ _UNSTEADY, _SETTLING = 0.25, 5.0
 and the settling time, s. Chosen: ArduPilot's Rover begins without thrust; a motorboat loses a third of its speed."""
 _DRIVEN_NOISE = 0.12
 """1σ of the speed about the one that the throttle yields, as a share of the usual speed. The value is chosen."""
+_FULL = 0.95
+"""Share of the top speed above which a throttle counts as full. Chosen: without it, orders that a vehicle cannot carry
+out in a current taught a wrong gain of the speed, 0.78 for 1."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
 """1σ of a measured yaw rate, rad/s, and the error of its time, s. Chosen: the latter is half the interval at which
 vehicles send the yaw rate.
@@ -98,6 +101,7 @@ class SteeringFilter:
         self._at_first = response._replace(speed_noise=unsteady).packed
         self._driven = response._replace(speed_noise=_DRIVEN_NOISE, over_ground=False).packed
         self._is_by_throttle = False  # whether the last ordered speed is the one that the throttle yields
+        self._forgets = False  # whether the gain of the speed is learned anew with the next order of a speed
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
         self._misfit = 2.0  # mean NIS of the latest fixes
@@ -122,15 +126,17 @@ class SteeringFilter:
         """Set the orders in force from `time` on: steady yaw rate (rad/s) and speed through the water (m/s).
 
         yaw_rate is NaN while someone else steers, speed is NaN if it is not controlled. driven: the speed through the
-        water that the throttle yields, m/s, NaN if unknown. It is used while someone else steers and `_SETTLING` s
-        longer.
+        water that the throttle yields, m/s, NaN if unknown. It is used while someone else steers, `_SETTLING` s longer,
+        and at full throttle: the boat may then be slower than ordered.
         """
         _, rate, before = last = self._orders[-1]
         at_first = math.isnan(rate) or time - self._taken < _SETTLING
-        is_driven = math.isfinite(driven) and (math.isnan(yaw_rate) or at_first)
-        if self._is_by_throttle and not is_driven and self.started:
+        by_throttle = math.isfinite(driven) and (math.isnan(yaw_rate) or at_first)
+        if self._forgets and not by_throttle and self.started:
             forget_speed_gain(self._mixture.states, self._mixture.covariances, self.response)
-        self._is_by_throttle, speed = is_driven, driven if is_driven else speed
+        self._forgets = by_throttle
+        self._is_by_throttle = by_throttle or driven > _FULL * self.response.top_speed
+        speed = driven if self._is_by_throttle else speed
         if _same(rate, yaw_rate) and _same(before, speed):
             return
         if math.isnan(rate) and math.isfinite(yaw_rate):
