@@ -139,6 +139,9 @@ class Commanding:
     def vehicle(self, obstacle):
         self.obstacle = obstacle
 
+    def turns(self, limit):
+        self.turn_limit = limit
+
 
 class Desk:
     """A vehicle and a companion on a link, in one process; `order` is what the companion gets 50 times a second."""

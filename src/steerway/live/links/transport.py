@@ -17,7 +17,7 @@ from typing import Any
 from steerway.core.errors import InputError
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.links.link import Feed, Input, Sink, kept_open
-from steerway.live.uri import Uri
+from steerway.live.uri import LOG, Uri
 
 BACKLOG = 1 << 16
 """Largest number of bytes that wait for a peer."""
@@ -112,8 +112,13 @@ class Transport:
         self.opened()
         try:
             while data := await reader.read(BACKLOG):
-                if self.receive is not None:
-                    self.receive(data, peer.write)
+                try:
+                    if self.receive is not None:
+                        self.receive(data, peer.write)
+                except OSError:
+                    raise
+                except Exception:  # bad data from a link must not end the service
+                    LOG.exception("%s: %d bytes cannot be used and are dropped", self.uri.text, len(data))
         finally:
             self.peers.discard(peer)
             with contextlib.suppress(OSError):
