@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.arrays import Floats
-from steerway.core.compiled import kernel
+from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.errors import InputError
 from steerway.core.kalman import take_scalar
 from steerway.core.linear_algebra import fill_lower
+from steerway.core.shaping import shaped
 from steerway.core.statistics import AID_GATE
 from steerway.estimation.heading.models import (
     PAPER_YAW,
@@ -126,10 +127,13 @@ class FilterBank:
     @property
     def weights(self) -> Floats:
         """(m,) probabilities, given that one of the filters is right."""
-        scores = np.where(np.isfinite(self._scores), self._scores, -np.inf)  # of a state beyond floating point
-        if np.isneginf(scores).all():
-            return np.full(len(scores), 1.0 / len(scores))
-        likely = np.exp(scores - scores.max())
+        scores, best = self._scores, self._scores.max()
+        if not math.isfinite(best):  # a state beyond floating point
+            scores = np.where(np.isfinite(scores), scores, -np.inf)
+            best = scores.max()
+            if best == -np.inf:
+                return np.full(len(scores), 1.0 / len(scores))
+        likely = np.exp(scores - best)
         return likely / likely.sum()
 
     @property
@@ -146,7 +150,8 @@ class FilterBank:
     @property
     def _degrees(self) -> Floats:
         """(m,) headings, deg."""
-        return np.array([heading_deg(x, model) for x, model in zip(self._states, self._models, strict=True)])
+        outputs = self._models[:, AT.output : AT.output_2 + 1]
+        return np.asarray(outputs[:, 0] * self._states[:, 0] + outputs[:, 1] * self._states[:, 1])
 
     def _spread(self, apart: Floats) -> float:
         """1σ (rad) of the mixture, for filters this far (m,), deg, from the estimate."""
@@ -222,7 +227,7 @@ def heading_variance_deg2(p: Floats, model: Floats) -> float:
     )
 
 
-@kernel
+@lean_kernel
 def predict_compass(x: Floats, p: Floats, row: Floats, model: Floats) -> None:
     """One tick of the compass, P4 (5): c1 ← a1 c1 + a2 c2 + b ψ, c2 ← s c1; scale · ψ + deviation in place of ψ where
     those are states. `row` is workspace (n,)."""
@@ -254,7 +259,7 @@ def predict_compass(x: Floats, p: Floats, row: Floats, model: Floats) -> None:
     p[2, 2], p[3, 3] = variance + model[AT.compass_noise], late
 
 
-@kernel
+@lean_kernel
 def observe(p: Floats, pc: Floats, model: Floats, number: float) -> float:
     """Variance of the innovation of the mean of `number` readings of one tick, P4 (6); its covariance with the state
     into pc (n,)."""
@@ -263,7 +268,7 @@ def observe(p: Floats, pc: Floats, model: Floats, number: float) -> float:
     return model[AT.k] * pc[2] + model[AT.reading_noise] / number
 
 
-@kernel
+@lean_kernel
 def predict_vehicle(x: Floats, p: Floats, model: Floats, difference: float) -> None:
     """One step of the vehicle, P4 (2), with n_d + bias where that is a state."""
     has_bias = len(x) > BASIC
@@ -297,20 +302,26 @@ def advance_all(
     readings: Floats,
 ) -> Sums:
     """`advance` every filter, and add its log likelihood to `scores` (m,). Returns the sums of the last one."""
-    sums = Sums(0.0, 0.0, 0.0, 0.0)
+    sums, work = Sums(0.0, 0.0, 0.0, 0.0), np.empty((2, states.shape[1]))
     for k in range(len(models)):
-        sums = advance(states[k], covariances[k], models[k], walks, difference, readings)
+        if states.shape[1] == BASIC:  # loops of constant length take less than half the time
+            x, p, row = shaped(states[k], (BASIC,)), shaped(covariances[k], (BASIC, BASIC)), shaped(work, (2, BASIC))
+            sums = advance(x, p, row, models[k], walks, difference, readings)
+        else:
+            sums = advance(states[k], covariances[k], work, models[k], walks, difference, readings)
         scores[k] += sums.score
     return sums
 
 
-@kernel
-def advance(x: Floats, p: Floats, model: Floats, walks: Floats, difference: float, readings: Floats) -> Sums:
+@lean_kernel
+def advance(
+    x: Floats, p: Floats, work: Floats, model: Floats, walks: Floats, difference: float, readings: Floats
+) -> Sums:
     """Take the ticks of a table of readings; then predict the vehicle and the random walks of further states.
 
-    With further states a reading is modulo a turn and may be an outlier, which `AID_GATE` refuses.
+    With further states a reading is modulo a turn and may be an outlier, which `AID_GATE` refuses. work: (2, n).
     """
-    is_aided, work = len(x) > BASIC, np.empty((2, len(x)))
+    is_aided = len(x) > BASIC
     total = squares = likely = taken = 0.0
     for k in range(readings.shape[1]):
         predict_compass(x, p, work[0], model)

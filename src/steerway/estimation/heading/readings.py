@@ -68,7 +68,7 @@ class Ticks:
         table = np.zeros((2, count))
         table[0] = math.nan
         if count:
-            _gather(np.clip(ticks - 1.0, 0.0, count - 1.0).astype(np.int64), degrees, table)
+            _gather(np.minimum(np.maximum(ticks - 1.0, 0.0), count - 1.0).astype(np.int64), degrees, table)
         return table
 
 
@@ -88,20 +88,23 @@ def _gather(columns: Ints, degrees: Floats, table: Floats) -> None:
 def _checked(dt: float, readings: ArrayLike | None, times: ArrayLike | None) -> tuple[Floats, Floats]:
     """Known readings in degrees and their times."""
     values = array_of("heading.readings", [] if readings is None else readings, (None,))
+    known = np.isfinite(values)
     if times is None:
         stamps = dt / max(len(values), 1) * np.arange(1.0, len(values) + 1.0)
     else:
         stamps = array_of("heading.times", times, (None,))
         if len(stamps) != len(values):
             raise InputError(f"heading.times has {len(stamps)} values, expected {len(values)} as readings has")
-    known = np.isfinite(values) & ~np.isnan(stamps)
+        known &= ~np.isnan(stamps)
+        outside = known & ((stamps < 0.0) | (stamps > dt * (1.0 + 1e-9)))
+        if outside.any():
+            raise InputError(
+                f"heading.times has {stamps[outside][0]:g} s, expected 0 to {dt:g}, the length of the step"
+            )
     values, stamps = values[known], stamps[known]
     largest = np.abs(values).max(initial=0.0)
     if largest > LARGEST_READING:
         raise InputError(f"heading.readings has {largest:g} rad, expected at most {LARGEST_READING:g}")
-    outside = (stamps < 0.0) | (stamps > dt * (1.0 + 1e-9))
-    if outside.any():
-        raise InputError(f"heading.times has {stamps[outside][0]:g} s, expected 0 to {dt:g}, the length of the step")
     return np.degrees(values), stamps
 
 
