@@ -8,6 +8,8 @@ from pathlib import Path
 
 from docs.papers import paper_pages
 
+from steerway.core.settings import Table, description_of, unit_of
+
 MODULES = (
     "steerway",
     *(
@@ -60,11 +62,23 @@ def module(name: str) -> str:
 
 def _name(name, value):
     value = getattr(value, "py_func", value)
+    if inspect.isclass(value) and issubclass(value, Table):
+        parts = [f"## {name}", _text(inspect.getdoc(value)), _fields(value), *_members(value)]
+        return "\n\n".join(parts)
     if inspect.isclass(value):
         return "\n\n".join([f"## {name}", _signature(name, value), _text(inspect.getdoc(value)), *_members(value)])
     if inspect.isroutine(value):
         return "\n\n".join([f"## {name}", _signature(name, value), _text(inspect.getdoc(value))])
     return f"## {name}\n\n```text\n{_shortened(value)}\n```"
+
+
+def _fields(table):
+    """The keyword arguments of a table: default, unit, what each means."""
+    rows = ["| argument | default | unit | |", "|---|---|---|---|"]
+    for key, field in table.model_fields.items():
+        default = "required" if field.is_required() else f"`{_shortened(field.get_default(call_default_factory=True))}`"
+        rows.append(f"| `{key}` | {_cell(default)} | {unit_of(key, field)} | {_escaped(description_of(table, key))} |")
+    return "\n".join(rows)
 
 
 def _members(kind):
@@ -284,8 +298,6 @@ _UNITS = {"dps2": "°/s²", "n": "N", "nm": "N·m", "radps": "rad/s"}
 
 
 def _unit(name):
-    from steerway.core.settings import unit_of
-
     if "_" not in name:
         return ""
     end = name.rsplit("_", 1)[1]

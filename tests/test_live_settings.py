@@ -78,6 +78,9 @@ def test_mistakes_end_in_one_sentence(monkeypatch, tmp_path):
         ([], "expected --from with an address"),
         (["--from", f"file:{log}", "--helm", "0.0.0.0:8080"], "STEERWAY_HELM_TOKEN"),
         (["--from", f"file:{log}", "--engage"], "expected --mission"),
+        (["--from", f"file:{log}", "--missions", "udpin:127.0.0.1:9"], "expected --mission FILE"),
+        (["--from", f"file:{log}", "--lag", "70"], "lag is 70.0, expected at most 60.0 s"),
+        (["--from", f"file:{log}", "--aid", "sonar"], "aid[0] is 'sonar', expected one of auto, sog"),
         ([str(tmp_path / "none.toml")], "none.toml cannot be read: No such file"),
     ):
         code, _, message = run("live", *arguments)

@@ -88,11 +88,10 @@ def description_of(model: type[BaseModel], key: str) -> str:
 def _texts(model: type[BaseModel]) -> dict[str, str]:
     """Key → the text below its field. Read when it is needed: at import it would take a tenth of the start."""
     found: dict[str, str] = {}
-    for kind in reversed(model.__mro__):
+    for kind in (each for each in reversed(model.__mro__) if issubclass(each, Table) and each is not Table):
         with suppress(OSError, TypeError):  # no source: a model made by a function, or of no file
             body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
-            lines = body.body if isinstance(body, ast.ClassDef) and issubclass(kind, Table) else []
-            for field, text in pairwise(lines):
+            for field, text in pairwise(body.body if isinstance(body, ast.ClassDef) else []):
                 if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
                     found[ast.unparse(field.target)] = inspect.cleandoc(ast.literal_eval(text.value)).replace("\n", " ")
     return found

@@ -108,7 +108,7 @@ class Settings(Table):
     def overridden(self, **given: Any) -> Self:
         """A copy with the given values, except those that are None. Raises InputError for one that its key refuses."""
         keys = {name: value for name, value in given.items() if value is not None}
-        checked = self.made_of({names_of(name, self.model_fields[name])[0]: keys[name] for name in keys}, "live")
+        checked = self.made_of({names_of(name, type(self).model_fields[name])[0]: keys[name] for name in keys}, "live")
         return self.model_copy(update={name: getattr(checked, name) for name in keys})
 
     def _relative_to(self, folder: Path) -> Self:
