@@ -245,7 +245,7 @@ def test_a_fused_speed_is_a_number_with_its_deviation(rows):
     for row in rows:
         measured.take(row)
     assert math.isfinite(measured.fusion.speed) and measured.fusion.speed_std >= 0.0
-    assert math.isfinite(measured.fusion.filter.log_scale_std)
+    assert math.isfinite(measured.fusion.log_scale_std)
 
 
 VELOCITY = st.tuples(SPEED, SPEED)

@@ -96,7 +96,7 @@ def test_the_keys_of_the_settings(settings_of):
     with pytest.raises(InputError, match="expected mission too"):
         launch(chosen)
     for text, why in (
-        ('[estimator.heading]\nkind = "composite"\nweight = 0.2\n', r"heading\.weight has no effect"),
+        ('[estimator.heading]\nkind = "composite"\nweight = 0.2\n', r"estimator\.heading: weight has no effect"),
         ('[speed]\ncontroller = "mrac"\n', r"speed\.controller is 'mrac'"),
     ):
         with pytest.raises(InputError, match=why):

@@ -74,6 +74,11 @@ class SurgeFusion(SurgeFilter):
         return self.speed
 
     @property
+    def filter(self) -> SurgeFilter:
+        """The fusion itself, as in scripts for earlier versions."""
+        return self
+
+    @property
     def excluded(self) -> str | None:
         return None if self._vote.excluded is None else AIDS[self._vote.excluded]
 
