@@ -14,9 +14,6 @@ _CARRIED, _CARRIED_TIME = 4.0, 8.0
 """Two distances: in radii of the tightest turn, and in s at top speed. A boat is carried away once its distance from
 the waypoint exceeds the least distance so far by the larger of both. On squares in a current of 65 % of its speed, a
 turn carries the boat back by up to 12 m."""
-_ABLE = 2.0
-"""Factor on this distance while the estimate is sure that the boat is faster than the current. A boat that begins with
-its bow down a current of 65 % of its speed, and learns its heading on the way, is carried by 20 m."""
 
 
 class Headway:
@@ -44,11 +41,10 @@ class Headway:
             return f"the boat has come no nearer to the waypoint for {self._without:.0f} s"
         return ""
 
-    def watch(self, leg: LegState, fastest: tuple[float, float], turn_rate: float, dt: float) -> None:
+    def watch(self, leg: LegState, fastest: float, turn_rate: float, dt: float) -> None:
         """Check whether the boat comes nearer to the waypoint, or could.
 
-        fastest: least and greatest estimate of the largest speed along the leg, m/s. turn_rate: largest ordered yaw
-        rate, rad/s.
+        fastest: largest speed along the leg, m/s. turn_rate: largest ordered yaw rate, rad/s.
         """
         is_new = leg.target != self.target
         if is_new:
@@ -61,6 +57,5 @@ class Headway:
         self._without = 0.0 if nearer else self._without + dt
         self._closest = min(self._closest, leg.distance)
         self._carried_back = leg.distance - self._closest if leg.remaining > 0.0 else 0.0
-        able = _ABLE if fastest[0] > self._least else 1.0
-        self._allowed_back = able * self._top_speed * max(_CARRIED / turn_rate, _CARRIED_TIME)
-        self._overpowered = 0.0 if fastest[1] > self._least or gains else self._overpowered + dt
+        self._allowed_back = self._top_speed * max(_CARRIED / turn_rate, _CARRIED_TIME)
+        self._overpowered = 0.0 if fastest > self._least or gains else self._overpowered + dt

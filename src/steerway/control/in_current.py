@@ -40,7 +40,7 @@ _APPROACH, _NEAR = 1.5, 1.0
 _NEAR: time (s) before a turn from which on the turn is planned from the boat's own distance to the leg."""
 _SOON, _AGAIN = 2.0, 0.2
 """_SOON: time before a turn from which on it is planned at every step, s. _AGAIN: time between earlier plans, s."""
-_LATE, _AT_ONCE = 0.1, 0.7
+_LATE, _AT_ONCE = 0.2, 0.7
 """_LATE: time (s) by which a vehicle with inner loops follows the reference late. _AT_ONCE: speed through the water, as
 a fraction of the largest, below which the rudder is weak and the shortfall (in s) is added. In squares the boat was
 late by 0.35 s more at a fraction of 0.35, and by 0.2 s more at 0.5."""
@@ -121,9 +121,8 @@ class InCurrent:
             self._path = None
         # A speed gain above 1 may be a wrong split of the motion; a boat faster than declared comes nearer anyway.
         believed = estimate._replace(speed_gain=min(estimate.speed_gain, 1.0))
-        fastest, std = self.progress(leg.direction, believed), estimate.current_std
-        std = std if estimate.heading_std <= SURE else math.inf
-        self._headway.watch(leg, (fastest - std, fastest + std), self.turn_rate, dt)
+        fastest = self.progress(leg.direction, believed) + estimate.current_std
+        self._headway.watch(leg, fastest if estimate.heading_std <= SURE else math.inf, self.turn_rate, dt)
 
     def _begin_turn(self, target: int) -> None:
         """Begin the leg to a waypoint; the turn planned into this leg, if any, is then under way."""

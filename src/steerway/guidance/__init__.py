@@ -6,14 +6,18 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.core.reference import LowPass, Reference, ReferenceModel, TrackingFilter
-    from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-    from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-    from steerway.guidance.line_of_sight import GuidanceLaw, LineOfSight, PurePursuit
+    from steerway.guidance.line_of_sight import (
+        AdaptiveLineOfSight,
+        GuidanceLaw,
+        IntegralLineOfSight,
+        LineOfSight,
+        PurePursuit,
+        VectorField,
+    )
     from steerway.guidance.mission_log import MissionLog
     from steerway.guidance.ordered import Order, Ordered
     from steerway.guidance.route import Route
     from steerway.guidance.route_table import lawnmower
-    from steerway.guidance.vector_field import VectorField
     from steerway.guidance.waypoints import Mission, Passing, Phase
 
 __all__ = [

@@ -1,7 +1,7 @@
 """The guidance laws by name: the angle that each commands, and its gains for a look-ahead distance and speed.
 
-A new law is a file of its own and a row here; the table [guidance] of scenarios reads its names from `LAWS`. Default
-gains place both poles of the cross-track error at U/(2Δ): no overshoot in a steady current.
+A new law is a class of `line_of_sight` and a row here; the table [guidance] of scenarios reads its names from `LAWS`.
+Default gains place both poles of the cross-track error at U/(2Δ): no overshoot in a steady current.
 """
 
 import math
@@ -12,10 +12,14 @@ from pydantic import Field
 
 from steerway.core.errors import InputError
 from steerway.core.settings import NotNegative, Positive, Table
-from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.line_of_sight import GuidanceLaw, LineOfSight, PurePursuit
-from steerway.guidance.vector_field import VectorField
+from steerway.guidance.line_of_sight import (
+    AdaptiveLineOfSight,
+    GuidanceLaw,
+    IntegralLineOfSight,
+    LineOfSight,
+    PurePursuit,
+    VectorField,
+)
 
 Options = Mapping[str, float | None]
 

@@ -243,7 +243,7 @@ class SteeringFilter:
             drifting(self._mixture.states, self._mixture.covariances, way)
 
     def _forget_heading(self) -> None:
-        """Make the heading unknown if the boat has no order and is at rest in the water: then no fix shows it.
+        """Make the heading unknown if the boat has no order and no gyro and is at rest in the water: no fix shows it.
 
         The current hardly changes. If the velocity over ground does, the boat is under way: hypotheses are made again.
         """
@@ -260,7 +260,7 @@ class SteeringFilter:
         self._drift = self._drift or velocity
         if math.dist(velocity, self._drift) > slow:
             self._begin(self._time, 0.5 * START_TIME)
-        elif self._mixture.heading_std() < _UNKNOWN_STD:
+        elif self._mixture.heading_std() < _UNKNOWN_STD and math.isnan(self._measured_rate):
             found = any_heading(x, self._mixture.covariances[best], self.response, self._way(self._time))
             self._mixture = Mixture(*found)
 
