@@ -38,22 +38,20 @@ def log(tmp_path_factory):
 
 
 def test_every_command_takes_it(inferred, log, tmp_path):
-    scenario, archive = (
-        tmp_path / "scenario.toml",
-        ("archive", "run", log, "-o", tmp_path / "archive", "--workers", "1"),
-    )
+    scenario, archive = tmp_path / "scenario.toml", tmp_path / "archive"
     scenario.write_text(SCENARIO.format(path=inferred))
+    filed = ("archive", "run", log, "-o", archive, "--workers", "1", "--profile", inferred)
     for command in (
         ("estimate", log, "-o", tmp_path / "out.csv", "--profile", inferred),
         ("advise", inferred, "--speed", "2"),
         ("profile", "show", inferred),
         ("simulate", scenario, "-o", tmp_path / "sailed"),
-        (*archive, "--profile", inferred),
+        filed,
     ):
         code, _, said = run(*command)
         assert code == 0, said
-    assert len(steerway.archive.scan(tmp_path / "archive").collect()) == 61
-    code, _, said = run(*archive, "--profile", inferred, "--smooth")
+    assert len(steerway.archive.scan(archive).collect()) == 61
+    code, _, said = run(*filed, "--smooth")
     assert code == 2 and said.count("\n") == 1 and "profile prior has structures" in said
 
 
