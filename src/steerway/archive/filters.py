@@ -213,27 +213,29 @@ def free_position(state: State) -> None:
 @lean_kernel
 def predict(filters: Filters, which: int, state: State, dt: float) -> None:
     """Predict a filter by dt seconds for a class and level; a filter that has not started stays as it is."""
-    if dt > 0.0 and state.run[0].started == 1:
-        add_variance(state.p, SPEED, filters.change[which])
+    if not (dt > 0.0 and state.run[0].started == 1):
+        return
+    first = filters.first[which]
+    add_variance(state.p, SPEED, filters.change[which])
+    if not filters.plain:
         for s in range(len(filters.weights)):
-            predict_structure(filters, filters.first[which] + s, part_of(state, s), dt)
+            predict_structure(filters, first + s, part_of(state, s), dt)
+        return
+    model = model_of(filters, first)
+    parts = parts_of(state.x[0], state.p[0], model.modes[0], dt)
+    h = dt / parts
+    bank = bank_of(filters, first, slot_for(filters, first, h), state)
+    for _ in range(parts):
+        five_state.advance(bank, model, h)
 
 
 @lean_kernel
 def predict_structure(filters: Filters, which: int, state: State, dt: float) -> None:
     """Predict a structure by dt > 0 seconds with model `which`."""
-    model = model_of(filters, which)
-    if filters.plain:
-        parts = parts_of(state.x[0], state.p[0], model.modes[0], dt)
-        h = dt / parts
-        bank = bank_of(filters, which, slot_for(filters, which, h), state)
-        for _ in range(parts):
-            five_state.advance(bank, model, h)
-        return
     state.run[0].since += dt
     for j in range(steps_in(dt)):
         h = step_of(j, dt)
-        take_step(bank_of(filters, which, slot_for(filters, which, h), state), model, h)
+        take_step(bank_of(filters, which, slot_for(filters, which, h), state), model_of(filters, which), h)
 
 
 @lean_kernel
@@ -252,23 +254,23 @@ def round_to(receivers: np.ndarray, digit: float, latitude: float) -> None:
 @lean_kernel
 def take(filters: Filters, which: int, state: State, north: float, east: float) -> tuple[float, float]:
     """Update with a fix (m) at the filter's time. Returns its NIS and outlier probability, NaN for the first fix."""
-    nis = wrong = 0.0
+    first, row, nis, wrong = filters.first[which], Row(0.0, north, east, 1.0), 0.0, 0.0
+    if filters.plain:
+        model, bank = model_of(filters, first), bank_of(filters, first, 0, state)
+        rounded = model.receiver[0].quantum_north != 0.0
+        taken = five_state.leave(bank, model, row) if rounded else five_state.take(bank, model, row)
+        return taken.nis, taken.wrong
     for s in range(len(filters.weights)):
-        taken = take_structure(filters, filters.first[which] + s, part_of(state, s), north, east)
+        taken = take_structure(filters, first + s, part_of(state, s), row)
         nis += filters.weights[s] * taken.nis
         wrong += filters.weights[s] * taken.wrong
     return nis, wrong
 
 
 @lean_kernel
-def take_structure(filters: Filters, which: int, state: State, north: float, east: float) -> Taken:
+def take_structure(filters: Filters, which: int, state: State, row: Row) -> Taken:
     """Update a structure with a fix."""
-    model, bank, row = model_of(filters, which), bank_of(filters, which, 0, state), Row(0.0, north, east, 1.0)
-    if filters.plain and model.receiver[0].quantum_north == 0.0:
-        return five_state.take(bank, model, row)
-    if filters.plain:
-        return five_state.leave(bank, model, row)
-    return take_row(bank, model, row, filters.change[:0])
+    return take_row(bank_of(filters, which, 0, state), model_of(filters, which), row, filters.change[:0])
 
 
 @called_kernel
