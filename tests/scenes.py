@@ -8,7 +8,8 @@ import numpy as np
 
 from steerway.core import Fixes, radii, wrap_array
 from steerway.core.testing import displaced
-from steerway.estimation.testing import LogEstimator
+from steerway.estimation import InferredProfile
+from steerway.estimation.testing import LogEstimator, Structure, parameters_of
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))
@@ -87,6 +88,18 @@ def angle_error(estimated, true) -> np.ndarray:
 def binary_sequence(n, hold, size, rng):
     """(n,) ± size, changed at random every `hold` rows: a manoeuvre to identify from."""
     return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
+
+
+def usual_numbers(parts) -> dict:
+    """The prior medians of a structure's numbers by name."""
+    names, medians, _ = parameters_of(parts)
+    return dict(zip(names, np.exp(medians).tolist(), strict=True))
+
+
+def usual_profile(*parts, **numbers) -> InferredProfile:
+    """A profile of one structure with the prior medians, but for these numbers."""
+    values = usual_numbers(parts) | numbers
+    return InferredProfile(structures=(Structure(weight=1.0, parts=parts, values=values),))
 
 
 STD = 0.4
