@@ -23,7 +23,7 @@ from tests.ubx_frames import pvt
 COMMANDS = """
 import sys
 sys.modules.update(dict.fromkeys({without}))
-from steerway.commands.cli import main
+from steerway.__main__ import main
 for arguments in {commands}:
     sys.argv[1:] = arguments
     try:
