@@ -37,6 +37,13 @@ REFERENCE = "test_reference_outputs.py::test_output_is_as_accepted"
 ROUTES = ("adaptive", "integral", "line_of_sight", "pure_pursuit", "vector_field", "voyage_with_stays")
 GUIDANCE = (*(f"{REFERENCE}[guidance_{each}]" for each in ROUTES), "test_waypoints", "test_guidance", "test_reference")
 SMOOTHER = ("test_two_filter_smoother",)
+FIVE_STATE = (
+    "test_table_one",
+    *(
+        f"{REFERENCE}[course-{each}-causal]"
+        for each in ("kind-time-std", "trouble-gaps-one-mode", "rate-lower-one-mode")
+    ),
+)
 COVERED = {
     "core/angles.py": ("test_earth",),
     "core/earth.py": ("test_earth",),
@@ -44,7 +51,7 @@ COVERED = {
     "core/kinematics.py": ("test_earth",),
     "core/reference.py": GUIDANCE,
     "core/wheel_over.py": (*GUIDANCE, "test_turns"),
-    "estimation/filter/five_state.py": ("test_table_one",),
+    "estimation/filter/five_state.py": FIVE_STATE,
     "archive/association.py": ARCHIVE,
     "archive/encounters.py": ARCHIVE,
     "archive/inputs.py": ARCHIVE,
@@ -64,7 +71,7 @@ COVERED = {
     "formats/nmea0183/writing.py": ("test_nmea0183_writing",),
     "formats/nmea2000/decoder.py": ("test_nmea2000",),
     "formats/reading.py": ("test_reading",),
-    "formats/table.py": ("test_table", "test_user_mistakes"),
+    "formats/table.py": ("test_table", "test_table_kinds", "test_user_mistakes"),
     "formats/ubx.py": ("test_ubx",),
     "formats/writing.py": ("test_writing",),
     "guidance/adaptive_line_of_sight.py": GUIDANCE,

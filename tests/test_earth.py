@@ -18,6 +18,7 @@ from steerway.core.testing import (
     sinc,
     turning_rate,
     variation,
+    water_speed_for,
 )
 from tests.golden import assert_golden, golden
 
@@ -181,6 +182,7 @@ def test_the_heading_against_a_current_makes_the_course_good(current):
         north, east = over_ground(1.2, 0.0, heading)
         made_good = north + current[0], east + current[1]
         assert made_good == pytest.approx((speed * math.cos(course), speed * math.sin(course)))
+        assert water_speed_for(course, speed, *current, 0.0, 9.0) == pytest.approx(1.2)
         assert heading_for(course, 0.0, *current)[0] == course
 
 

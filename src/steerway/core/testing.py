@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         in_body,
         over_ground,
         turning_rate,
+        water_speed_for,
     )
     from steerway.core.leg import Leg, LegState
     from steerway.core.locks import only_writer
