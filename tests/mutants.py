@@ -55,7 +55,7 @@ COVERED = {
     "archive/association.py": ARCHIVE,
     "archive/encounters.py": ARCHIVE,
     "archive/inputs.py": ARCHIVE,
-    "control/allocation.py": ("test_allocation", "test_thrusters"),
+    "control/allocation.py": ("test_allocation",),
     "control/handover.py": ("test_handover",),
     "control/speed.py": ("test_speed_control", f"{REFERENCE}[speed_adaptive]"),
     "control/speed_observer.py": ("test_speed_control",),
