@@ -18,9 +18,9 @@ from steerway.core import Fixes, InputError
 from steerway.core.testing import in_workers
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import class_b
-from tests.ais_sentences import sentences, tagged
 from tests.command_line import run
 from tests.fleet import day_path, generate
+from tests.messages import sentences, tagged
 
 DAYS = 2
 START = 1_709_251_200.0

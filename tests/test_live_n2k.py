@@ -27,9 +27,9 @@ from steerway.live.testing import (
     name_of,
 )
 from tests import hastened
-from tests.canboat_lines import frames as split
-from tests.canboat_lines import gnss, position
 from tests.kept_outputs import Kept
+from tests.messages import frames as split
+from tests.messages import gnss, position
 from tests.ports import free_port, under_way, until
 
 LEG = Leg(-3.25, 1.0, 1.1, 120.5, 1.05, 1.2, math.radians(54.0), math.radians(-10.0), "WP1", "WP2")

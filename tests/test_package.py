@@ -13,12 +13,9 @@ import pytest
 
 import steerway
 import steerway_studies
-from tests.ais_sentences import sentences, tagged
-from tests.canboat_lines import line, position
-from tests.gpx_documents import WHOLE
+from tests.messages import WHOLE, line, position, pvt, sentences, tagged
 from tests.scenes import turning
 from tests.sentences import sortie
-from tests.ubx_frames import pvt
 
 COMMANDS = """
 import sys

@@ -17,12 +17,9 @@ import polars as pl
 import zstandard
 
 from steerway.core.testing import REPORTED
-from tests.ais_sentences import sentences, tagged
-from tests.canboat_lines import frames, gnss, line, position
-from tests.gpx_documents import WHOLE
+from tests.messages import WHOLE, frames, gnss, line, position, pvt, sentences, tagged
 from tests.sentences import sealed, sortie
 from tests.test_live_route import MISSION
-from tests.ubx_frames import pvt
 
 ROOT = Path(__file__).parents[2]
 _WINDOW = 1500  # bytes of a part of a recorded log
