@@ -152,7 +152,7 @@ def test_a_start_from_rest_converges_to_the_right_course(logs):
 
 
 def missed(reason):
-    return pytest.mark.xfail(strict=True, reason=reason)
+    return pytest.mark.xfail(strict=True, raises=AssertionError, reason=reason)
 
 
 @pytest.mark.study
