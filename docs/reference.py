@@ -35,7 +35,7 @@ def write(folder: Path) -> None:
 
 def write_schemas(folder: Path) -> None:
     """The JSON Schemas of files."""
-    from steerway.commands.schema import KINDS, schema_of
+    from steerway.commands.testing import KINDS, schema_of
 
     folder.mkdir(parents=True, exist_ok=True)
     for kind in KINDS:
@@ -127,7 +127,7 @@ def commands() -> str:
     """The commands with their options."""
     import typer
 
-    from steerway.commands.app import command_tree
+    from steerway.commands.testing import command_tree
 
     parts = ["# Commands\n\n`steerway --install-completion` makes the shell complete commands and options."]
 
@@ -174,7 +174,7 @@ _TITLES = {
 
 def keys(kind: str) -> str:
     """The keys of a kind of file, from its schema."""
-    from steerway.commands.schema import schema_of
+    from steerway.commands.testing import schema_of
 
     schema = schema_of(kind)
     tables = {"": schema, **schema.get("$defs", {})}
@@ -246,7 +246,7 @@ def _type(schema):
 
 def columns() -> str:
     """The columns of the tables that commands write."""
-    from steerway.core.records import MOTION_COLUMNS, STATUSES
+    from steerway.core.testing import MOTION_COLUMNS, STATUSES
     from steerway.simulation.runs.files import _NAMES
 
     rows = [f"| `{name}` | {_unit(name)} | {_MOTION[name]} |" for name in ("mmsi", *MOTION_COLUMNS)]
@@ -284,7 +284,7 @@ _UNITS = {"dps2": "°/s²", "n": "N", "nm": "N·m", "radps": "rad/s"}
 
 
 def _unit(name):
-    from steerway.core.settings import unit_of
+    from steerway.core.testing import unit_of
 
     if "_" not in name:
         return ""
