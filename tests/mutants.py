@@ -63,7 +63,7 @@ COVERED = {
     "control/station.py": ("test_handover",),
     "estimation/filter/fuse.py": SMOOTHER,
     "estimation/filter/reversal.py": SMOOTHER,
-    "formats/ais.py": ("test_ais",),
+    "formats/ais.py": ("test_ais", *ARCHIVE),
     "formats/ais_tables.py": ("test_ais", *ARCHIVE),
     "formats/columns.py": ("test_table", "test_user_mistakes"),
     "formats/dilution.py": ("test_stated_accuracy", "test_binary_logs.py::test_a_binary_data_flash_log"),
