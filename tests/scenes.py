@@ -8,8 +8,8 @@ import numpy as np
 
 from steerway.core import Fixes, radii, wrap_array
 from steerway.core.testing import displaced
-from steerway.estimation import InferredProfile
-from steerway.estimation.testing import LogEstimator, Structure, parameters_of
+from steerway.estimation import Profile
+from steerway.estimation.testing import LogEstimator, Structure, medians_of
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))
@@ -90,16 +90,9 @@ def binary_sequence(n, hold, size, rng):
     return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
 
 
-def usual_numbers(parts) -> dict:
-    """The prior medians of a structure's numbers by name."""
-    names, medians, _ = parameters_of(parts)
-    return dict(zip(names, np.exp(medians).tolist(), strict=True))
-
-
-def usual_profile(*parts, **numbers) -> InferredProfile:
+def usual_profile(*parts, **numbers) -> Profile:
     """A profile of one structure with the prior medians, but for these numbers."""
-    values = usual_numbers(parts) | numbers
-    return InferredProfile(structures=(Structure(weight=1.0, parts=parts, values=values),))
+    return Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts) | numbers)])
 
 
 STD = 0.4

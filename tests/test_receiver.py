@@ -66,7 +66,7 @@ def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
 def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
     """Against the hypotheses corrected one by one, those of less than 1e-6 too; an outlier leaves a mode as it is."""
     parts = ("base", "wander", "steps", "clock")
-    values = scenes.usual_numbers(parts) | {"step_every": 20.0, "poor_rate": 0.1}
+    values = medians_of(parts) | {"step_every": 20.0, "poor_rate": 0.1}
     model = model_of(parts, values)
     bank = empty_bank(model)
     states = bank.x.shape[1]
@@ -123,7 +123,7 @@ def student(nu, s):
 
 def fed(parts, tail, **given):
     """A model of these parts, and its bank after 20 fixes on a line and the offsets (m) of `tail` from it, east."""
-    model = model_of(parts, scenes.usual_numbers(parts) | given)
+    model = model_of(parts, medians_of(parts) | given)
     bank = empty_bank(model)
     start(bank, model, 0.0, 0.0)
     for k, off in enumerate([0.0] * 20 + tail, start=1):

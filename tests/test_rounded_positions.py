@@ -24,7 +24,7 @@ from steerway.estimation.testing import (
 from steerway.estimation.testing import bank_start as start
 from steerway.estimation.testing import model_empty_bank as empty_bank
 from steerway_studies.testing import rounded
-from tests.scenes import straight, usual_numbers
+from tests.scenes import straight
 
 CELLS = (0.0, 0.4), (0.7, 0.3), (-2.5, 1.0), (6.0, 0.5), (0.1, 30.0), (0.3, 0.05), (30.0, 1.0)
 """Middle and width of an interval about which a number of unit variance is known: also narrow, wide and far."""
@@ -81,7 +81,7 @@ def test_a_cell_behind_a_step_has_the_density_of_students_distribution(middle, w
 def test_the_densities_of_all_cells_add_up_to_one(steps):
     """Those of outliers fill a kilometre, of which the cells hold little."""
     parts = ("base", "wander", "steps") if steps else ("base", "wander")
-    values = usual_numbers(parts) | {"fix_std": 0.01, "outlier_rate": 1e-4} | steps
+    values = medians_of(parts) | {"fix_std": 0.01, "outlier_rate": 1e-4} | steps
     width = np.array([1.85, 1.2])
     model = model_of(parts, values, tuple(width))
     bank = empty_bank(model)

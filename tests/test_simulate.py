@@ -12,7 +12,7 @@ from steerway.commands.testing import SCENARIO, simulate_demo
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import nmea0183
 from steerway.simulation import load_scenario, parse_scenario, sail_scenario
-from steerway.simulation.testing import COLUMNS, assembly, begins, origin, write
+from steerway.simulation.testing import COLUMNS, assembly, begins, write
 from tests.command_line import run
 
 SHORT = """

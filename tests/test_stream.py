@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.estimation import FiveStateFilter, InferredFilter, InferredProfile, LearningFilter
+from steerway.estimation import FiveStateFilter, InferredFilter, LearningFilter, Profile
 from steerway.estimation.testing import prior_profile
 from tests import scenes
 from tests.reference_outputs.sorties import ONE, TWO

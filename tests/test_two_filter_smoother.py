@@ -22,7 +22,6 @@ from steerway.estimation.testing import (
     reversal_of,
 )
 from steerway.estimation.testing import RATE as RATE_STATE
-from tests.scenes import usual_numbers
 
 NOISE = 0.3
 STEERAGEWAY = 0.3
@@ -31,7 +30,7 @@ _NONE = np.empty(0)
 
 def structure(parts=(), **numbers):
     parts = ("base", "wander", *parts)
-    return Structure(weight=1.0, parts=parts, values=usual_numbers(parts) | {"fix_std": NOISE} | numbers)
+    return Structure(weight=1.0, parts=parts, values=medians_of(parts) | {"fix_std": NOISE} | numbers)
 
 
 def record(north, east, dt=0.2, aids=None):

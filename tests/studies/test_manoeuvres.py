@@ -7,8 +7,7 @@ import pytest
 
 import steerway
 from steerway.core import rms, wrap_array
-from steerway.estimation import InferredProfile
-from steerway.estimation.testing import infer_log
+from steerway.estimation import choose_profile
 from tests.scenes import sailed
 
 pytestmark = pytest.mark.study
