@@ -116,7 +116,7 @@ def two_processes(course, out):
     finally:
         for each in reversed(programs):
             each.send_signal(signal.SIGINT)
-            each.wait(30.0)
+            each.wait(120.0)
 
 
 def by_processes(course, longest):

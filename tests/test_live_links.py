@@ -172,9 +172,18 @@ def test_a_serial_line_carries_both_ways_and_a_sink_leaves_what_comes_to_others(
         far, near = os.openpty()
         address = addresses.stream(f"serial:{os.ttyname(near)}").uri
         came = []
-        line = Transport(address, "serial", lambda data, answer: (came.append(data), answer(b"heard " + data)))
+
+        def receive(data, answer):
+            if data == b"bad\n":
+                raise ValueError
+            came.append(data)
+            answer(b"heard " + data)
+
+        line = Transport(address, "serial", receive)
         async with under_way(line.open()):
             await until(lambda: line.peers)
+            os.write(far, b"bad\n")  # what cannot be used ends no link
+            await asyncio.sleep(0.05)
             os.write(far, b"one\n")
             await until(lambda: came)
             assert came == [b"one\n"] and os.read(far, 99) == b"heard one\n"
