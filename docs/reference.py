@@ -8,7 +8,7 @@ from pathlib import Path
 
 from docs.papers import paper_pages
 
-from steerway.core.settings import Table, description_of, unit_of
+from steerway.core.testing import Table, description_of, unit_of
 
 MODULES = (
     "steerway",
@@ -37,7 +37,7 @@ def write(folder: Path) -> None:
 
 def write_schemas(folder: Path) -> None:
     """The JSON Schemas of files."""
-    from steerway.commands.schema import KINDS, schema_of
+    from steerway.commands.testing import KINDS, schema_of
 
     folder.mkdir(parents=True, exist_ok=True)
     for kind in KINDS:
@@ -141,7 +141,7 @@ def commands() -> str:
     """The commands with their options."""
     import typer
 
-    from steerway.commands.app import command_tree
+    from steerway.commands.testing import command_tree
 
     parts = ["# Commands\n\n`steerway --install-completion` makes the shell complete commands and options."]
 
@@ -188,7 +188,7 @@ _TITLES = {
 
 def keys(kind: str) -> str:
     """The keys of a kind of file, from its schema."""
-    from steerway.commands.schema import schema_of
+    from steerway.commands.testing import schema_of
 
     schema = schema_of(kind)
     tables = {"": schema, **schema.get("$defs", {})}
@@ -260,7 +260,7 @@ def _type(schema):
 
 def columns() -> str:
     """The columns of the tables that commands write."""
-    from steerway.core.records import MOTION_COLUMNS, STATUSES
+    from steerway.core.testing import MOTION_COLUMNS, STATUSES
     from steerway.simulation.runs.files import _NAMES
 
     rows = [f"| `{name}` | {_unit(name)} | {_MOTION[name]} |" for name in ("mmsi", *MOTION_COLUMNS)]

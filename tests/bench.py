@@ -24,10 +24,11 @@ from unittest import mock
 
 import numpy as np
 
+from steerway.core import rms
 from steerway.core.testing import displaced
 from steerway.live.testing import RunningBoat, Settings
 from steerway.simulation.testing import OriginTable
-from tests.square import ENDED, GUIDED, Course, by_processes, cross_track, rms, sailed, seen
+from tests.square import ENDED, GUIDED, Course, by_processes, cross_track, sailed, seen
 
 LEGS, SIDE, AROUND = 4, 80.0, 15.0
 """Number of legs, their length (m), and what of a leg belongs to the turns at its ends (m)."""

@@ -8,7 +8,7 @@ from unittest.mock import patch
 
 from steerway.commands.testing import cli
 
-STEERWAY = [sys.executable, "-c", "from steerway.commands.cli import main; main()"]
+STEERWAY = [sys.executable, "-m", "steerway"]
 
 
 def run(*arguments, stdin=b""):

@@ -1,10 +1,12 @@
-"""What a service puts out, kept and compared."""
+"""Outputs of a service, kept and compared."""
 
 import json
+from contextlib import asynccontextmanager
 
 import numpy as np
 
-from steerway.live.testing import Row
+from steerway.live.testing import Context, Navigator, Row, Service, addresses
+from tests.ports import under_way
 
 
 class Kept:
@@ -21,6 +23,18 @@ class Kept:
 
     def close(self):
         pass
+
+
+@asynccontextmanager
+async def serving(listen, say=(), sources=()):
+    """A running live service with these addresses of inputs and outputs; gives its rows."""
+    kept = Kept()
+    found, _ = addresses.sources(listen)
+    inputs = [addresses.opened(each, len(found)) for each in found]
+    pairs = [addresses.output(each, Context(inputs=inputs)) for each in say]
+    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
+    async with under_way(service.run(inputs, [link for _, link in pairs if link])):
+        yield kept
 
 
 def first_of_each(fixes):

@@ -1,9 +1,10 @@
-"""Free ports on this machine, and waiting for a condition."""
+"""Free ports on this machine, waiting for a condition, and tasks that end with a block."""
 
 import asyncio
 import os
 import random
 import socket
+from contextlib import asynccontextmanager
 
 _PORTS = iter(random.Random(os.getpid()).sample(range(20_000, 32_000), 12_000))
 """Below the system's ephemeral ports; no port is given twice in a process."""
@@ -27,3 +28,15 @@ async def until(condition, patience=5.0):
             return
         await asyncio.sleep(0.01)
     raise AssertionError(f"the condition was not true within {patience:g} s")
+
+
+@asynccontextmanager
+async def under_way(*jobs):
+    """Tasks of these coroutines, which are cancelled at the end of the block."""
+    tasks = [asyncio.create_task(job) for job in jobs]
+    try:
+        yield tasks
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

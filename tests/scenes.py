@@ -8,7 +8,8 @@ import numpy as np
 
 from steerway.core import Fixes, radii, wrap_array
 from steerway.core.testing import displaced
-from steerway.estimation.testing import LogEstimator
+from steerway.estimation import Profile
+from steerway.estimation.testing import LogEstimator, Structure, medians_of
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))
@@ -87,6 +88,11 @@ def angle_error(estimated, true) -> np.ndarray:
 def binary_sequence(n, hold, size, rng):
     """(n,) ± size, changed at random every `hold` rows: a manoeuvre to identify from."""
     return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
+
+
+def usual_profile(*parts, **numbers) -> Profile:
+    """A profile of one structure with the prior medians, but for these numbers."""
+    return Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts) | numbers)])
 
 
 STD = 0.4

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 from unittest import mock
@@ -98,28 +99,34 @@ def sailed(course, act, by="mavlink"):
     return boat.table(), text.getvalue()
 
 
-def by_processes(course, longest):
-    """The same by two processes at their true pace, until the autopilot stops or for so many s."""
-    import polars as pl
-
+@contextmanager
+def two_processes(course, out):
+    """A boat and a computer that steers it at their true pace, as a user starts them, with their files in a folder: the
+    boat's process and the computer's log."""
     here, programs = f"127.0.0.1:{free_port(socket.SOCK_DGRAM)}", []
-    out = course.scenario.parent
     ends = ("--from", f"mavlink:udpin:{here}", "--to", f"mavlink:udpin:{here}")
     steers = ("live", *ends, "--mission", course.mission, "--profile", course.settings.profile, "--engage")
     boat = ("simulate", course.scenario, "--live", "--mavlink", f"udpout:{here}{course.vehicle}", "-o", out)
-    log = out / "live.log"
     try:
         for arguments in (boat, steers):
             with open(out / f"{arguments[0]}.log", "w") as file:
                 command = [*STEERWAY, *map(str, arguments)]
                 programs.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=file))
-        begun = time.monotonic()
-        while time.monotonic() - begun < longest and not ENDED.search(log.read_text()):
-            time.sleep(0.5)
+        yield programs[0], out / "live.log"
     finally:
         for each in reversed(programs):
             each.send_signal(signal.SIGINT)
             each.wait(120.0)
+
+
+def by_processes(course, longest):
+    """The same by two processes, until the autopilot stops or for so many s."""
+    import polars as pl
+
+    out, begun = course.scenario.parent, time.monotonic()
+    with two_processes(course, out) as (_, log):
+        while time.monotonic() - begun < longest and not ENDED.search(log.read_text()):
+            time.sleep(0.5)
     return pl.read_parquet(out / "run.parquet"), log.read_text()
 
 
@@ -160,7 +167,3 @@ def seen(place, start, stop):
     ahead = (stop[0] - start[0]) / length, (stop[1] - start[1]) / length
     north, east = place[0] - start[0], place[1] - start[1]
     return north * ahead[0] + east * ahead[1], east * ahead[0] - north * ahead[1]
-
-
-def rms(values) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

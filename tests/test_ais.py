@@ -8,7 +8,7 @@ from pyais.stream import IterMessages
 
 from steerway.core.testing import KNOT
 from steerway.formats.testing import ais
-from tests.ais_sentences import checksum, sentences, tagged
+from tests.messages import checksum, sentences, tagged
 
 MIDNIGHT = 1565222400  # 2019-08-08 00:00:00
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 import textwrap
 import zipfile
 from pathlib import Path
@@ -14,11 +15,12 @@ import steerway.archive
 from steerway.archive.testing import Store, digest, encounters, export, page, running, status, unit
 from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
+from steerway.core.testing import in_workers
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import class_b
-from tests.ais_sentences import sentences, tagged
 from tests.command_line import run
 from tests.fleet import day_path, generate
+from tests.messages import sentences, tagged
 
 DAYS = 2
 START = 1_709_251_200.0
@@ -118,8 +120,9 @@ def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files
 
         terminate = close = join = end
 
-    monkeypatch.setattr("steerway.core.workers.Worker", Lost)
-    monkeypatch.setattr("steerway.core.workers.wait", lambda pipes: pipes)
+    workers = sys.modules[in_workers.__module__]
+    monkeypatch.setattr(workers, "Worker", Lost)
+    monkeypatch.setattr(workers, "wait", lambda pipes: pipes)
     report = steerway.archive.run(files, tmp_path, buckets=2, workers=2)
     assert report.given_up == ["2024-03-01 bucket 00"] and not report.complete
     assert {bucket for _, bucket in Store(tmp_path).done()} == {1}
@@ -379,7 +382,7 @@ def crossing(tmp_path):
     for mmsi, first, step in ((1_000_000_01, 0.0, 20.0), (1_000_000_02, 7.0, 30.0)):
         for t in np.arange(first, 3600.0, step):
             along = 5.0 * (t - 1800.0) / 111_320.0
-            place = (55.0 + along, 10.0) if mmsi % 10 == 1 else (55.0 + 300.0 / 111_320.0, 10.0 + along / 0.5736)
+            place = (55.0 + along, 10.0) if mmsi % 10 == 1 else (55.0 + 100.0 / 111_320.0, 10.0 + along / 0.5736)
             rows.append((mmsi, START + t, *place, 5.0 / 0.514444, 0.0 if mmsi % 10 == 1 else 90.0))
     for t in np.arange(0.0, 9000.0, 15.0):
         moving = t < 2400.0
@@ -396,9 +399,9 @@ def test_encounters_trips_and_wrong_values(tmp_path):
     found = encounters(directory, 1000.0)
     assert len(found) == 1
     row = found.row(0, named=True)
-    # each passes the crossing of the tracks when the other is 300 m from there: closest at 300 / √2
-    assert row["cpa_m"] == pytest.approx(300.0 / np.sqrt(2.0), abs=15.0)
-    assert row["cpa_time_s"] == pytest.approx(START + 1830.0, abs=10.0)
+    # each passes the crossing of the tracks when the other is 100 m from there: closest at 100 / √2
+    assert row["cpa_m"] == pytest.approx(100.0 / np.sqrt(2.0), abs=15.0)
+    assert row["cpa_time_s"] == pytest.approx(START + 1810.0, abs=5.0)
     assert 1.0 < row["cpa_std_m"] < 60.0
     assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.3)
     with pytest.raises(InputError, match="distance is -1 m"):

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from steerway.control.testing import COMFORTABLE, RATE_SHARE, comfortable_bandwidth, loop_damping
-from steerway.core import OK, InputError, track_errors
+from steerway.core import OK, InputError, rms, track_errors
 from steerway.core.testing import STATUSES, Leg
 from steerway.live.testing import UNDER_WAY, Limits, Row, State, Supervisor, TableFile, lost, piloting
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, led, square
@@ -37,10 +37,6 @@ def off_the_line(desk, seconds=600.0):
             direction = math.atan2(*(end - start)[::-1])
             seen.append((desk.time - since, track_errors(*desk.state[6:8], *start, direction)[1]))
     return np.array(seen)
-
-
-def rms(values):
-    return math.sqrt(np.mean(np.square(values)))
 
 
 def under_way(**settings):
@@ -227,14 +223,6 @@ def test_a_current_that_is_too_strong_ends_it_within_half_a_minute(towards=3.0):
     desk.start()
     assert until_stopped(desk, 60.0) < 30.0
     assert desk.order.reason == "the current exceeds the boat's speed"
-
-
-def test_engaged_by_itself_once_and_not_after_a_stop():
-    desk = Desk(square(boat=OTTER), engage=True)
-    desk.sail(20.0)
-    assert desk.order.state is State.RUNNING
-    desk.autopilot.stop()
-    assert {order.state for order in desk.sail(10.0)} == {State.STOPPED}
 
 
 def test_a_table_tells_the_state(tmp_path):

@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import sys
 import time
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from steerway.core import InputError
-from steerway.core.testing import only_writer
+from steerway.core.testing import in_workers, only_writer
 from steerway.simulation import Unfinished, numbers_of_seed, over_seeds, parse_scenario
 from tests.command_line import run
 
@@ -72,7 +73,7 @@ def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed(cluster, tmp_p
 
 def test_a_cluster_that_is_not_there(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("steerway.core.workers.CONNECTING", 0.5)
+    monkeypatch.setattr(sys.modules[in_workers.__module__], "CONNECTING", 0.5)
     for address in ("127.0.0.1:9", "nonsense"):
         with pytest.raises(InputError, match=f"no Dask scheduler responds at '{address}'"):
             over_seeds(divide, [1], dask=address)

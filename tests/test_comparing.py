@@ -12,12 +12,11 @@ from numpy.testing import assert_allclose
 import steerway
 from steerway.core import Fixes, InputError
 from steerway.core.testing import displaced_all
-from steerway.estimation import Profile
-from steerway.estimation.testing import Structure, compare, medians_of
+from steerway.estimation.testing import compare
 from steerway.formats.testing import read_tracks
 from steerway.report.testing import differences, statistics, statistics_table
 from tests.command_line import run
-from tests.scenes import turning
+from tests.scenes import turning, usual_profile
 
 
 @pytest.fixture(scope="module")
@@ -130,12 +129,10 @@ def fixes():
     return replace(placed, sog=np.hypot(*velocity), cog=np.arctan2(*velocity[::-1]))
 
 
-def profile(parts, **numbers):
-    return Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts) | numbers)])
-
-
-ROLLS = profile(("base", "wander", "antenna"), fix_std=0.01, antenna_std=0.07, antenna_period=PERIOD, wander_std=1e-3)
-STIFF = profile(("base", "wander"), fix_std=0.01)
+ROLLS = usual_profile(
+    "base", "wander", "antenna", fix_std=0.01, antenna_std=0.07, antenna_period=PERIOD, wander_std=1e-3
+)
+STIFF = usual_profile("base", "wander", fix_std=0.01)
 
 
 def test_the_motion_is_the_hulls(fixes):

@@ -8,6 +8,7 @@ import pytest
 
 from steerway.core import displacement, radii, wrap, wrap_array
 from steerway.core.testing import (
+    KNOT,
     GroundMotion,
     course_per_heading,
     displaced,
@@ -18,6 +19,7 @@ from steerway.core.testing import (
     sinc,
     turning_rate,
     variation,
+    water_speed_for,
 )
 from tests.golden import assert_golden, golden
 
@@ -63,7 +65,7 @@ def test_displacement_undoes_displaced_across_the_antimeridian():
 
 def test_a_minute_of_latitude_is_a_nautical_mile():
     north, _ = displacement(math.radians(45.0 + 1.0 / 60.0), 0.0, math.radians(45.0), 0.0)
-    assert north == pytest.approx(1852.0, abs=1.0)
+    assert north == pytest.approx(1852.0, abs=1.0) and 3600.0 * KNOT == pytest.approx(1852.0)
 
 
 def test_wrap_matches_the_golden_rows(shared_data):
@@ -181,6 +183,7 @@ def test_the_heading_against_a_current_makes_the_course_good(current):
         north, east = over_ground(1.2, 0.0, heading)
         made_good = north + current[0], east + current[1]
         assert made_good == pytest.approx((speed * math.cos(course), speed * math.sin(course)))
+        assert water_speed_for(course, speed, *current, 0.0, 9.0) == pytest.approx(1.2)
         assert heading_for(course, 0.0, *current)[0] == course
 
 

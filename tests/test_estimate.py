@@ -14,7 +14,6 @@ from steerway.core.testing import PREDICTED, STARTING, displaced_all
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.report.testing import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
 from tests.command_line import run
-from tests.fleet import generate
 from tests.scenes import angle_error, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
@@ -47,14 +46,9 @@ def test_a_rate_adds_rows_between_fixes_and_changes_nothing_at_them():
     assert (np.diff(between) > 0.0).all(), "uncertainty grows until the next fix"
 
 
-def _both(profile):
-    estimator = FiveStateFilter(profile)
-    return estimator.filter, estimator.smooth
-
-
 def test_the_last_smoothed_row_is_the_filtered_one():
-    fixes = turning(1.3, 0.5, 60.0).fixes(0.5, 2)
-    filtered, smoothed = (f(fixes) for f in _both(SMALL))
+    fixes, estimator = turning(1.3, 0.5, 60.0).fixes(0.5, 2), FiveStateFilter(SMALL)
+    filtered, smoothed = estimator.filter(fixes), estimator.smooth(fixes)
     for name in ("sog", "cog", "course_rate", "sog_std", "cog_std", "latitude"):
         np.testing.assert_allclose(getattr(smoothed, name)[-1], getattr(filtered, name)[-1], rtol=1e-12)
 
@@ -88,37 +82,10 @@ def test_unknown_names_are_answered_with_the_known_ones():
         FiveStateFilter("otter", aid=("compass",))
 
 
-@pytest.fixture(scope="module")
-def reports(tmp_path_factory):
-    """Reports of a few generated ships with the true SOG in `water_speed`, which no filter here uses."""
-    import polars as pl
-
-    directory = tmp_path_factory.mktemp("fleet")
-    generate(directory, count=2, days=1, seed=5)
-    truth = pl.read_parquet(directory / "truth.parquet").filter(pl.col("ship") >= 0, pl.col("lat_deg") < 91.0)
-    truth = truth.sort("ship", "time_s").unique(["ship", "time_s"], keep="first", maintain_order=True)
-    latitude, longitude = np.radians(truth["lat_deg"].to_numpy()), np.radians(truth["lon_deg"].to_numpy())
-    ship = truth["ship"].to_numpy().astype(np.int64)
-    return Fixes(truth["time_s"].to_numpy(), latitude, longitude, water_speed=truth["sog_mps"].to_numpy(), mmsi=ship)
-
-
 def in_steps_of_a_second(track):
     """The motion at the reports of a vessel, predicted from second to second."""
     motion = FiveStateFilter("ais").filter(track, 1.0)
     return motion.rows(np.isin(motion.time, track.time))
-
-
-def test_few_steps_give_what_steps_of_a_second_give(reports):
-    """But where a fix lies at the very gate."""
-    at_once = FiveStateFilter("ais").filter(reports)
-    tracks = [in_steps_of_a_second(track) for _, track in reports.tracks()]
-    sog, course = (np.concatenate([getattr(each, name) for each in tracks]) for name in ("sog", "cog"))
-    assert (np.isfinite(course) == np.isfinite(at_once.cog)).mean() > 0.9999
-    under_way = at_once.status == OK
-    away = (np.abs(at_once.sog - sog) / at_once.sog_std)[under_way]
-    turned = np.abs(np.angle(np.exp(1j * (at_once.cog - course)))) / at_once.cog_std
-    assert np.nanquantile(away, 0.9995) < 0.01
-    assert np.nanquantile(turned[under_way], 0.9995) < 0.01
 
 
 def test_at_rest_few_steps_are_many():
@@ -132,15 +99,6 @@ def test_at_rest_few_steps_are_many():
     assert np.nanmax(at_once.sog) < 0.1
     for name in ("sog_std", "position_std"):
         np.testing.assert_allclose(getattr(at_once, name), getattr(in_steps, name), rtol=0.01, err_msg=name)
-
-
-def test_reports_minutes_apart_are_smoothed():
-    time = 180.0 * np.arange(8)
-    noise = np.random.default_rng(3).normal(0.0, 5.0, (2, 8))
-    track = Fixes(time, *displaced_all(0.9, 0.2, 5.0 * time + noise[0], noise[1]), mmsi=np.full(8, 257000001))
-    causal, smoothed = (getattr(FiveStateFilter("ais"), name)(track) for name in ("filter", "smooth"))
-    assert np.abs(smoothed.sog[2:] - 5.0).max() < 0.2  # it starts by the first two
-    assert (smoothed.sog_std[2:] <= causal.sog_std[2:] + 1e-9).all()
 
 
 PROFILE = steerway.Profile.named("small-usv").model_copy(update={"position_std": 0.3})
@@ -225,20 +183,6 @@ def test_a_fix_on_another_sea_moves_no_row(causal):
 def output(fixes: Fixes, **columns) -> Fixes:
     """The fixes with further columns."""
     return Fixes(fixes.time, fixes.latitude, fixes.longitude, **columns)
-
-
-def test_smoothing_is_better_and_consistent():
-    causal, smoothed, scores = [], [], []
-    for seed in range(12):
-        scene = turning(1.3, 0.3 * seed, 120.0, seed=seed)
-        fixes = scene.fixes(0.5, seed)
-        inner = slice(75, -25)
-        errors = [angle_error(m.cog, scene.cog)[inner] for m in (f(fixes) for f in _both(SMALL))]
-        causal.append(np.mean(errors[0] ** 2))
-        smoothed.append(np.mean(errors[1] ** 2))
-        scores.append(np.mean((errors[1] / FiveStateFilter(SMALL).smooth(fixes).cog_std[inner]) ** 2))
-    assert np.sqrt(np.mean(smoothed)) < 0.55 * np.sqrt(np.mean(causal))
-    assert 0.8 < np.mean(scores) < 1.3
 
 
 def test_nis_is_two_when_the_filter_knows_the_noise():

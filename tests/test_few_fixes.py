@@ -14,8 +14,6 @@ from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.testing import (
     HeadingTracker,
-    Structure,
-    medians_of,
     model_of_profile,
     noise,
     taken_up,
@@ -25,9 +23,9 @@ from steerway.identification.testing import _under_way, positions_cost, rate_noi
 from steerway.pilot import response_of
 from steerway.vessels.testing import otter
 from steerway_studies.testing import CELLS, TrueMotion, filtering_bound, smoothing_bound
-from tests.scenes import sailed, straight
+from tests.scenes import sailed, straight, usual_profile
 
-PARTS = "base", "wander", "error"
+USUAL = usual_profile("base", "wander", "error")
 TWO_MODES = Profile(
     speed_noise=2e-3, course_rate_noise=1e-5, position_std=0.3, turn_time=15.0, straight_time=60.0,
     turn_speed_noise=1e-2, turn_course_rate_noise=5e-3, error_std=0.5, error_time=30.0,
@@ -38,11 +36,6 @@ TWO_MODES = Profile(
 def fixes():
     scene = straight(2.0, 1.0, 11.0, 1.0)
     return scene.fixes(0.1, 5)
-
-
-def inferred(parts=PARTS):
-    """A profile with the prior medians of a structure."""
-    return Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts))])
 
 
 def test_two_modes_with_aids_are_smoothed(fixes):
@@ -64,14 +57,14 @@ def test_a_velocity_taken_by_name_counts(fixes):
 def test_a_boat_that_drifts_forth_and_back_has_no_negative_speed():
     """Smoothed from behind a mode runs backwards: that is forwards on the opposite course."""
     drift = sailed(np.linspace(0.1, -0.1, 10), 0.5, 0.1).fixes(0.5, 1)
-    motion = steerway.estimate(drift, inferred(("base", "wander", "error", "waves")), smooth=True)
+    motion = steerway.estimate(drift, usual_profile("base", "wander", "error", "waves"), smooth=True)
     assert (motion.sog >= 0.0).all() and motion.sog.max() < 0.5
 
 
 def test_an_obstruction_of_the_sky_is_no_motion():
     off = 5.0 * np.where(np.arange(12) < 6, 0.0, (-1.0) ** np.arange(12))
     fixes = straight(2.0, 1.0, 11.0, 1.0).fixes(0.1, 5, lambda _: (off, -off))
-    motion = steerway.estimate(fixes, inferred(("base", "wander", "obstructions")), causal=True)
+    motion = steerway.estimate(fixes, usual_profile("base", "wander", "obstructions"), causal=True)
     assert np.abs(motion.sog[6:] - 2.0).max() < 1.0
 
 
@@ -92,15 +85,15 @@ def test_a_vessel_that_is_moved_goes_on_there():
 
 
 def test_an_inferred_profile_predicts(fixes):
-    found = predict(fixes, (10.0, 60.0), inferred())
+    found = predict(fixes, (10.0, 60.0), USUAL)
     assert len(found) == 2 and (found.variance_north > 0.0).all()
-    rows, earlier = hindcast(fixes, (10.0, 60.0), 0.0, inferred())
+    rows, earlier = hindcast(fixes, (10.0, 60.0), 0.0, USUAL)
     assert len(earlier) == 2 * len(rows)
     np.testing.assert_allclose(earlier.variance_north[-2:], found.variance_north, rtol=1e-9)
 
 
 def test_the_positions_covariance_is_that_of_its_standard_deviation(fixes):
-    estimator, position_std = InferredFilter(inferred()), math.nan
+    estimator, position_std = InferredFilter(USUAL), math.nan
     for latitude, longitude in zip(fixes.latitude, fixes.longitude, strict=True):
         (*_, position_std), _, _ = estimator.row(1.0, latitude, longitude)
     np.testing.assert_allclose(0.5 * np.trace(estimator.position_covariance), position_std**2, rtol=1e-3)
@@ -112,8 +105,8 @@ def test_filters_refuse_what_is_no_time_step():
     calls = (
         lambda dt: steerway.FiveStateFilter().predict(dt),
         lambda dt: steerway.FiveStateFilter().row(dt),
-        lambda dt: InferredFilter(inferred()).predict(dt),
-        lambda dt: InferredFilter(inferred()).row(dt, 0.9, 0.2),
+        lambda dt: InferredFilter(USUAL).predict(dt),
+        lambda dt: InferredFilter(USUAL).row(dt, 0.9, 0.2),
         lambda dt: SurgeFilter().predict(0.0, dt),
         lambda dt: HeadingTracker().step(0.0, 0.0, dt),
     )
@@ -263,7 +256,7 @@ def test_a_smoother_can_be_better_than_a_filter():
 
 def test_an_earlier_moment_is_predicted_from(fixes, monkeypatch):
     monkeypatch.setattr(forecast, "VOYAGES", 4)
-    rows, found = hindcast(fixes.rows(slice(4)), (1.0,), 2.0, inferred())
+    rows, found = hindcast(fixes.rows(slice(4)), (1.0,), 2.0, USUAL)
     assert len(found) == len(rows) == 2 and (found.variance_north > 0.0).all()
 
 

@@ -1,6 +1,8 @@
 """A disk that is full: every writer says so and leaves nothing under the final name; a run goes on."""
 
 import contextlib
+import errno
+import io
 import json
 import logging
 import os
@@ -20,7 +22,6 @@ from steerway.simulation import Unfinished, parse_scenario, sail_scenario
 from steerway.simulation.testing import write as write_run
 from steerway.simulation.testing import write_campaign
 from steerway_studies.testing import Results
-from tests.disk import Disk
 
 resource = pytest.importorskip("resource")
 SCENARIO = parse_scenario(
@@ -131,6 +132,19 @@ def until(condition):
     while not condition():
         assert time.monotonic() - begun < 5.0
         time.sleep(0.001)
+
+
+class Disk(io.FileIO):
+    """A file on a disk with so many bytes of room."""
+
+    room = 10**9
+
+    def write(self, data):
+        if self.room <= 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        part = super().write(bytes(data[: self.room]))
+        self.room -= part
+        return part
 
 
 def test_whole_messages_are_lost_and_the_log_says_so(tmp_path, caplog):

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from steerway.core import InputError
 from steerway.formats.testing import gpx
-from tests.gpx_documents import HEAD, POINT, POINTS, WHOLE, document
+from tests.messages import HEAD, POINT, POINTS, WHOLE, document
 from tests.sentences import only
 
 T = 1672531200.0

@@ -17,8 +17,7 @@ from mcap.writer import CompressionType, Writer
 
 from steerway.core import InputError
 from steerway.formats.testing import MAX_SIZE, ais_tables, gga, read, rmc, survey
-from tests.canboat_lines import line, position
-from tests.ubx_frames import pvt
+from tests.messages import line, position, pvt
 
 LIMIT = 5.0  # s of processor time
 SIZE = 999_000

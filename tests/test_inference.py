@@ -8,15 +8,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import steerway
 from steerway import Fixes
-from steerway.commands.testing import app
 from steerway.core import OK, REJECTED
 from steerway.core.testing import NO_COURSE, PREDICTED, STARTING
 from steerway.estimation.testing import LogEstimator, laid_out, whole_log
 from tests import scenes
+from tests.command_line import run
 from tests.scenes import EPOCH, HOME, STD, angle_error, sailed, straight, turning
 
 SETTLED = 100
@@ -239,13 +238,11 @@ def test_rows_at_a_rate_and_gaps():
 def test_the_summary_names_what_was_inferred(tmp_path):
     path = tmp_path / "track.csv"
     steerway.write(straight(2.0, 1.0, 90.0, 1.0).fixes(0.3, 5), path)
-    shown = CliRunner().invoke(app, ["estimate", str(path), "--json"])
-    assert shown.exit_code == 0
-    summary = json.loads(shown.stdout)
+    summary = json.loads(run("estimate", path, "--json")[1])
     assert summary["profile"] == "inferred"
     assert math.isclose(sum(each["weight"] for each in summary["structures"]), 1.0, rel_tol=1e-9)
     assert {"parts", "weight", "log_evidence", "values", "words"} == set(summary["structures"][0])
-    named = json.loads(CliRunner().invoke(app, ["estimate", str(path), "--json", "--profile", "small-usv"]).stdout)
+    named = json.loads(run("estimate", path, "--json", "--profile", "small-usv")[1])
     assert named["profile"] == "small-usv"
     assert named["structures"] == []
 

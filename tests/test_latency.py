@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
-from typer.testing import CliRunner
 
-from steerway.commands.testing import app
 from steerway.estimation.testing import LogEstimator, Track, lateness, on_time, regular_times
 from tests import scenes
+from tests.command_line import run
 from tests.scenes import turning
 
 
@@ -51,21 +50,19 @@ def log(tmp_path):
 
 def test_options_of_estimate(log, tmp_path):
     path, doubted = log
-    given = CliRunner().invoke(app, ["estimate", str(path), "--profile", "otter"]).output
+    _, given, _ = run("estimate", path, "--profile", "otter")
     assert f"{doubted} fixes of poor reported accuracy" in given and "COG lags the estimate by 2.0 s" in given
     runs = {}
     for name, options in {"plain": [], "alike": ["--no-accuracy"], "late": ["--latency", "1.5"]}.items():
         out = tmp_path / f"{name}.csv"
-        arguments = ["estimate", str(path), "--profile", "otter", "-o", str(out), "--json", *options]
-        given = CliRunner().invoke(app, arguments)
-        assert given.exit_code == 0, given.output
-        runs[name] = json.loads(given.stdout), pl.read_csv(out)
+        code, given, said = run("estimate", path, "--profile", "otter", "-o", out, "--json", *options)
+        assert code == 0, said
+        runs[name] = json.loads(given), pl.read_csv(out)
     assert runs["plain"][0]["fixes_doubted"] == doubted and runs["alike"][0]["fixes_doubted"] == 0
     assert runs["plain"][0]["receiver_cog_late_s"] == pytest.approx(2.0, abs=0.11)
     assert not np.allclose(runs["plain"][1]["sog_mps"], runs["alike"][1]["sog_mps"], equal_nan=True)
     np.testing.assert_allclose(runs["plain"][1]["time_s"] - runs["late"][1]["time_s"], 1.5, atol=1e-6)
-    wrong = CliRunner().invoke(app, ["estimate", str(path), "--latency", "-1"])
-    assert wrong.exit_code != 0
+    assert run("estimate", path, "--latency", "-1")[0] == 2
 
 
 SETTLED = 100

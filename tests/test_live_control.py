@@ -13,7 +13,7 @@ from steerway.core.testing import displaced
 from steerway.live.testing import Address, ControlPort, Controls, Limits, State, control_address
 from tests import hastened
 from tests.desk import HOME, OTTER, SQUARE, Desk, square
-from tests.ports import free_port
+from tests.ports import free_port, under_way
 
 TOKEN = "a token for programs"
 
@@ -223,11 +223,9 @@ class Steered:
 async def listening(steered):
     """An open control port."""
     port = free_port()
-    task = asyncio.create_task(ControlPort(steered, Address("127.0.0.1", port, TOKEN)).run())
-    await asyncio.sleep(0.1)
-    yield port
-    task.cancel()
-    await asyncio.gather(task, return_exceptions=True)
+    async with under_way(ControlPort(steered, Address("127.0.0.1", port, TOKEN)).run()):
+        await asyncio.sleep(0.1)
+        yield port
 
 
 async def talk(port, *lines):

@@ -10,7 +10,7 @@ import pytest
 from steerway.core import OK, InputError
 from steerway.live.testing import Row, addresses, json_line, lost
 from steerway.live.testing import foxglove as link
-from tests.ports import free_port
+from tests.ports import free_port, under_way
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")
 connect = pytest.importorskip("websockets.asyncio.client", reason="websockets is not installed").connect
@@ -23,13 +23,8 @@ async def by_client(rows, wanted, period=0.1):
     """Subscribe to all topics, output rows and receive `wanted` messages: a list of (topic, moment, payload)."""
     text = f"foxglove://127.0.0.1:{free_port()}?period={period}"
     output, server = addresses.output(text)
-    serving = asyncio.create_task(server.run())
-    try:
-        async with asyncio.timeout(10.0):
-            return await _read(text.partition("?")[0].replace("foxglove", "ws"), output, rows, wanted)
-    finally:
-        serving.cancel()
-        await asyncio.gather(serving, return_exceptions=True)
+    async with under_way(server.run()), asyncio.timeout(10.0):
+        return await _read(text.partition("?")[0].replace("foxglove", "ws"), output, rows, wanted)
 
 
 async def _read(address, output, rows, wanted):

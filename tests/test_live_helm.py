@@ -44,7 +44,7 @@ from steerway.live.testing import (
 )
 from steerway.live.testing import address_token_of as token_of
 from tests import hastened
-from tests.ports import until
+from tests.ports import under_way, until
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
@@ -377,10 +377,8 @@ def test_a_page_that_fails_is_begun_again(caplog):
     helm = HelmPage(service, Address("127.0.0.1", 0))
 
     async def shown():
-        running = asyncio.create_task(helm.run())
-        await until(lambda: caplog.text.count("restarted") >= 2, 20.0)
-        running.cancel()
-        await asyncio.gather(running, return_exceptions=True)
+        async with under_way(helm.run()):
+            await until(lambda: caplog.text.count("restarted") >= 2, 20.0)
 
     asyncio.run(shown())
 

@@ -17,6 +17,7 @@ import pytest
 from steerway.formats.testing import gga, rmc
 from steerway.live.testing import warm
 from tests.browser import chromium
+from tests.command_line import STEERWAY
 from tests.ports import free_port
 
 pytest.importorskip("nicegui", reason="nicegui is not installed: pip install steerway[helm]")
@@ -55,8 +56,7 @@ def sailing(sea, port, *more):
     """A running `steerway live` with an open helm page."""
     surroundings = {name: value for name, value in os.environ.items() if name != "STEERWAY_HELM_TOKEN"}
     command = (
-        *(sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"),
-        *("--from", f"file:{sea / 'log.nmea'}?speed=5", "--to", f"file:{sea / 'run.csv'}"),
+        *(*STEERWAY, "live", "--from", f"file:{sea / 'log.nmea'}?speed=5", "--to", f"file:{sea / 'run.csv'}"),
         *("--helm", f"127.0.0.1:{port}", *more),
     )
     with open(sea / "said.txt", "wb") as output:

@@ -21,13 +21,11 @@ from steerway.live.testing import (
     Context,
     InputRow,
     JsonLines,
-    Navigator,
     Order,
     PropellerCommands,
     ReceiverDecoder,
     Rhythm,
     Row,
-    Service,
     SignalKDecoder,
     State,
     Transport,
@@ -38,8 +36,8 @@ from steerway.live.testing import (
 )
 from steerway.live.testing import signalk_token_of as token_of
 from tests import hastened
-from tests.kept_outputs import Kept, RecordingSink, assert_equal
-from tests.ports import free_port, until
+from tests.kept_outputs import RecordingSink, assert_equal, serving
+from tests.ports import free_port, under_way, until
 from tests.sentences import gga, pvt, rmc, sortie, track
 
 NOON = 1_719_835_200.0
@@ -101,10 +99,8 @@ def test_a_token_is_in_no_text(tmp_path, caplog):
         addresses.sources(["signalk://127.0.0.1:1?token-file=/nowhere"])
 
     async def fails():
-        task = asyncio.create_task(addresses.opened(found, 1).run(lambda rows: None))
-        await until(lambda: caplog.text)
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
+        async with under_way(addresses.opened(found, 1).run(lambda rows: None)):
+            await until(lambda: caplog.text)
 
     asyncio.run(fails())
     assert "abc123" not in caplog.text
@@ -140,19 +136,10 @@ def test_addresses_as_users_write_them():
 
 async def listened(text, feed, n, to=(), source="GP"):
     """The rows of a service with one input, for n fixes that `feed` sends."""
-    kept = Kept()
-    pairs = [addresses.output(each) for each in to]
-    service = Service(Navigator("small-usv", sources=(source,)), [kept, *(output for output, _ in pairs)])
-    (address,), _ = addresses.sources([text])
-    links = [link for _, link in pairs if link]
-    task = asyncio.create_task(service.run([addresses.opened(address, 1)], links))
-    await asyncio.sleep(0.1)
-    try:
+    async with serving([text], to, (source,)) as kept:
+        await asyncio.sleep(0.1)
         await asyncio.gather(feed(), until(lambda: len(kept.fixes) >= n))
         await asyncio.sleep(0.2)
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
     return kept
 
 
@@ -193,26 +180,22 @@ def test_a_serial_line_carries_both_ways_and_a_sink_leaves_what_comes_to_others(
             answer(b"heard " + data)
 
         line = Transport(address, "serial", receive)
-        task = asyncio.create_task(line.open())
-        await until(lambda: line.peers)
-        os.write(far, b"bad\n")  # what cannot be used ends no link
-        await asyncio.sleep(0.05)
-        os.write(far, b"one\n")
-        await until(lambda: came)
-        assert came == [b"one\n"] and os.read(far, 99) == b"heard one\n"
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
+        async with under_way(line.open()):
+            await until(lambda: line.peers)
+            os.write(far, b"bad\n")  # what cannot be used ends no link
+            await asyncio.sleep(0.05)
+            os.write(far, b"one\n")
+            await until(lambda: came)
+            assert came == [b"one\n"] and os.read(far, 99) == b"heard one\n"
         sink = addresses.stream(f"serial:{os.ttyname(near)}")
-        task = asyncio.create_task(sink.run())
-        await until(lambda: sink.has_peer)
-        os.write(far, b"for another\n")
-        await asyncio.sleep(0.05)
-        assert os.read(near, 99) == b"for another\n"
-        for _ in range(2000):
-            sink.send(b"x" * 99 + b"\n")
-        assert sink.lost > 0, "who does not read loses whole messages"
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
+        async with under_way(sink.run()):
+            await until(lambda: sink.has_peer)
+            os.write(far, b"for another\n")
+            await asyncio.sleep(0.05)
+            assert os.read(near, 99) == b"for another\n"
+            for _ in range(2000):
+                sink.send(b"x" * 99 + b"\n")
+            assert sink.lost > 0, "who does not read loses whole messages"
         assert not sink.has_peer
         os.close(far)
         os.close(near)

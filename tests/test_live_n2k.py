@@ -27,10 +27,10 @@ from steerway.live.testing import (
     name_of,
 )
 from tests import hastened
-from tests.canboat_lines import frames as split
-from tests.canboat_lines import gnss, position
 from tests.kept_outputs import Kept
-from tests.ports import free_port, until
+from tests.messages import frames as split
+from tests.messages import gnss, position
+from tests.ports import free_port, under_way, until
 
 LEG = Leg(-3.25, 1.0, 1.1, 120.5, 1.05, 1.2, math.radians(54.0), math.radians(-10.0), "WP1", "WP2")
 ROW = Row(1.7e9, 0.9, 0.2, 2.34, -0.5, -0.02, 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
@@ -56,7 +56,7 @@ def test_what_is_unknown_is_sent_as_not_available():
 
 
 def test_an_identifier_and_its_parts():
-    for pgn, target in ((129029, 255), (129284, 255), (59904, 33), (60928, 33)):
+    for pgn, target in ((129029, 255), (129284, 255), (59904, 33), (60928, 33), (126208, 33)):
         assert frame_of(identifier_of(pgn, 17, 33, 5), b"12") == Frame(pgn, 17, target, 5, b"12")
     assert identifier_of(129025, 1, priority=2) == 0x09F80101
 
@@ -168,10 +168,8 @@ def test_a_gateway_in_and_out():
     async def run():
         service = Service(Navigator("small-usv"), [kept], 50.0)
         async with await asyncio.start_server(gateway, "127.0.0.1", port):
-            task = asyncio.create_task(service.run([device]))
-            await until(lambda: len(kept.fixes) >= 25, 10.0)
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
+            async with under_way(service.run([device])):
+                await until(lambda: len(kept.fixes) >= 25, 10.0)
 
     hastened.run(run())
     assert any(line.startswith(f"{identifier_of(129026, 40, priority=2):08X} ".encode()) for line in received)

@@ -17,10 +17,10 @@ from steerway.core import InputError
 from steerway.core.testing import iso
 from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183
-from steerway.live.testing import Address, Context, ControlPort, Navigator, Service, addresses, connected
+from steerway.live.testing import Address, ControlPort, addresses, connected
 from tests.command_line import run_process
-from tests.kept_outputs import Kept
-from tests.ports import free_port, until
+from tests.kept_outputs import serving
+from tests.ports import free_port, under_way, until
 from tests.sentences import START, gga, rmc, sortie
 
 LOOPBACK = """
@@ -171,23 +171,6 @@ def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
     assert offline[1] == {"value": "offline"} and refused[0] == 503
 
 
-@contextlib.asynccontextmanager
-async def serving(listen, say, sources=()):
-    """A running live service with these inputs and outputs; gives its rows."""
-    kept = Kept()
-    found, _ = addresses.sources(listen)
-    inputs = [addresses.opened(each, len(found)) for each in found]
-    pairs = [addresses.output(each, Context(inputs=inputs)) for each in say]
-    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
-    links = [link for _, link in pairs if link]
-    task = asyncio.create_task(service.run(inputs, links))
-    try:
-        yield kept
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
-
-
 def exact_log(n):
     """Epochs with positions that are exact in degrees and in minutes, so that no format rounds them."""
     places = [(START + k, 54.0 + 3e-5 * k, 10.0 + 6e-5 * k) for k in range(n)]
@@ -238,16 +221,13 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
                 deltas.extend(json.loads(message).get("updates", []))
 
     async def chain():
-        reading = asyncio.create_task(read_back())
-        async with serving([f"gpsd://127.0.0.1:{port}"], [server]) as kept:
+        async with under_way(read_back()), serving([f"gpsd://127.0.0.1:{port}"], [server]) as kept:
             await asyncio.sleep(0.5)
             with running(gpsfake, "-1", "-q", "-c", "0.05", "-P", str(port), str(log)):
                 await until(lambda: kept.fixes and kept.fixes[-1].time >= START + 59.0, 30.0)
                 await asyncio.sleep(0.5)
                 address = f"http://127.0.0.1:{signalk_port}/signalk/v1/api/vessels/self/navigation"
                 rest = json.loads(await asyncio.to_thread(lambda: urllib.request.urlopen(address).read()))
-        reading.cancel()
-        await asyncio.gather(reading, return_exceptions=True)
         return kept, rest
 
     kept, rest = asyncio.run(chain())

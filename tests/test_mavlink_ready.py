@@ -107,6 +107,16 @@ def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
     assert desk.order.state is State.STOPPED
 
 
+def test_a_stop_withdraws_an_engage_that_waits():
+    desk = Desk(square(), engage=True)
+    desk.autopilot.vehicle("the vehicle's EKF is not ready: no position")
+    desk.sail(8.0)
+    desk.autopilot.stop()
+    desk.autopilot.vehicle("")
+    desk.sail(5.0)
+    assert desk.order.state is State.READY
+
+
 def test_a_refusal_of_a_start_by_hand_stops():
     desk = Desk(square()).start()
     desk.autopilot.refused("refused: DENIED")

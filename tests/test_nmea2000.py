@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from steerway.formats.testing import Frame, Splitter, identifier_of, nmea2000
 from steerway.live.testing import N2kDecoder
-from tests.canboat_lines import STAMP, frames, gnss, line, position
+from tests.messages import STAMP, frames, gnss, line, position
 
 START = 1785732420.0  # 04:47:00
 

@@ -13,17 +13,14 @@ import pytest
 
 import steerway
 import steerway_studies
-from tests.ais_sentences import sentences, tagged
-from tests.canboat_lines import line, position
-from tests.gpx_documents import WHOLE
+from tests.messages import WHOLE, line, position, pvt, sentences, tagged
 from tests.scenes import turning
 from tests.sentences import sortie
-from tests.ubx_frames import pvt
 
 COMMANDS = """
 import sys
 sys.modules.update(dict.fromkeys({without}))
-from steerway.commands.cli import main
+from steerway.__main__ import main
 for arguments in {commands}:
     sys.argv[1:] = arguments
     try:

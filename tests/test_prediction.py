@@ -10,9 +10,8 @@ import pytest
 import steerway
 from steerway.core import Fixes, displacement, wrap
 from steerway.estimation import FiveStateFilter, Prediction, Profile, choose_profile, hindcast, predict
-from steerway.estimation.testing import Structure, medians_of
 from tests.command_line import run
-from tests.scenes import EPOCH, sailed, straight
+from tests.scenes import EPOCH, sailed, straight, usual_profile
 
 WANDERING = Profile(
     speed_noise=5e-3,
@@ -52,8 +51,7 @@ def test_mean_and_covariance_are_those_of_many_voyages(horizon):
 
 def test_no_region_is_larger_than_the_speeds_of_the_record_allow():
     """A boat at 1 m/s that changes her speed often stays within reach, ten minutes ahead too."""
-    parts, changes = ("base", "wander"), {"surge_size": 0.8, "surge_every": 15.0}
-    profile = Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts) | changes)])
+    profile = usual_profile("base", "wander", surge_size=0.8, surge_every=15.0)
     fixes = straight(1.0, 0.5, 1200.0, rate=0.5).fixes(0.5, 1)
     within = predict(fixes, (60.0, 600.0, 600.0), profile)
     assert (within.ellipse[0] < 2.45 * 2.0 * within.horizon).all()

@@ -6,8 +6,8 @@ import pytest
 import steerway.archive
 from steerway.estimation import load_profile
 from steerway.estimation.testing import prior_profile
-from tests.ais_sentences import sentences, tagged
 from tests.command_line import run
+from tests.messages import sentences, tagged
 from tests.scenes import turning
 
 SCENARIO = """

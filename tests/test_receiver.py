@@ -11,13 +11,11 @@ from scipy.stats import qmc
 import steerway
 from steerway.core import REJECTED, wrap_array
 from steerway.core.testing import PREDICTED
-from steerway.estimation import Profile
 from steerway.estimation.testing import (
     COURSE,
     MODES,
     SPEED,
     LogEstimator,
-    Structure,
     advance,
     extrapolated,
     medians_of,
@@ -59,11 +57,9 @@ def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
 
 def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
     """Far from where the receiver was and from where it is: the fixes after it are taken."""
-    parts = ("base", "wander")
-    profile = Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts))])
     off = np.where(np.arange(61) < 30, 0.0, 20.0) - 12.0 * (np.arange(61) == 50)
     fixes = straight(2.0, 0.0, 12.0).fixes(0.0, 0, lambda _: (0.0 * off, off))
-    status = steerway.estimate(fixes, profile, causal=True).status
+    status = steerway.estimate(fixes, scenes.usual_profile("base", "wander"), causal=True).status
     assert np.flatnonzero(status == REJECTED).tolist() == [30, 31, 32, 33, 50]
 
 

@@ -111,6 +111,7 @@ def test_the_antenna_swings_with_roll_and_pitch():
         motion = still(0.0, 1.0) | {"roll": roll, "pitch": pitch, "heading": heading}
         return plane(whole(receiver, 0, **motion))[:, 0]
 
+    assert Gnss().lever_arm == (0.0, 0.0, 0.0)  # at the boat's origin
     np.testing.assert_allclose(antenna(0.0, 0.0, 0.0), [0.5, 0.2], atol=1e-9)
     np.testing.assert_allclose(antenna(0.0, 0.0, math.pi / 2), [-0.2, 0.5], atol=1e-9)
     # With positive roll the mast leans to starboard; with the bow up it leans aft.

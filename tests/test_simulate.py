@@ -7,16 +7,13 @@ import sys
 import numpy as np
 import polars as pl
 import pytest
-import typer
-from typer.testing import CliRunner
 
 from steerway.commands.testing import SCENARIO, simulate_demo
-from steerway.commands.testing import sailing as commands
-from steerway.core import InputError
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import nmea0183
 from steerway.simulation import load_scenario, parse_scenario, sail_scenario
 from steerway.simulation.testing import COLUMNS, assembly, begins, write
+from tests.command_line import run
 
 SHORT = """
 duration = 60.0
@@ -29,14 +26,6 @@ velocity_std = 0.05
 waypoints = [{ north = 0, east = 0 }, { north = 30, east = 20 }, { north = 200, east = 20 }]
 """
 HUNTING = SHORT + "[autopilot]\nbandwidth = 2.0\n"
-
-app = typer.Typer()
-app.command()(commands.simulate)
-app.command()(commands.advise)
-
-
-def called(*words):
-    return CliRunner().invoke(app, [str(word) for word in words], standalone_mode=False)
 
 
 @pytest.fixture(scope="module")
@@ -92,9 +81,8 @@ def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(w
 
 
 def test_simulate_prints_and_writes(short, tmp_path):
-    result = called("simulate", short, "-o", tmp_path / "run")
-    assert result.exception is None, result.output
-    assert "course over ground" in result.output and "wrote" in result.output
+    code, out, err = run("simulate", short, "-o", tmp_path / "run")
+    assert code == 0 and "course over ground" in out and "wrote" in out, err
     page = (tmp_path / "run" / "index.html").read_text(encoding="utf-8")
     assert page.count("<figure>") == 4 and "Estimated against true" in page and "Waypoints" in page
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == [
@@ -105,8 +93,8 @@ def test_simulate_prints_and_writes(short, tmp_path):
 
 
 def test_many_seeds_are_a_row_each(short, tmp_path):
-    result = called("simulate", short, "-o", tmp_path, "--seeds", 2, "--first-seed", 7)
-    assert result.exception is None, result.output
+    code, _, err = run("simulate", short, "-o", tmp_path, "--seeds", 2, "--first-seed", 7)
+    assert code == 0, err
     frame = pl.read_parquet(tmp_path / "campaign.parquet")
     assert frame["seed"].to_list() == [7, 8]
     assert frame["cog_rms_deg"][0] == sail_scenario(load_scenario(short), 7).numbers["cog_rms_deg"]
@@ -117,27 +105,27 @@ def test_many_seeds_are_a_row_each(short, tmp_path):
 def test_an_autopilot_that_will_hunt_is_warned_of_and_with_strict_refused(tmp_path):
     path = tmp_path / "hunting.toml"
     path.write_text(HUNTING, encoding="utf-8")
-    result = called("simulate", path, "-o", tmp_path / "run")
-    assert result.exception is None and "warning: An autopilot of 2 rad/s will hunt" in result.stderr
+    code, _, err = run("simulate", path, "-o", tmp_path / "run")
+    assert code == 0 and "warning: An autopilot of 2 rad/s will hunt" in err
     for words in (("simulate", path, "-o", tmp_path / "not", "--strict"), ("advise", path, "--strict")):
-        result = called(*words)
-        assert isinstance(result.exception, InputError) and "will hunt" in str(result.exception)
+        code, _, err = run(*words)
+        assert code == 2 and "will hunt" in err
     assert not (tmp_path / "not").exists()
-    assert called("advise", path).exception is None
+    assert run("advise", path)[0] == 0
 
 
 def test_advise_by_profile():
-    result = called("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
-    assert "An autopilot of 0.3 rad/s fits: the bandwidth of the course estimate is 0.81 rad/s" in result.output
-    result = called("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
-    assert "is 0.81 rad/s" in result.output and "autopilots up to 0.5" in result.output
+    _, out, _ = run("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
+    assert "An autopilot of 0.3 rad/s fits: the bandwidth of the course estimate is 0.81 rad/s" in out
+    _, out, _ = run("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
+    assert "is 0.81 rad/s" in out and "autopilots up to 0.5" in out
     for words, sentence in (
         (("advise", "otter"), "--speed is missing"),
         (("advise", "oter", "--speed", 1), "profile 'oter' is unknown"),
         (("advise", "otter", "--speed", -1), "speed is -1, expected a number of at least 0"),
         (("advise", "otter", "--speed", 1, "--rate", 0), "--rate is 0 Hz"),
     ):
-        assert sentence in str(called(*words).exception)
+        assert sentence in run(*words)[2]
 
 
 def test_what_cannot_be_asked_together(short, tmp_path):
@@ -145,9 +133,9 @@ def test_what_cannot_be_asked_together(short, tmp_path):
         (("--dask", "here:1"), "--dask distributes seeds"),
         (("--seeds", 2, "--nmea"), "--nmea writes the log of one run"),
     ):
-        assert sentence in str(called("simulate", short, "-o", tmp_path, *words).exception)
+        assert sentence in run("simulate", short, "-o", tmp_path, *words)[2]
     (tmp_path / "file").touch()
-    assert "cannot write" in str(called("simulate", short, "-o", tmp_path / "file").exception)
+    assert "cannot write" in run("simulate", short, "-o", tmp_path / "file")[2]
 
 
 def test_the_demo_writes_its_log_and_its_pages(tmp_path, monkeypatch):

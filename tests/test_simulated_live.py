@@ -8,7 +8,6 @@ import shutil
 import socket
 import subprocess
 import sys
-from contextlib import asynccontextmanager
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,7 @@ from steerway.live.testing import (
 from steerway.simulation import load_scenario, parse_scenario
 from tests import hastened
 from tests.command_line import run
-from tests.ports import free_port, until
+from tests.ports import free_port, under_way, until
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
@@ -72,17 +71,6 @@ def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
 def test_what_cannot_be_is_refused_in_a_sentence(arguments, why):
     code, _, given = run("simulate", SQUARE, *arguments)
     assert code == 2 and why in given and given.count("\n") == 1
-
-
-@asynccontextmanager
-async def under_way(*jobs):
-    tasks = [asyncio.create_task(job) for job in jobs]
-    try:
-        yield tasks
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
 
 
 def test_propeller_commands_turn_her_and_their_absence_stops_her():

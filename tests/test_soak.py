@@ -5,19 +5,18 @@ Its times are printed by `make soak`: on a shared machine they are the machine's
 
 import asyncio
 import subprocess
-import sys
 
 import pytest
 from benchmarks.soak.run import soak
 
 from steerway.live.testing import Durations, Pulse
+from tests.command_line import STEERWAY
 
 SECONDS = 15.0
 
 
 def test_a_quarter_of_a_minute_with_every_output_open():
-    code = "from steerway.commands.cli import main; main()"
-    subprocess.run([sys.executable, "-c", code, "warm"], check=True, capture_output=True)
+    subprocess.run([*STEERWAY, "warm"], check=True, capture_output=True)
     done = asyncio.run(soak(SECONDS))
     assert done.code == 0 and "Traceback" not in done.log, done.log
     due = 0.8 * 50.0 * (SECONDS - done.first_row)

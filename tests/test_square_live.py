@@ -3,18 +3,15 @@
 import asyncio
 import re
 import signal
-import socket
-import subprocess
 import time
 
 import numpy as np
 import polars as pl
 import pytest
 
+from steerway.core import rms
 from steerway.live.testing import Settings
-from tests.command_line import STEERWAY
-from tests.ports import free_port
-from tests.square import GUIDED, MOST, OTTER, cross_track, rms, sailed
+from tests.square import GUIDED, MOST, OTTER, cross_track, sailed, two_processes
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
@@ -45,18 +42,7 @@ def test_the_heading_is_that_of_the_filter_in_the_settings(by, kind, tmp_path):
 
 
 def test_a_vehicle_that_falls_silent_stops_the_autopilot_before_she_drops_the_order(tmp_path):
-    """Two processes at their true pace: the boat is frozen, goes on, and is put into HOLD."""
-    here = f"127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
-    ends = ("--from", f"mavlink:udpin:{here}", "--to", f"mavlink:udpin:{here}")
-    options = ("--mission", OTTER.mission, "--profile", "otter", "--engage")
-    programs = []
-
-    def started(*arguments):
-        log = tmp_path / f"{arguments[0]}.log"
-        with open(log, "w") as file:
-            command = [*STEERWAY, *map(str, arguments)]
-            programs.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=file))
-        return programs[-1], log
+    """At their true pace the boat is frozen, goes on, and is put into HOLD."""
 
     def until(log, words, patience):
         begun = time.monotonic()
@@ -65,19 +51,14 @@ def test_a_vehicle_that_falls_silent_stops_the_autopilot_before_she_drops_the_or
             time.sleep(0.005)
         return time.monotonic()
 
-    try:
-        boat, _ = started("simulate", OTTER.scenario, "--live", "--mavlink", f"udpout:{here}", "-o", tmp_path)
-        _, log = started("live", *ends, *options)
+    with two_processes(OTTER, tmp_path) as (boat, log):
         until(log, "autopilot running", 150.0)
         time.sleep(2.0)
         boat.send_signal(signal.SIGSTOP)
         cut = time.monotonic()
-        assert 2.0 < until(log, f"stopped: link mavlink:udpin:{here} is lost", 10.0) - cut < 3.0
+        stopped = until(log, "stopped: link mavlink:udpin:127.0.0.1:", 10.0)
+        assert 2.0 < stopped - cut < 3.0 and " is lost" in log.read_text()
         boat.send_signal(signal.SIGCONT)
         time.sleep(5.0)
-    finally:
-        for each in reversed(programs):
-            each.send_signal(signal.SIGINT)
-            each.wait(20.0)
     run = pl.read_parquet(tmp_path / "run.parquet")
     assert run["mode"][-1] == 4.0 and run["asked_speed_mps"][-1] is None

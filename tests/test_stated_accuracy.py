@@ -11,8 +11,7 @@ from steerway import estimate
 from steerway.core.testing import iso
 from steerway.formats.testing import deviation, gpx, nmea0183, nmea2000, table
 from steerway.live.testing import GpsdDecoder, Navigator, SignalKDecoder, rows_of
-from tests.canboat_lines import gnss, line
-from tests.gpx_documents import POINT, document
+from tests.messages import POINT, document, gnss, line
 from tests.sentences import START, clock, place, rmc, sealed
 
 ALONE, DIFFERENTIAL, FIXED, FLOAT = 1.5, 0.7, 0.02, 0.3

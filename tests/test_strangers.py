@@ -11,7 +11,7 @@ import pytest
 
 from steerway.live.testing import Guided, MavlinkLink, addresses, dialect
 from tests.mavlink_wire import signed
-from tests.ports import free_port
+from tests.ports import free_port, under_way
 
 PLUGIN = Path(__file__).parents[1] / "integrations" / "signalk" / "index.js"
 NODE = shutil.which("node")
@@ -34,22 +34,20 @@ def test_a_stranger_costs_no_message_of_the_vehicle(is_signed, stranger, tmp_pat
         signed(vehicle, KEY)
 
     async def talk():
-        running = asyncio.create_task(link.run())
-        await asyncio.sleep(0.1)
-        with (
-            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here,
-            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there,
-        ):
-            for k in range(500):
-                if k % 5 == 0:
-                    there.sendto(stranger, ("127.0.0.1", port))
-                message = m.MAVLink_system_time_message(k + 1, k)
-                here.sendto(message.pack(vehicle), ("127.0.0.1", port))
-                vehicle.seq = (vehicle.seq + 1) % 256
-                await asyncio.sleep(0.0)
-        await asyncio.sleep(0.2)
-        running.cancel()
-        await asyncio.gather(running, return_exceptions=True)
+        async with under_way(link.run()):
+            await asyncio.sleep(0.1)
+            with (
+                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here,
+                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there,
+            ):
+                for k in range(500):
+                    if k % 5 == 0:
+                        there.sendto(stranger, ("127.0.0.1", port))
+                    message = m.MAVLink_system_time_message(k + 1, k)
+                    here.sendto(message.pack(vehicle), ("127.0.0.1", port))
+                    vehicle.seq = (vehicle.seq + 1) % 256
+                    await asyncio.sleep(0.0)
+            await asyncio.sleep(0.2)
 
     asyncio.run(talk())
     assert heard == ["SYSTEM_TIME"] * 500

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.testing import PREDICTED
 from steerway.estimation import FiveStateFilter, InferredFilter, LearningFilter, Profile
 from steerway.estimation.testing import prior_profile
-from steerway.live.testing import Navigator, rows_of
 from tests import scenes
 from tests.reference_outputs.sorties import ONE, TWO
 from tests.scenes import angle_error, straight, turning
@@ -112,20 +110,6 @@ def test_a_snapshot_is_the_whole_filter():
     np.testing.assert_array_equal(streamed(other, rest)[0], expected)
     estimator.restore(kept)
     np.testing.assert_array_equal(streamed(estimator, rest)[0], expected)
-
-
-def test_the_navigator_gives_the_rows_of_estimate():
-    _, fixes = sortie()
-    navigator = Navigator(profile(), rate=10.0)
-    rows = [row for each in rows_of({"": fixes}) for row in navigator.add(each)]
-    motion = steerway.estimate(fixes, profile(), rate=10.0, causal=True)
-    there = np.searchsorted(motion.time, fixes.time - 1e-4)
-    for name in NAMES:
-        np.testing.assert_allclose([getattr(row, name) for row in rows], getattr(motion, name)[there], rtol=1e-9)
-    ahead = navigator.at(fixes.time[-1] + 2.0)
-    assert ahead.status == PREDICTED and ahead.sog_std > rows[-1].sog_std
-    assert navigator.at(fixes.time[-1]).sog == rows[-1].sog, "asking ahead changes nothing"
-    assert all(math.isfinite(each) for each in navigator.position_covariance)
 
 
 @pytest.mark.study

@@ -75,6 +75,7 @@ def test_spellings_of_place(latitude, longitude):
         ("Speed [m/s]", 1.0),
         ("speed_kmh", 1 / 3.6),
         ("speed (km/h)", 1 / 3.6),
+        ("speed_mph", 0.44704),
     ],
 )
 def test_units_of_speed(name, factor):

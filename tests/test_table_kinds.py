@@ -266,22 +266,6 @@ def test_identify_finds_the_same_in_every_form(command, tmp_path):
     assert len(outputs) == 1
 
 
-def test_estimate_reads_the_same_fixes_in_every_form(tmp_path):
-    frame = pl.DataFrame(
-        {
-            "time_s": 1.7e9 + np.arange(60.0),
-            "lat_deg": np.round(54.0 + 2e-5 * np.arange(60.0), 7),
-            "lon_deg": np.round(10.0 + 1e-5 * np.arange(60.0), 7),
-        }
-    )
-    tables = []
-    for form in FORMS:
-        out = tmp_path / f"{form}.csv"
-        assert run("estimate", written(frame, tmp_path, form), "-o", out, "--profile", "small-usv")[0] == 0
-        tables.append(out.read_text())
-    assert len(set(tables)) == 1
-
-
 @pytest.mark.parametrize("kind", ["yaw", "surge"])
 def test_what_is_no_table_is_refused_in_one_sentence(kind, tmp_path):
     for content in (b"PAR1 and no more", b"\x00\x01\x02", b"a;b\n1;2\n"):

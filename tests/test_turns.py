@@ -58,7 +58,10 @@ def test_passing_of_a_square_corner_by_hand():
     """From 3 m before a corner to 4 m behind it, straight across; then the same 1 m further out."""
     path = np.array([(0.0, 0.0), (1.5, 2.0), (3.0, 4.0)])
     assert passing(path, 3.0, 0.0, 0.5 * math.pi) == pytest.approx((1.5, 0.0, 2.5, 4.0))
-    assert passing(path, 3.0, 0.0, 0.5 * math.pi, 1.0) == pytest.approx((1.0, 1.0, math.hypot(1.5, 1.0), 3.0))
+    beside = 1.0, 1.0, math.hypot(1.5, 1.0), 3.0
+    assert passing(path, 3.0, 0.0, 0.5 * math.pi, 1.0) == pytest.approx(beside)
+    turned = path @ [[math.cos(0.7), math.sin(0.7)], [-math.sin(0.7), math.cos(0.7)]]
+    assert passing(turned, 3.0, 0.7, 0.7 + 0.5 * math.pi, 1.0) == pytest.approx(beside)
 
 
 @pytest.mark.parametrize("degrees", [-150.0, -90.0, 60.0, 120.0])

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from pyubx2 import GET, UBXMessage, UBXReader
 
 from steerway.formats.testing import ubx
-from tests.ubx_frames import pvt
+from tests.messages import pvt
 
 NOON = 1500465600.0  # 2017-07-19 12:00:00
 

@@ -14,7 +14,7 @@ from steerway.core.testing import PREDICTED, STATUSES
 from steerway.live.testing import Navigator, Service, addresses
 from tests import hastened
 from tests.faults.sorties import BEGIN, COURSE, END, SPEED, Fault
-from tests.ports import free_port
+from tests.ports import free_port, under_way
 
 BOUNDS = 1.0, 0.3, math.radians(10.0)
 """Errors of position, SOG and COG within which the boat counts as recovered: m, m/s, rad."""
@@ -79,16 +79,14 @@ async def _sail(fault):
             sentences.append((loop.time(), data))
 
     await loop.create_datagram_endpoint(Instrument, local_addr=("127.0.0.1", ports[-1]))
-    running = asyncio.create_task(service.run(inputs, [link]))
-    await asyncio.sleep(0.0)
-    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as receiver:
-        for epoch in fault.epochs():
-            await asyncio.sleep(epoch.sent - loop.time())
-            for line in epoch.output().splitlines(keepends=True):
-                receiver.sendto(line, ("127.0.0.1", ports[epoch.link]))
-        await asyncio.sleep(END - loop.time())
-    running.cancel()
-    await asyncio.gather(running, return_exceptions=True)
+    async with under_way(service.run(inputs, [link])):
+        await asyncio.sleep(0.0)
+        with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as receiver:
+            for epoch in fault.epochs():
+                await asyncio.sleep(epoch.sent - loop.time())
+                for line in epoch.output().splitlines(keepends=True):
+                    receiver.sendto(line, ("127.0.0.1", ports[epoch.link]))
+            await asyncio.sleep(END - loop.time())
     return kept, sentences
 
 

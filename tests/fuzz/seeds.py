@@ -17,11 +17,9 @@ import polars as pl
 import zstandard
 
 from steerway.core.testing import REPORTED
-from tests.ais_sentences import sentences, tagged
-from tests.canboat_lines import frames, gnss, line, position
-from tests.gpx_documents import WHOLE
+from tests.messages import WHOLE, frames, gnss, line, position, pvt, sentences, tagged
 from tests.sentences import sealed, sortie
-from tests.ubx_frames import pvt
+from tests.test_live_route import MISSION
 
 ROOT = Path(__file__).parents[2]
 _WINDOW = 1500  # bytes of a part of a recorded log
@@ -125,29 +123,9 @@ def settings():
     return ["\n".join(f"{key} = {value}" for key, value in keys.items()).encode(), *examples("live/*.toml")]
 
 
-_MISSION = """name = "round"
-speed_mps = 1.2
-lookahead = 15.0
-safe = "hand-back"
-law = "line-of-sight"
-fence = [{ lat_deg = 53.9, lon_deg = 9.9 }, { lat_deg = 53.9, lon_deg = 10.1 }, { lat_deg = 54.1, lon_deg = 10.0 }]
-[limits]
-cross_track = 20.0
-[boat]
-max_yaw_rate_dps = 15.0
-[[waypoint]]
-lat_deg = 54.0
-lon_deg = 10.0
-[[waypoint]]
-lat_deg = 54.001
-lon_deg = 10.0
-acceptance = 5.0
-"""
-
-
 def missions_toml():
     """A mission file with every key."""
-    return [_MISSION.encode(), *examples("live/*.toml")]
+    return [MISSION.encode(), *examples("live/*.toml")]
 
 
 def missions_gpx():

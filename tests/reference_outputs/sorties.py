@@ -168,27 +168,3 @@ def standstill() -> Fixes:
 
 def fast_start() -> Fixes:
     return straight(12.0, -3.0, 15.0, rate=4.0).fixes(0.3, 4)
-
-
-def far_east() -> Fixes:
-    """Across the date line, far south."""
-    return turning(9.0, 1.2, 40.0, rate=2.0, seed=4, home=(math.radians(-75.0), math.pi - 2e-5)).fixes(0.3, 3)
-
-
-@cache
-def traffic() -> Fixes:
-    """Three vessels as AIS reports them: one turns, one lies at anchor, one is silent at the end."""
-    rng = np.random.default_rng(8)
-    parts = []
-    for mmsi, scene, every in (
-        (257000001, turning(6.0, 0.5, 400.0, rate=1.0, seed=5, density=2e-5), 7),
-        (257000002, straight(0.0, 0.0, 400.0, rate=1.0), 15),
-        (257000003, straight(9.0, -2.0, 250.0, rate=1.0), 6),
-    ):
-        fixes = scene.fixes(3.0, mmsi).rows(slice(None, None, every))
-        chosen = slice(None, None, every)
-        sog = np.abs(scene.sog[chosen] + 0.1 * rng.standard_normal(len(fixes)))
-        cog = wrapped(scene.cog[chosen] + 0.03 * rng.standard_normal(len(fixes)))
-        parts.append(replace(fixes, sog=sog, cog=cog, mmsi=np.full(len(fixes), mmsi)))
-    columns = {name: np.concatenate([part.columns()[name] for part in parts]) for name in parts[0].columns()}
-    return Fixes(**columns).in_order()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core import wrap_array
+from steerway.core import rms, wrap_array
 from steerway.estimation import choose_profile
 from tests.scenes import sailed
 
@@ -64,12 +64,8 @@ def errors(name, seed=2):
     known = np.isfinite([motion.cog for motion in motions]).all(axis=0) & (sog > _UNDER_WAY)
     known[:_SETTLED] = False
     return [
-        (_rms(motion.sog[known] - sog[known]), _rms(wrap_array(motion.cog[known] - cog[known]))) for motion in motions
+        (rms(motion.sog[known] - sog[known]), rms(wrap_array(motion.cog[known] - cog[known]))) for motion in motions
     ]
-
-
-def _rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 @pytest.mark.parametrize("name", CASES)

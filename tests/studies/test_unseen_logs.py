@@ -10,7 +10,6 @@ import pytest
 import steerway
 import steerway_studies as studies
 from steerway.core.testing import displaced_all
-from steerway.estimation import choose_profile, log_likelihood
 from steerway_studies.testing import (
     JudgedLog,
     VelocityReference,
@@ -165,15 +164,3 @@ def test_plain_ekf_is_consistent_and_beats_differences(weaving):
     course = (said[late, 1] - cog[late] + np.pi) % (2.0 * np.pi) - np.pi
     assert np.sqrt(np.mean(course**2)) < math.radians(4.0)
     assert np.sqrt(np.mean((said[late, 2] - rate[late]) ** 2)) < math.radians(3.0)
-
-
-def test_of_two_profiles_the_right_one_predicts_better(weaving):
-    fixes = recording_of(weaving).fixes
-    profile = choose_profile(fixes)
-    noisy = [each.model_copy(update={"values": each.values | {"fix_std": 3.0}}) for each in profile.structures]
-    middle = float(np.median(fixes.time))
-    right, wrong = (
-        log_likelihood(fixes, each, middle) for each in (profile, profile.model_copy(update={"structures": noisy}))
-    )
-    assert right > wrong + 3.0
-    assert log_likelihood(fixes, profile, fixes.time[-1] + 1.0) == 0.0

@@ -15,12 +15,13 @@ if TYPE_CHECKING:
         in_body,
         over_ground,
         turning_rate,
+        water_speed_for,
     )
     from steerway.core.leg import Leg, LegState
     from steerway.core.locks import only_writer
     from steerway.core.magnetic import model_of, variation
-    from steerway.core.records import LOST, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
-    from steerway.core.settings import NotNegative, Table, union_by_kind
+    from steerway.core.records import LOST, MOTION_COLUMNS, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
+    from steerway.core.settings import NotNegative, Table, description_of, union_by_kind, unit_of
     from steerway.core.timestamps import iso, unix_times
     from steerway.core.workers import in_workers
 

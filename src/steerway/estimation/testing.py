@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.core.estimate import NO_MEASUREMENTS
     from steerway.core.gaps import LONGEST_GAP
     from steerway.core.kalman import Fix, correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
     from steerway.estimation.heading.interval import arithmetic
     from steerway.estimation.heading.interval.weighting import shipped
     from steerway.estimation.heading.model_bank import gain_range
-    from steerway.estimation.heading.models import TICK
     from steerway.estimation.log import run as whole_log
     from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
@@ -45,9 +43,7 @@ if TYPE_CHECKING:
     from steerway.estimation.log.stamps import regular_times
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.positioning import low_speed
-    from steerway.estimation.positioning.vessel_filter import PATIENCE
-    from steerway.estimation.speed.fusion import AIDS as SPEED_AIDS
-    from steerway.estimation.vessel.aids import AIDS, NO_AIDS
+    from steerway.estimation.vessel.aids import AIDS
     from steerway.estimation.vessel.flat import model_of_profile
     from steerway.estimation.vessel.profile import BUILT_IN, prior_profile
     from steerway.estimation.vessel.structures import MODES, Structure, medians_of, model_of

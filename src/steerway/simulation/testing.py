@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from steerway.simulation.bound import course_bound
     from steerway.simulation.loop import COLUMNS
     from steerway.simulation.manoeuvres import limits, manoeuvre_of
-    from steerway.simulation.outcome import errors, evaluated, leg_rms
+    from steerway.simulation.outcome import errors, evaluated
     from steerway.simulation.runs.campaign import write_campaign
     from steerway.simulation.runs.files import write
     from steerway.simulation.runs.page import write_story

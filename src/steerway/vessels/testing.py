@@ -6,7 +6,6 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.control.speed_guess import follow
-    from steerway.core.kinematics import WaveMotion
     from steerway.estimation.heading.models import PAPER_YAW, PHYSICAL_YAW
     from steerway.vessels import otter
     from steerway.vessels.cybership2 import DAMPING, INERTIA

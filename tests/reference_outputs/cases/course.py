@@ -16,7 +16,6 @@ from tests.reference_outputs.sorties import (
     TWO,
     alternating_fixes,
     burst,
-    far_east,
     fast_start,
     fixes_of,
     gaps,
@@ -25,7 +24,6 @@ from tests.reference_outputs.sorties import (
     outliers,
     placed,
     standstill,
-    traffic,
     weaving_fixes,
 )
 from tests.reference_outputs.tables import case
@@ -69,7 +67,7 @@ WITHOUT_BIAS = Profile(**MOTION, crab_std=0.0, stream_std=0.0, gyro_bias_std=0.0
 register("aid-without-bias", WITHOUT_BIAS, instruments, rows=60, aid=AIDS)
 
 
-for trouble in (outliers, burst, gaps, standstill, fast_start, far_east):
+for trouble in (outliers, burst, gaps, standstill, fast_start):
     for modes, profile in MODES.items():
         register(f"trouble-{trouble.__name__.replace('_', '-')}-{modes}", profile, trouble)
 for trouble in (burst, gaps, standstill):
@@ -86,16 +84,12 @@ register(
 )
 
 
-register("many-vessels", Profile.named("ais"), traffic)
-
-
 def predicted(fixes, profile, aid=None):
     found = predict(fixes, (10.0, 60.0, 300.0, 1500.0), profile, aid)
     longer, shorter, _ = found.ellipse
     return placed(found.columns()) | {"longer": longer, "shorter": shorter}
 
 
-case("course-prediction-many-vessels")(lambda: predicted(traffic(), None))
 for kind in ("white", "no-rate-decay", "speed-decay", "two-errors", "acceleration", "oscillating", "two-modes"):
     profile = Profile(**KINDS[kind])
     case(f"course-prediction-{kind}")(lambda profile=profile: predicted(fixes_of(profile), profile))

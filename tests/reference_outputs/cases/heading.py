@@ -8,14 +8,11 @@ import numpy as np
 from steerway.estimation.heading import (
     WEIGHTS,
     AidedHeadingFilter,
-    IntervalFilter,
     LearnedHeading,
-    box_of,
-    composite_model,
     outside,
 )
 from steerway.estimation.testing import PRODUCT
-from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass
+from steerway.sensors import TRUE_TCM2, DynamicCompass
 from steerway.vessels import RPM, Springer, conditions
 from steerway.vessels.testing import PHYSICAL_YAW
 from tests.reference_outputs.tables import case, columns
@@ -71,14 +68,6 @@ def aided(tuning, rows, yaw):
 def aided_product():
     card = tuple(np.radians([1.0, 3.0, -3.0, 1.0, 0.5]))
     return aided(PRODUCT, weave("physical", TRUE_TCM2, 120, 5.0 * RPM, card), PHYSICAL_YAW)
-
-
-@case("heading_interval")
-def interval():
-    filter, rows = IntervalFilter(box_of(composite_model(TCM2), 0.01)), []
-    for difference, readings, _ in weave()[:60]:
-        rows.append((*filter.step(difference, readings), filter.width, filter.diverged))
-    return columns("low high width diverged", rows)
 
 
 @case("heading_learned")

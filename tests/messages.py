@@ -1,0 +1,104 @@
+"""Messages and documents of the formats with known content, for tests; those of NMEA 0183 are in `tests.sentences`."""
+
+import functools
+import operator
+import struct
+
+from pyais import encode_dict
+from pyubx2 import GET, UBXMessage
+
+# AIS
+
+REPORT = {
+    "type": 1,
+    "mmsi": 257591700,
+    "lat": 63.5,
+    "lon": 7.25,
+    "speed": 12.5,
+    "course": 181.5,
+    "heading": 180,
+    "second": 10,
+    "turn": 0,
+}
+
+
+def sentences(**changes):
+    return [each.encode() for each in encode_dict(REPORT | changes, talker_id="AI", radio_channel="A")]
+
+
+def checksum(body):
+    """The two digits behind the asterisk."""
+    return b"%02X" % functools.reduce(operator.xor, body)
+
+
+def tagged(clock, *lines):
+    tag = b"c:%d" % clock
+    return b"".join(b"\\%s*%s\\%s\r\n" % (tag, checksum(tag), line) for line in lines)
+
+
+# NMEA 2000 as canboat text
+
+STAMP = "2026-08-03T04:47:{:06.3f}Z"
+
+
+def line(second, pgn, source, payload, stamp=STAMP):
+    return f"{stamp.format(second)},2,{pgn},{source},255,{len(payload)},{payload.hex(',')}\n"
+
+
+def position(latitude, longitude):
+    return struct.pack("<ii", round(latitude * 1e7), round(longitude * 1e7))
+
+
+def gnss(latitude, longitude, days=20668, clock=17220.5, method=1):
+    return (
+        struct.pack("<BHIqqq", 1, days, round(clock * 1e4), round(latitude * 1e16), round(longitude * 1e16), 0)
+        + bytes([method << 4, 0xFC, 9])
+        + struct.pack("<hhiB", 80, 120, 0, 0)
+    )
+
+
+def frames(payload, sequence=5):
+    """A long message as it goes over the bus."""
+    parts = [payload[:6], *(payload[at : at + 7] for at in range(6, len(payload), 7))]
+    heads = [bytes([sequence << 5, len(payload)]), *(bytes([sequence << 5 | place]) for place in range(1, len(parts)))]
+    return [(head + part).ljust(8, b"\xff") for head, part in zip(heads, parts, strict=True)]
+
+
+# GPX
+
+POINT = '<trkpt lat="{0}.5" lon="2.25"><ele>1</ele><time>2023-01-01T00:00:0{0}Z</time>{1}</trkpt>\n'
+HEAD = '<?xml version="1.0"?>\n<gpx version="1.0" xmlns="http://www.topografix.com/GPX/1/0">'
+TAIL = "</trkseg></trk></gpx>\n"
+
+
+def document(*points, head=HEAD, name=""):
+    return f"{head}<trk>{name}<trkseg>{''.join(points)}{TAIL}".encode()
+
+
+POINTS = [POINT.format(second, "") for second in range(1, 8)]
+WHOLE = document(*POINTS)
+
+# UBX
+
+
+def pvt(second=0, nano=0, lat=-34.9, lon=138.6, **changes):
+    fields = {
+        "iTOW": 302400000 + second * 1000 + nano // 1000000,
+        "year": 2017,
+        "month": 7,
+        "day": 19,
+        "hour": 12,
+        "min": 0,
+        "second": second,
+        "nano": nano,
+        "validDate": 1,
+        "validTime": 1,
+        "fixType": 3,
+        "gnssFixOk": 1,
+        "lat": lat,
+        "lon": lon,
+        "hAcc": 1414,
+        "gSpeed": 1500,
+        "headMot": 90.0,
+    }
+    return UBXMessage("NAV", "NAV-PVT", GET, **(fields | changes)).serialize()
