@@ -14,7 +14,6 @@ from steerway.core.arrays import Floats, Ints
 from steerway.core.compiled import called_kernel, jitable, lean_kernel
 from steerway.core.earth import displaced, displacement
 from steerway.core.linear_algebra import fill_lower
-from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.filter import five_state
 from steerway.estimation.filter.aids import take_aids
 from steerway.estimation.filter.bank import parts_of, step_of, steps_in, take_step
@@ -34,9 +33,7 @@ from steerway.estimation.filter.model import (
 from steerway.estimation.filter.row import Row, Taken, state_row, take_row
 from steerway.estimation.filter.vectors import Vec2, density, nis
 from steerway.estimation.filter.weigh import NORMAL
-from steerway.estimation.log.course import COG, SOG, SOG_STD, average
-from steerway.estimation.log.record import LONG
-from steerway.estimation.log.run import UNKNOWN_SPEED
+from steerway.estimation.log.course import average
 from steerway.estimation.vessel.aids import NO_AIDS
 
 OUTPUTS = 9
@@ -334,27 +331,3 @@ def write(filters: Filters, which: int, latitude: float, longitude: float, state
         estimate[0], estimate[1] = latitude, longitude
     else:
         estimate[0], estimate[1] = displaced(latitude, longitude, estimate[0], estimate[1])
-
-
-@lean_kernel
-def note_velocity(track: np.record, estimate: Floats, accepted: bool, interval: float) -> None:
-    """Set `known` and `underway` of a track from its estimate, `interval` seconds after the last accepted fix."""
-    if accepted and interval > LONG:
-        track.known = 0.0
-    if estimate[SOG_STD] < UNKNOWN_SPEED:
-        track.known = 1.0
-    track.underway = 0.0 if math.isnan(estimate[COG]) else 1.0
-
-
-@lean_kernel
-def status_of(track: np.record, estimate: Floats, fixed: bool, accepted: bool) -> int:
-    """Status code of a row (index of records.STATUSES). While starting, the velocity in `estimate` is set to NaN."""
-    if track.known == 0.0:
-        for i in range(SOG, len(estimate) - 1):
-            estimate[i] = math.nan
-        return STARTING
-    if fixed and not accepted:
-        return REJECTED
-    if math.isnan(estimate[COG]):
-        return NO_COURSE
-    return OK if fixed else PREDICTED

@@ -6,10 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.archive.filters import Filters, State, predict, restart, state_at, weigh
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.gaps import LONGEST_GAP
+from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.core.statistics import FIX_GATE
+from steerway.estimation.log.course import COG, SOG, SOG_STD
+from steerway.estimation.log.record import LONG
+from steerway.estimation.log.run import UNKNOWN_SPEED
 
 
 def record_of(names: str, **inner: np.dtype) -> np.dtype:
@@ -245,3 +250,27 @@ def conclude_report(vessel: np.record, tracks: np.ndarray, s: int) -> tuple[int,
     vessel.taken += 1.0
     vessel.current = s
     return event, False
+
+
+@lean_kernel
+def note_velocity(track: np.record, estimate: Floats, accepted: bool, interval: float) -> None:
+    """Set `known` and `underway` of a track from its estimate, `interval` seconds after the last accepted fix."""
+    if accepted and interval > LONG:
+        track.known = 0.0
+    if estimate[SOG_STD] < UNKNOWN_SPEED:
+        track.known = 1.0
+    track.underway = 0.0 if math.isnan(estimate[COG]) else 1.0
+
+
+@lean_kernel
+def status_of(track: np.record, estimate: Floats, fixed: bool, accepted: bool) -> int:
+    """Status code of a row (index of records.STATUSES). While starting, the velocity in `estimate` is set to NaN."""
+    if track.known == 0.0:
+        for i in range(SOG, len(estimate) - 1):
+            estimate[i] = math.nan
+        return STARTING
+    if fixed and not accepted:
+        return REJECTED
+    if math.isnan(estimate[COG]):
+        return NO_COURSE
+    return OK if fixed else PREDICTED
