@@ -9,7 +9,7 @@ from typer.core import TyperCommand
 
 from steerway.commands.terminal import argument, option
 from steerway.core.settings import Option, description_of, names_of
-from steerway.live.settings import Settings, Texts
+from steerway.live.settings import Settings
 from steerway.live.uri import DEFAULT
 
 
@@ -72,7 +72,8 @@ def _option_of(name: str) -> inspect.Parameter:
     how = next(each for each in field.metadata if isinstance(each, Option))
     names = [how.name or f"--{names_of(name, field)[0].replace('_', '-')}"]
     kinds = _kinds(field.annotation)
-    kind: Any = bool if bool in kinds else float if float in kinds else list[str] if field.annotation == Texts else str
+    several = list[str] if field.annotation == tuple[str, ...] else str
+    kind: Any = bool if bool in kinds else float if float in kinds else several
     names = [] if kind is bool and not how.name else names  # typer then adds --no-…
     default = option(how.metavar, how.help or description_of(Settings, name), None, *names)
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind | None)
