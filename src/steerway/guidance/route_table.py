@@ -123,7 +123,7 @@ _LARGEST_LATITUDE = math.radians(89.0)
 
 
 def _within_reach(place: Place, name: str) -> Place:
-    """Return the position. Raises InputError outside of the latitudes and longitudes of routes."""
+    """The position itself. Raises InputError for a latitude or longitude beyond the limits of routes."""
     if abs(place[0]) <= _LARGEST_LATITUDE and abs(place[1]) <= math.pi:
         return place
     latitude, longitude = map(math.degrees, place)
