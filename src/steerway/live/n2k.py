@@ -76,7 +76,7 @@ def write_track_control(course: float, rate: float) -> bytes:
 
 
 def _scaled(kind: str, value: float, unit: float) -> int:
-    """A value in its unit as an integer of a `struct` format, within its valid range; its largest means unknown."""
+    """A value in its unit as an integer of a `struct` format, within its valid range; the largest means unknown."""
     most = LARGEST[kind]
     least = 0 if kind.isupper() else -most - 1
     return max(min(round(value / unit), most - 3), least) if math.isfinite(value) else most

@@ -86,7 +86,7 @@ class Settings(Table):
     helm_origin: Annotated[str | None, Option("https://HOST")] = None
     """Address of the helm page behind a TLS proxy."""
     missions: Annotated[str | None, Option("ADDRESS")] = None
-    """Exchange missions with ground stations, at udpin:127.0.0.1:14560."""
+    """Exchange missions with ground stations, such as at udpin:127.0.0.1:14560."""
     mavlink_signing: Annotated[str | None, Option("FILE")] = None
     """Sign MAVLink messages with the passphrase in this file."""
     control: Annotated[str | None, Option("HOST:PORT")] = None

@@ -35,7 +35,7 @@ class PositioningEstimatorTable(Table):
     force_std: Annotated[tuple[NotNegative, NotNegative, NotNegative], "N, N, N·m"] = (0.0, 0.0, 0.0)
     """1σ of the estimated environmental force, north and east, and moment; 0: not estimated."""
     force_time: Annotated[Positive, "s"] = 50.0
-    """Time constant of this force."""
+    """Time constant of the environmental force."""
     wave_std: Annotated[NotNegative, "m"] = 0.0
     """1σ of the wave motion in a fix; 0: not estimated."""
     wave_frequency: Annotated[Positive, "rad/s"] = 0.8

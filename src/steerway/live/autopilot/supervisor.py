@@ -47,7 +47,7 @@ class Supervisor:
     route:   the route, with its limits, fence, boat and safe output.
     profile: profile of the estimator, None for the prior; it limits the bandwidth of the course loop.
     max_dead_reckoning: longest time without a fix for which the autopilot continues, s.
-    engage:  start once without a command, as soon as it is ready.
+    engage: start once without a command, as soon as the autopilot is ready.
     takes:   receiver of the orders, one of `piloting.ACTUATIONS`.
     kinds:   kinds of autopilot and speed controller; see `build.build_pilot`.
     estimators: the filters of the heading (see `piloting.pilot_of`) and of the controlled speed.
@@ -90,7 +90,7 @@ class Supervisor:
         self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead_m, route.no_go)
         self._receiver = ReceiverMonitor()
         self._turns: TurnMonitor | None = None
-        if takes == YAW_RATE:  # propellers are not ordered a yaw rate with which to compare a turn
+        if takes == YAW_RATE:  # propeller orders contain no yaw rate to compare a turn with
             self._turns = TurnMonitor(boat_of(route, takes), route.settings.boat.max_yaw_rate_dps)
         self._monitors = [each for each in (self._receiver, self._turns) if each is not None]
 

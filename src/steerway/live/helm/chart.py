@@ -234,7 +234,7 @@ def strip(points: Sequence[Point], width: float, height: float, span: float, lea
 
 
 def _reach(known: Sequence[Point], least: float, turns: bool) -> tuple[float, float]:
-    """The ends of the axis: all values, and their bands unless these are wider than the range of the values."""
+    """The ends of the axis. It contains all values, and their bands unless these exceed the range of the values."""
     low, high = min(each.value for each in known), max(each.value for each in known)
     room = max(high - low, least)
     low = min(low, *(each.value - min(each.within or 0.0, room) for each in known))

@@ -156,7 +156,8 @@ def angle(degrees: float) -> float:
 
 
 def moment(text: str) -> float:
-    """Unix time (s) of an ISO 8601 text. Most are read by Python's parser, which is a hundred times faster."""
+    """Unix time (s) of an ISO 8601 text. Python's parser reads most of them, a hundred times faster than
+    `unix_times`."""
     try:
         found = datetime.datetime.fromisoformat(text)
     except ValueError:

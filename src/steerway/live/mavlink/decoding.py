@@ -244,12 +244,12 @@ def _angle(degrees: float) -> float:
 _LARGEST = 1.0
 """Largest delay that is used, s. Chosen: receivers take 0.1 to 0.4 s."""
 _WINDOW = 30.0
-"""Time in which the weight of an old difference falls by a factor of e, s. Chosen."""
+"""Time in which the weight of an old difference falls by a factor of e, s."""
 _SLOWEST, _TRAVELLED = 0.5, 3.0
-"""Lowest speed of a fix that is used (m/s), and distance needed before the delay is used (m). Chosen: with fixes of
-0.1 m the delay is then accurate to 0.03 s."""
+"""Lowest speed at which a fix is used (m/s); distance to travel before the delay is used (m). Chosen: with fixes of 0.1
+m the delay is then accurate to 0.03 s."""
 _SLEW = 0.05
-"""Largest correction of the delay, s per second. Chosen: intervals between fixes change by this fraction."""
+"""Largest change of the delay, s per second. It changes the intervals between fixes by at most this fraction."""
 _FRESH_FIX = 0.5  # largest difference in time between the vehicle's estimate and a fix, s
 
 

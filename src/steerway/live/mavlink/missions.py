@@ -1,7 +1,7 @@
 """MAVLink with a ground station, which uploads and downloads the route, changes leg and speed, pauses and continues.
 
-To the ground station this is a boat of ArduPilot with a mission and nothing else. Item 0 is the home position, as in
-ArduPilot. Source: mavlink.io, mission protocol, MAV_CMD.
+To the ground station this program appears as an ArduPilot boat that has a mission only. Item 0 is the home position, as
+in ArduPilot. Source: mavlink.io, mission protocol, MAV_CMD.
 """
 
 import asyncio

@@ -26,7 +26,7 @@ from steerway.simulation.scenario import Scenario
 from steerway.vessels.vessel import Actuator
 
 SILENCE = 1.0
-"""s without a command after which a motor driver stops its propellers."""
+"""Time without a command after which a motor driver stops its propellers, s."""
 
 
 class PropellerReceiver:
@@ -80,7 +80,7 @@ _TALKER = "GP"
 
 
 class RunningBoat:
-    """A boat under way, steered by GUIDED while this mode is on; by propeller commands once any arrived; else by hand.
+    """A boat under way. Propeller commands steer it once any arrived; before, GUIDED targets, or in MANUAL a skipper.
 
     sinks:  links on which the receiver sends GGA and RMC, and with a compass HDT.
     mavlink, cruise: the address of the boat as a MAVLink vehicle; its speed at thrust 1, m/s.
