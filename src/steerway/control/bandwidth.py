@@ -18,7 +18,7 @@ _LEAST = 0.1
 safe; a fast one could be unstable."""
 _RETUNED = 0.05
 """Relative change of the estimate's bandwidth at which `GainSchedule` redesigns the gains. A damping ratio of 0.2 then
-differs by 0.012 for T ω_e up to 0.2, and by 0.04 for T ω_e = 2 (`loop_damping`)."""
+changes by 0.012 for T ω_e up to 0.2, and by 0.04 for T ω_e = 2 (`loop_damping`)."""
 _HALVINGS = 14
 """Bisections over 20 octaves in `comfortable_bandwidth`; the result is accurate to 0.1 %."""
 

@@ -112,8 +112,9 @@ class HeadingMpc(SampledHeading):
         """A controller for an identified heading; its step is the sample of the identified response.
 
         `limit`: largest input; `rate`: its largest change per second, in its unit; `angle_std`: 1σ of an estimated
-        heading, rad; `design`: horizons and weights. The default horizon is three times the second time constant, but
-        10 (as in P4) to 100 steps; the default control horizon is 5. Raises InputError for numbers that cannot be used.
+        heading, rad; `design`: horizons and weights. The default horizon is three times the second time constant,
+        limited to 10 (P4's) to 100 steps; the default control horizon is 5. Raises InputError for numbers that cannot
+        be used.
         """
         plant, limits, observer = parts_for(identified, limit, rate, angle_std)
         steps = 10

@@ -39,7 +39,7 @@ class TurnLimits(NamedTuple):
 
 
 class TurnSpeeds(NamedTuple):
-    """Speed through the water before a turn and the one ordered in it (m/s), its time constant (s), and the largest
+    """Speeds through the water before a turn and ordered in it (m/s), the speed's time constant (s), and the largest
     speed over ground along the bow (m/s); slip_time: see `turn_path`."""
 
     before: float
@@ -109,7 +109,7 @@ def _placed(direction: float, following: float, angle: float, path: Floats, time
 
     def beside(offset: float) -> Turn:
         lead = float(wheel_over(direction, following, path[-1, 0], path[-1, 1], offset, offset))
-        if in_line(direction, following):  # as far before the waypoint as the turn takes
+        if in_line(direction, following):  # the turn does not go beyond the waypoint
             lead = float(np.max(path @ (math.cos(direction), math.sin(direction))))
         excursion, outside, closest, end = passing(path, lead, direction, following, offset)
         return Turn(path, angle, time, lead, -side * offset, end, excursion, outside, closest)

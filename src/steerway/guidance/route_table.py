@@ -82,7 +82,7 @@ class PlaceTable(Table):
     """Longitude (WGS 84), positive east."""
 
     def is_plane(self, name: str) -> bool:
-        """Whether the position is in m. Raises InputError that names it unless exactly one pair of keys is given."""
+        """Whether the position is in m. Raises InputError with the name unless exactly one pair is given."""
         return self._pair(name)[0]
 
     def _pair(self, name: str) -> tuple[bool, float, float]:

@@ -229,7 +229,7 @@ class Navigator:
         return is_long
 
     def _stepped(self, rows: Sequence[InputRow], by: float) -> list[Row]:
-        """Use rows after a clock step of `by` s; NaN: a step that puts the first row an interval after the last fix."""
+        """Use rows after a clock step of `by` s; NaN: the first row follows the last fix by one interval."""
         self.counts["clock steps"] += 1
         if math.isnan(by):
             by = 2.0 * rows[0].time - rows[1].time - self._time
@@ -301,7 +301,8 @@ class Navigator:
 
 
 def filter_of(profile: Profile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
-    """The filter of a profile; "auto" among the aids stands for those of SOG and COG that its structures model."""
+    """The filter of a profile; "auto" among the aids stands for SOG and COG, as far as the profile's structures model
+    them."""
     if AUTO in aid:
         aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile_of(profile))) if each != AUTO))
     return FiveStateFilter(profile, aid)

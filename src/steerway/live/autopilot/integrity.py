@@ -61,8 +61,8 @@ in currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: on 32 so
 faults in the first minute, 49 exceed _CERTAIN after at most 20 s of orders of 5°/s or more. In the other one, the boat
 was stuck at a yaw rate that for half of this time was the ordered one."""
 _ERROR, _ERROR_TIME = 0.35, 0.3
-"""1σ of the track's error over 1 s from sideslip and speed lost in turns: a part in m, and a part in s that is
-multiplied by the usual speed. The receiver's error adds to both."""
+"""1σ of the track's error over 1 s from sideslip and speed lost in turns: _ERROR m, and _ERROR_TIME s times the usual
+speed. Both and the receiver's error are added in quadrature."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 """1σ of a component of the current and of the speed through the water, as fractions of the usual speed."""
 

@@ -290,7 +290,8 @@ class Supervisor:
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
     def _say_turn(self, leg: LegState) -> None:
-        """Log a turn that begins: its angle, and its distance from the waypoint; a warning beyond the acceptance."""
+        """Log a turn that begins: its angle and distance from the waypoint; warn if this exceeds the acceptance
+        radius."""
         turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
         if turn is not None and turn is not self._turn:
             degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
@@ -326,7 +327,7 @@ class Supervisor:
             self.start()
 
     def _slowing(self, course_to_steer: float) -> float:
-        """Fraction of the route's speed for the turn that the reference still has to make."""
+        """Factor on the route's speed, below 1 for a large turn that the reference still has to make."""
         reference = self.pilot.autopilot.shaper.reference
         turn = 0.0 if reference is None else wrap(course_to_steer - reference.angle)
         return max(_SLOWEST_TURN, math.cos(turn)) if math.isfinite(turn) else 1.0

@@ -28,7 +28,7 @@ UNTIMELY = 0.7
 UNKNOWN = 3.0
 """Longest time for which the course may be unknown while fixes arrive, as after a gap, s. The trim is then held."""
 STEP = 0.5
-"""Largest jump ahead of the receiver's time from one fix to the next, s."""
+"""Largest forward jump of the receiver's time from one fix to the next, s."""
 LAG = 2.0
 """Largest delay of fixes compared with the least delayed one, s."""
 

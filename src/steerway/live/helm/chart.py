@@ -187,7 +187,7 @@ def _fan(view: View, x: float, y: float, run: float) -> str:
 
 _TURNS = (1, 2, 5, 10, 15, 30, 45, 90, 180)  # possible steps of a course axis, degrees
 _APART = 18.0  # smallest distance of two lines, pixels
-_LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # pixels around the plot
+_LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # margins around the plot, pixels
 
 
 class Point(NamedTuple):

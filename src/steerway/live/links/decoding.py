@@ -20,7 +20,7 @@ from steerway.live.rows import InputRow, rows_of
 
 _DAY = 86400.0
 _UNDATED = 1e8  # Unix time below which the date is not known
-_LONGEST = 1 << 16  # bytes of a line of JSON
+_LONGEST = 1 << 16  # longest line of JSON, bytes
 
 
 class Decoder(Protocol):

@@ -20,7 +20,7 @@ TURN_LIMIT = math.radians(120.0)
 """Limit of the yaw rate, rad/s: the default of the parameter ATC_STR_RAT_MAX of ArduPilot's Rover."""
 _TURN_PARAMETER = "ATC_STR_RAT_MAX"
 _MODES = (RoverMode.MANUAL, RoverMode.HOLD, RoverMode.GUIDED)
-_FIX_LOST = 1.5  # s after the last fix from which on the receiver reports no fix
+_FIX_LOST = 1.5  # time after the last fix at which the receiver reports no fix, s
 _UNKNOWN_16 = 0xFFFF
 _EKF_ATTITUDE, _EKF_ALL = 0b0010000001, 0b1100111111
 """Flags of EKF_STATUS_REPORT. _EKF_ATTITUDE: attitude and constant position. _EKF_ALL: attitude, velocity and position,

@@ -75,7 +75,7 @@ class PropellerReceiver:
 if TYPE_CHECKING:
     import polars as pl
 
-_BEHIND = 1.0  # s by which steps may be late before they are skipped
+_BEHIND = 1.0  # largest delay of steps before they are skipped, s
 _TALKER = "GP"
 
 
