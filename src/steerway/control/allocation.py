@@ -60,7 +60,7 @@ def allocate(
 ) -> tuple[float, float, float, float]:
     """(port rad/s, starboard rad/s, force N, moment N·m) by P0 (60)–(63), with limits and one gain per direction.
 
-    The yaw moment has priority: the force is reduced until both fit. The moment is limited only by the pair's largest.
+    The yaw moment has priority: the force is reduced first, and the moment only above the largest moment of the pair.
     """
     half = yaw_moment / (2.0 * arm)
     room = 0.5 * (max_thrust - min_thrust)

@@ -1,7 +1,7 @@
 """Parameters of a boat for its controllers: yaw response, mass and drag, actuators.
 
 You can measure these few numbers of any boat in an afternoon of trials. They are no vessel model. `steerway.vessels`
-contains those of the vessels of scenarios.
+has them for the vessels of scenarios.
 """
 
 import math

@@ -25,8 +25,8 @@ class Steerageway:
     """When the autopilot steers by course. Speeds over ground in m/s, angle in rad, time in s.
 
     Steering by course begins above `take` and ends below `give`. A known crab angle must be within `largest_crab` to
-    begin, and within 1.5 times that to go on. Both require the condition for `dwell`; an unknown course ends steering
-    by course at once.
+    begin, and within 1.5 times that to go on. A change waits until its condition has lasted for `dwell`; an unknown
+    course ends steering by course at once.
     """
 
     take: float = 0.5

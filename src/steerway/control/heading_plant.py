@@ -152,8 +152,8 @@ class HeadingResponse:
 
 
 WALK = 0.1
-"""1σ by which the input bias walks in one (the second) time constant, as a fraction of the input limit. It is large
-enough to follow the model error during a turn."""
+"""1σ of the random walk of the input bias in one (second) time constant of the response, as a fraction of the input
+limit. It is large enough to follow the model error during a turn."""
 SURE_DEG = 0.2
 """Lower limit of the noise of a heading estimate in the observer, °·√s. At 1 Hz it is twice the last digit of HDT."""
 

@@ -56,9 +56,8 @@ _LEAST = 0.1
 _SLOW, _WIDE, _WORTH = 0.5, 0.2, 0.8
 """A corner is wide if its path leaves the legs to the outside by more than _WIDE acceptance radii, or passes the
 waypoint at more than one radius. It is turned at _SLOW times the route's speed if the current is slower than that, and
-if the cost of the turn falls below _WORTH times the cost at full speed. On planned paths with corners of 150°, turning
-slowly reduces the excursion from 1.4 to 0.7 m without a current, and from 1.1 to 1.0 m in one of half the boat's
-speed."""
+if the cost of the turn falls below _WORTH times the cost at full speed. On planned paths with corners of 150°, this
+reduces the excursion from 1.4 to 0.7 m without a current, and from 1.1 to 1.0 m in one of half the boat's speed."""
 _BRAKING = 0.25
 """Deceleration (m/s²) of a vehicle with inner loops before a slow corner: half of what such vehicles achieve."""
 
@@ -153,8 +152,7 @@ class InCurrent:
     def _fastest(self, estimate: Estimate) -> float:
         """Largest speed through the water (m/s), by the estimated speed gain.
 
-        With an inner loop of the speed over ground it is at least `top_speed`: in a current that loop gives full
-        thrust.
+        With an inner loop of the speed over ground it is at least `top_speed`: against a current it gives full thrust.
         """
         least = 1.0 if self.over_ground else 0.0
         return self.top_speed * max(estimate.speed_gain, least)

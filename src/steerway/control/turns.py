@@ -1,8 +1,8 @@
 """Turns from one leg to the next: both sides are simulated, and the path that stays nearer to the corner is used.
 
 In a current the crab angles of both legs add to the turn. It may then exceed 180°, or be shorter to the other side. A
-turn may begin and end beside the legs, so that it cuts the corner less or goes less far outside. The large turns of a
-ship begin and end on the legs.
+turn may begin and end beside the legs, to balance how far it cuts the corner and how far it goes outside. The large
+turns of a ship begin and end on the legs.
 """
 
 import math

@@ -26,7 +26,7 @@ from steerway.live.source_choice import SourceChoice
 STEP = 60.0
 """Largest difference in time between two fixes, s. A fix beyond it is held until the next fix confirms it."""
 AHEAD = 1.0
-"""Largest lead (s) over the present, if this is known, of a fix after a gap. A fix beyond it is held likewise."""
+"""Largest time (s) by which a fix after a gap may be ahead of a known present. A fix beyond it is held likewise."""
 _LEAD, _LEAD_S = 0.3, 0.1
 """Largest time by which a fix may be ahead of the present: _LEAD intervals or _LEAD_S s, if that is longer. After a
 larger lead the present is treated as unknown: a log is being replayed faster than recorded, and may have gaps."""
@@ -301,8 +301,7 @@ class Navigator:
 
 
 def filter_of(profile: Profile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
-    """The filter of a profile; "auto" among the aids stands for SOG and COG, as far as the profile's structures model
-    them."""
+    """The filter of a profile; "auto" among the aids stands for SOG and COG, if the profile's structures model them."""
     if AUTO in aid:
         aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile_of(profile))) if each != AUTO))
     return FiveStateFilter(profile, aid)

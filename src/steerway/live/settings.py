@@ -106,8 +106,7 @@ class Settings(Table):
         return cls.made_of(read_toml(path, "settings"), f"settings {path}")._relative_to(Path(path).parent)
 
     def overridden(self, **given: Any) -> Self:
-        """A copy with the given values, except those that are None. Raises InputError for a value that its key
-        refuses."""
+        """A copy with the given values, except those that are None. Raises InputError for a value the key refuses."""
         keys = {name: value for name, value in given.items() if value is not None}
         checked = self.made_of({names_of(name, type(self).model_fields[name])[0]: keys[name] for name in keys}, "live")
         return self.model_copy(update={name: getattr(checked, name) for name in keys})

@@ -174,8 +174,8 @@ before the turn has slowed the ship. A rudder of 15° sustains `turn_rate`, whic
 rate. `yaw_wander` is a tenth of `turn_rate`: with a fiftieth, one run in ten of `steerway study at-sea` had a false
 estimate of the current after its first turn, and the ship was up to two lengths off its leg. The engine runs at one
 setting: in steady turns the model loses 0.04 to 0.23 of its speed, in proportion to the square of the yaw rate. With
-the `speed_doubt` of a guessed boat, the filter explained a current from ahead by 1.3 times the ship's speed, and the
-ship was up to three lengths off its leg."""
+the `speed_doubt` of a guessed boat, the filter took a current along the course for a speed of 1.3 times the ship's own,
+and the ship was up to three lengths off its leg."""
 
 
 class MarinerTable(VesselTable):

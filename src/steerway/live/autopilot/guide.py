@@ -113,8 +113,7 @@ class Guide:
     def exchange(self, items: Sequence[MissionItem], under_way: bool) -> None:
         """Replace the route by that of uploaded items, in the same plane. Raises InputError if it cannot be sailed.
 
-        Under way to a waypoint that the new route contains, the boat stays on this leg; else it begins with the first
-        leg.
+        Under way to a waypoint that the new route contains, the boat stays on this leg; else the first leg begins.
         """
         towards = self.route.places[self.target] if under_way and self.mission.phase is Phase.UNDER_WAY else None
         route = self.route.with_items(items)
@@ -189,8 +188,7 @@ class Guide:
         self.mode, self.course, self.dodges = COURSE, wrap(course), False
 
     def adjust(self, by: float) -> None:
-        """Turn the held course (the present one, if none is held) by an angle (rad, + to starboard); hold the
-        result."""
+        """Turn the held course, or else the present one, by an angle (rad, + to starboard); hold the result."""
         before, dodges = (self.course if self.mode == COURSE else self._known("cog", "course")), self.dodges
         self.hold_course(before + by)
         self.dodges = dodges

@@ -15,8 +15,7 @@ from steerway.live.source_choice import SourceChoice
 
 LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0
-"""Shortest and longest interval between two measurements, s. Beyond it, or after a step back in time, the filter
-restarts."""
+"""Shortest and longest interval between two measurements, s. After a longer one or a step back the filter restarts."""
 _FRESH = 2.0
 """Time after the compass's last reading for which the heading is predicted, s; as in the tracker."""
 _GYRO = 0.5

@@ -290,8 +290,8 @@ class Supervisor:
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
     def _say_turn(self, leg: LegState) -> None:
-        """Log a turn that begins: its angle and distance from the waypoint; warn if this exceeds the acceptance
-        radius."""
+        """Log a turn that begins: its angle, its distance from the waypoint; warn if it passes outside the
+        acceptance."""
         turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
         if turn is not None and turn is not self._turn:
             degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"

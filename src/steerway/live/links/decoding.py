@@ -156,8 +156,7 @@ def angle(degrees: float) -> float:
 
 
 def moment(text: str) -> float:
-    """Unix time (s) of an ISO 8601 text. Python's parser reads most of them, a hundred times faster than
-    `unix_times`."""
+    """Unix time (s) of an ISO 8601 text. Python reads most of them, a hundred times faster than `unix_times`."""
     try:
         found = datetime.datetime.fromisoformat(text)
     except ValueError:

@@ -80,7 +80,7 @@ _TALKER = "GP"
 
 
 class RunningBoat:
-    """A boat under way. Propeller commands steer it once any arrived; before, GUIDED targets, or in MANUAL a skipper.
+    """A boat under way. From the first propeller command on, they steer it; before, GUIDED, or a skipper in MANUAL.
 
     sinks:  links on which the receiver sends GGA and RMC, and with a compass HDT.
     mavlink, cruise: the address of the boat as a MAVLink vehicle; its speed at thrust 1, m/s.
