@@ -1,8 +1,8 @@
 """Thrust allocation: from generalized force to two propellers, one shaft, a rudder or any number of thrusters.
 
 The generalized force in surge, sway and yaw is τ = B f, with f the thrusts and B the thruster configuration matrix. The
-allocation is f = B⁺ τ (Fossen 2021, section 11.2). A thruster beyond its limit is held there, and the others supply the
-rest of τ (redistributed pseudo-inverse; Bordignon 1996).
+allocation is f = B⁺ τ (Fossen 2021, section 11.2). A thruster beyond its limit is held there, and the other thrusters
+supply the rest of τ (redistributed pseudo-inverse; Bordignon 1996).
 """
 
 import math
@@ -38,13 +38,13 @@ class PropellerCommand(NamedTuple):
 
 @kernel
 def shaft_speed(thrust: float, gain_ahead: float, gain_astern: float) -> float:
-    """Propeller speed n (rad/s) for a thrust (N): T = k n|n|, with the gain k of the thrust's direction."""
+    """Propeller speed n (rad/s) for a thrust (N): T = k n|n|, with k the gain ahead or astern."""
     return math.sqrt(thrust / gain_ahead) if thrust >= 0.0 else -math.sqrt(-thrust / gain_astern)
 
 
 @kernel
 def thrust(speed: float, gain_ahead: float, gain_astern: float) -> float:
-    """Thrust T = k n|n| (N) of a propeller at the speed n (rad/s), with the gain k of its direction."""
+    """Thrust T = k n|n| (N) of a propeller at the speed n (rad/s), with k the gain ahead or astern."""
     return (gain_ahead if speed >= 0.0 else gain_astern) * speed * abs(speed)
 
 
@@ -60,7 +60,7 @@ def allocate(
 ) -> tuple[float, float, float, float]:
     """(port rad/s, starboard rad/s, force N, moment N·m) by P0 (60)–(63), with limits and one gain per direction.
 
-    The yaw moment has priority: the force is reduced first, and the moment only if it exceeds the largest of the pair.
+    The yaw moment has priority: the force is reduced first, and the moment only above the largest moment of the pair.
     """
     half = yaw_moment / (2.0 * arm)
     room = 0.5 * (max_thrust - min_thrust)
@@ -112,7 +112,7 @@ OTTER_PROPELLERS = TwoPropellers(
     max_speed=math.sqrt(0.5 * 24.4 * 9.81 / (0.02216 / 2.0)),
     min_speed=-math.sqrt(0.5 * 13.6 * 9.81 / (0.01289 / 2.0)),
 )
-"""The Otter's propellers: bollard pull of both 24.4 kgf ahead and 13.6 kgf astern (the author's public model, MSS)."""
+"""The Otter's propellers: the pair has a bollard pull of 24.4 kgf ahead and 13.6 kgf astern (Fossen's public MSS)."""
 
 
 class RudderCommand(NamedTuple):
@@ -218,6 +218,6 @@ class Thrusters:
         return thrusts, self.matrix @ thrusts
 
     def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
-        """The thrusts (N), then the achieved surge force and yaw moment, without a sway force: for `pilot.Pilot`."""
+        """The thrusts (N) without a sway force, then the achieved surge force and yaw moment; for `pilot.Pilot`."""
         thrusts, (surge, _, moment) = self.allocate((surge_force, 0.0, yaw))
         return (*thrusts.tolist(), float(surge), float(moment))

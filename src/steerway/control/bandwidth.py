@@ -17,14 +17,14 @@ _LEAST = 0.1
 """Bandwidth of `GainSchedule` before speed and fix interval are known, as a fraction of the largest. A slow loop is
 safe; a fast one could be unstable."""
 _RETUNED = 0.05
-"""Relative change of the estimate's bandwidth at which `GainSchedule` redesigns the gains. It changes a damping ratio
-of 0.2 by 0.012 for T ω_e up to 0.2, and by 0.04 for T ω_e = 2 (`loop_damping`)."""
+"""Relative change of the estimate's bandwidth at which `GainSchedule` redesigns the gains. A damping ratio of 0.2 then
+changes by 0.012 for T ω_e up to 0.2, and by 0.04 for T ω_e = 2 (`loop_damping`)."""
 _HALVINGS = 14
 """Bisections over 20 octaves in `comfortable_bandwidth`; the result is accurate to 0.1 %."""
 
 
 def carried_bandwidth(speed: float, course_rate_density: float, position_std: float, fix_interval: float) -> float:
-    """Bandwidth of the course estimate (rad/s), ω_e = (U² S_ω / (σ² T_gnss))^(1/6). A faster autopilot hunts.
+    """Bandwidth of the course estimate (rad/s), ω_e = (U² S_ω / (σ² T_gnss))^(1/6). An autopilot faster than ω_e hunts.
 
     speed U in m/s, spectral density S_ω of the course acceleration in rad²/s³, position_std σ of one fix and axis in m,
     fix_interval T_gnss in s. Lateral position over U measures the integral of the course with noise density σ² T/U².
@@ -77,10 +77,10 @@ def comfortable_bandwidth(carried: float, nomoto_time: float | None) -> float:
 class GainSchedule:
     """Autopilot gains for the bandwidth of the course estimate at the present speed and fix interval.
 
-    nomoto_time: T of the yaw rate, s; the command is the steady yaw rate (Nomoto gain 1). None for a vessel with a
-        yaw-rate loop of its own, which rejects wind: the command needs no integral.
+    nomoto_time: T of the yaw rate, s; the command is the steady yaw rate (Nomoto gain 1). None for a vessel with its
+        own yaw-rate loop: this loop rejects wind, so the autopilot needs no integral.
     course_rate_density, position_std: parameters of the estimator, see `carried_bandwidth`.
-    most: largest bandwidth, however accurate the estimate, rad/s.
+    most: upper limit of the bandwidth, also for an accurate estimate, rad/s.
     fix_interval: interval of fixes, s; it may be set at any time; NaN while unknown.
     """
 
@@ -117,7 +117,7 @@ def advice(
     course_gain: float = 1.0,
     current: float = 0.0,
 ) -> tuple[bool, str]:
-    """(whether it fits, one sentence) for an autopilot of bandwidth ω_n in rad/s; for the rest see `carried_bandwidth`.
+    """(whether it fits, one sentence) for an autopilot of bandwidth ω_n, rad/s; for the others see `carried_bandwidth`.
 
     With the vessel's `nomoto_time` (s), the damping ratio of the loop must also be at least `COMFORTABLE`: ω_n ≤ ω_e
     alone does not ensure stability. course_gain: see `loop_damping`; `current` (m/s) only appears in the sentence.

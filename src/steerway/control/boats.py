@@ -1,7 +1,7 @@
 """Parameters of a boat for its controllers: yaw response, mass and drag, actuators.
 
-An afternoon of trials gives these few numbers for any boat; they are no vessel model. `steerway.vessels` contains the
-numbers of the vessels of scenarios.
+You can measure these few numbers of any boat in an afternoon of trials. They are no vessel model. `steerway.vessels`
+has them for the vessels of scenarios.
 """
 
 import math
@@ -43,14 +43,15 @@ class Boat:
     heading response, for MPC and LQG in place of K and T. steers: whether the boat can turn. turn_rate: largest ordered
     yaw rate, rad/s. yaw: yaw response, if K and T do not describe it; pivot: distance (m) from the receiver forward to
     the pivot point, which moves along the bow also in a turn. yaw_wander: RMS yaw rate (rad/s) that the response does
-    not explain; 0 if unknown. yaw_doubt, speed_doubt: σ of the yaw response's gain, damping and bias, and of the speed
-    at an order, relative to those of a guessed boat. turn_loss: share of the speed lost in a turn at `turn_rate`.
+    not explain; 0 if unknown. yaw_doubt: factor on the σ of gain, damping and bias of a guessed yaw response;
+    speed_doubt: factor on the σ of a guessed boat's speed at an order. turn_loss: share of the speed lost in a turn at
+    `turn_rate`.
 
     For steering in a current. turn_acceleration: largest yaw acceleration of the reference (rad/s²), by default half of
-    what yaw_limit gives. turn_share: yaw rate of planned turns as a fraction of `turn_rate`; the rest is a margin for
-    the controller. surge_time: time constant of the speed in a planned turn, s. slip_time: time constant (s) with which
-    the motion through the water follows the bow. takes_rates: whether the boat has inner loops of its own, which take a
-    yaw rate and a speed over ground. pivot_angle: smallest corner (rad) at which the boat stops and turns on the spot.
+    the acceleration at yaw_limit. turn_share: yaw rate of planned turns as a fraction of `turn_rate`; the rest is a
+    margin for the controller. surge_time: time constant of the speed in a planned turn, s. slip_time: time constant (s)
+    with which the motion through the water follows the bow. takes_rates: whether the boat has its own inner loops for
+    yaw rate and speed over ground. pivot_angle: smallest corner (rad) at which the boat stops and turns on the spot.
     sample: step (s) of an MPC or LQG autopilot, by default that of `HeadingResponse.of_nomoto`.
     """
 

@@ -25,7 +25,8 @@ class Steerageway:
     """When the autopilot steers by course. Speeds over ground in m/s, angle in rad, time in s.
 
     Steering by course begins above `take` and ends below `give`. A known crab angle must be within `largest_crab` to
-    begin, and within 1.5 times that to go on. A change takes `dwell`; an unknown course ends it at once.
+    begin, and within 1.5 times that to go on. A change waits until its condition has lasted for `dwell`; an unknown
+    course ends steering by course at once.
     """
 
     take: float = 0.5
@@ -86,9 +87,9 @@ class Shaper(Protocol):
 class Autopilot:
     """Steers by course or by heading, as `hand_over` decides, without a jump between them.
 
-    At a hand-over the reference moves to the other angle together with the control error, and the integral absorbs the
-    rest: the command is continuous. With a `schedule` the gains follow the bandwidth of the course estimate while
-    `course_wanted`.
+    At a hand-over the reference changes to the other angle with the same control error, and the integral absorbs what
+    remains, so that the command does not jump. With a `schedule` the gains follow the bandwidth of the course estimate
+    while `course_wanted`.
     """
 
     def __init__(

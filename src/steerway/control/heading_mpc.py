@@ -28,7 +28,7 @@ from steerway.core.errors import InputError
 from steerway.core.extras import missing
 
 FULL_CHANGE = 40.0
-"""Ratio of two costs: an input change at its limit, and an error of 1°. From P4: R = 0.1 per rpm², limit 20 rpm."""
+"""Cost of an input change at its limit over the cost of an error of 1°. From P4: R = 0.1 per rpm², limit 20 rpm."""
 LONGEST_HORIZON = 100
 """Longest default horizon, steps: ten times P4's."""
 _CHANGES = 15.0
@@ -50,10 +50,10 @@ def default_weights(
 
 
 _ROUNDING = 1e-12
-"""Least ratio of the smallest to the largest eigenvalue of a QP, 5000 roundings. Below it the QP may become concave."""
+"""Lower limit of a QP's smallest eigenvalue over its largest, 5000 rounding errors. Below it the QP may be concave."""
 _TOLERANCE, _ROUNDED = 1e-12, 1e-9
-"""Tolerance of the limits, in the input's unit. If the solver fails with it, the second value applies, as a fraction of
-the change without limits: its relative rounding error of 1e-16 grows with the condition number of the QP."""
+"""Two tolerances of the limits. The first is in the input's unit. If the solver fails with it, the second applies, a
+fraction of the unlimited change: rounding errors of this change grow with the condition number of the QP."""
 
 
 class HeadingMpc(SampledHeading):
@@ -113,7 +113,8 @@ class HeadingMpc(SampledHeading):
 
         `limit`: largest input; `rate`: its largest change per second, in its unit; `angle_std`: 1σ of an estimated
         heading, rad; `design`: horizons and weights. The default horizon is three times the second time constant,
-        within 10 steps (P4's) and 100 steps, with 5 changes. Raises InputError for numbers that cannot be used.
+        limited to 10 (P4's) to 100 steps; the default control horizon is 5. Raises InputError for numbers that cannot
+        be used.
         """
         plant, limits, observer = parts_for(identified, limit, rate, angle_std)
         steps = 10

@@ -1,7 +1,7 @@
 """The linear plant of predictive and LQG heading control, its limits and its observer.
 
 A plant is discrete, x(k+1) = A x + B (u + d), y = C x, with y the heading (rad) and d an unknown bias of the input.
-`HeadingResponse` describes an identified heading, or Nomoto's K and T; `parts_for` makes plant and observer of it.
+`HeadingResponse` describes an identified heading, or Nomoto's K and T; `parts_for` builds plant and observer from it.
 """
 
 import math
@@ -152,10 +152,10 @@ class HeadingResponse:
 
 
 WALK = 0.1
-"""1σ of the random walk of the input bias over the second time constant, as a fraction of the input limit. It is large
-enough to follow the model error during a turn."""
+"""1σ of the random walk of the input bias in one (second) time constant of the response, as a fraction of the input
+limit. It is large enough to follow the model error during a turn."""
 SURE_DEG = 0.2
-"""Least noise of a heading estimate in the observer, °·√s: twice the last digit of HDT."""
+"""Lower limit of the noise of a heading estimate in the observer, °·√s. At 1 Hz it is twice the last digit of HDT."""
 
 
 def parts_for(

@@ -9,7 +9,7 @@ from steerway.core.checks import one_of, positive
 KINDS = ("pole-placement", "mpc", "lqg")
 """Kinds of autopilots; the first is `control.course.AnglePID`."""
 _LOOK_AHEAD = 6.0
-"""Horizon of an MPC in units of 1/ω: errors beyond it have no cost. e⁻⁶ of a first-order response is 0.25 %."""
+"""Horizon of an MPC in units of 1/ω; later errors have no cost. A first-order error is then e⁻⁶, 0.25 %."""
 
 
 class SampledSteering:

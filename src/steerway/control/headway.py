@@ -9,11 +9,11 @@ LEAST_HEADWAY = 0.03
 _PATIENCE = 15.0
 """Time (s) for which the current has to exceed the boat's speed before the boat stops."""
 _LONGEST_WITHOUT = 60.0
-"""Longest time (s) without coming nearer to the waypoint, for a yaw time constant of at most 1 s."""
+"""Longest time (s) without coming nearer to the waypoint; multiplied by the yaw time constant if that is above 1 s."""
 _CARRIED, _CARRIED_TIME = 4.0, 8.0
-"""Two distances: in radii of the tightest turn, and in s at top speed. A boat is carried away once its distance from
-the waypoint exceeds the least distance so far by the larger of both. On squares in a current of 65 % of its speed, a
-turn carries the boat back by up to 12 m."""
+"""Distance by which a boat may be carried back from its nearest approach to the waypoint: the larger of _CARRIED radii
+of the tightest turn and _CARRIED_TIME s at top speed. On squares in a current of 65 % of its speed, a turn carries the
+boat back by up to 12 m."""
 
 
 class Headway:

@@ -1,8 +1,8 @@
 """Position holding with surge thrust and steering only, by a boat with estimated heading and current.
 
-In a current strong enough for steering, the boat points its bow into the current and matches its speed; a distance from
-the point changes speed and heading slightly. In a weaker current the boat drifts, and returns slowly once it has left a
-circle around the point.
+In a current strong enough for steering, the boat points its bow into the current and matches its speed; small changes
+of speed and heading bring the boat back to the point. In a weaker current the boat drifts. Once it has left a circle
+around the point, it returns slowly.
 """
 
 import math

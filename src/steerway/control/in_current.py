@@ -29,7 +29,7 @@ SURE = 0.5
 _LOST = 1.0
 """1σ of the heading, rad, above which a boat that begins to steer goes straight ahead at first."""
 _DEPARTURE = 10.0
-"""Longest time straight ahead, s; later turns show the heading."""
+"""Longest time for which such a boat goes straight ahead, s. Its turns then make the heading observable."""
 _KEPT_SIDE = 0.5
 """Remaining turn (rad) above which the bow turns to the planned side. Without this rule a boat turned to and fro: with
 90° left, the course back to the turn's path required a turn to the other side."""
@@ -37,28 +37,27 @@ _SHORTEST = 0.3
 """Smallest factor on the lookahead of a slow boat."""
 _APPROACH, _NEAR = 1.5, 1.0
 """_APPROACH: distance before a turn, in lookaheads, over which the boat moves beside the leg to the turn's beginning.
-_NEAR: time (s) before a turn from which on the turn is planned from the boat's own distance to the leg."""
+_NEAR: time (s) before a turn; from then on the plan uses the boat's actual distance to the leg."""
 _SOON, _AGAIN = 2.0, 0.2
-"""_SOON: time before a turn from which on it is planned at every step, s. _AGAIN: time between earlier plans, s."""
+"""_SOON: time before a turn, s; from then on it is planned at every step. _AGAIN: time between earlier plans, s."""
 _LATE, _AT_ONCE = 0.2, 0.7
-"""_LATE: time (s) by which a vehicle with inner loops follows the reference late. _AT_ONCE: speed through the water, as
-a fraction of the largest, below which the rudder is weak and the shortfall (in s) is added. In squares the boat was
-late by 0.35 s more at a fraction of 0.35, and by 0.2 s more at 0.5."""
+"""_LATE: delay (s) with which a vehicle with inner loops follows the reference. _AT_ONCE: speed through the water, as a
+fraction of the largest, below which the rudder is weak; the delay then grows by 1 s per unit of the missing fraction.
+On squares it was 0.35 s longer at a fraction of 0.35, and 0.2 s longer at 0.5."""
 _FIRMER = 3.0
-"""Factor on the bandwidth of the heading loop in a turn of a vehicle with inner loops. Where the rudder is at its
-limit at first, the boat falls behind the reference by 8 to 15°. A loop that takes 2 s to catch up leaves the path by
-0.5 m."""
+"""Factor on the bandwidth of the heading loop in a turn of a vehicle with inner loops. If the rudder reaches its limit
+at first, the boat falls behind the reference by 8 to 15°; catching up in 2 s would take it 0.5 m off the path."""
 _TIGHTER, _SETTLES = 2.0, 4.0
 """Divisor of the lookahead in a turn of a vehicle with inner loops; time for which it applies after the turn, s."""
 _QUICKEST = 3.0
-"""Largest factor by which the reference is faster than declared. With 2, a turn of 90° takes 0.8 s longer."""
+"""Largest ratio of the reference's bandwidth to the declared one. With 2 instead, a turn of 90° takes 0.8 s longer."""
 _LEAST = 0.1
-"""Smallest bandwidth, as a fraction of the boat's own."""
+"""Smallest bandwidth of the heading loop, as a fraction of the boat's own."""
 _SLOW, _WIDE, _WORTH = 0.5, 0.2, 0.8
-"""A corner is wide if its path goes outside by more than _WIDE of the acceptance, or passes the waypoint outside of the
-acceptance. It is turned at _SLOW of the route's speed if the current is slower than that, and if this reduces the cost
-of the turn to less than _WORTH times the cost at full speed. On planned paths with corners of 150°, this reduces the
-excursion from 1.4 to 0.7 m without a current, and from 1.1 to 1.0 m in a current of half the boat's speed."""
+"""A corner is wide if its path leaves the legs to the outside by more than _WIDE acceptance radii, or passes the
+waypoint at more than one radius. It is turned at _SLOW times the route's speed if the current is slower than that, and
+if the cost of the turn falls below _WORTH times the cost at full speed. On planned paths with corners of 150°, this
+reduces the excursion from 1.4 to 0.7 m without a current, and from 1.1 to 1.0 m in one of half the boat's speed."""
 _BRAKING = 0.25
 """Deceleration (m/s²) of a vehicle with inner loops before a slow corner: half of what such vehicles achieve."""
 
@@ -67,11 +66,11 @@ _BRAKING = 0.25
 class InCurrent:
     """Steers a boat in a current; the fields are parameters of the boat.
 
-    response: of the yaw rate to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits
-    of the speed through the water; below `slowest` the boat hardly steers. turn_rate: largest ordered yaw rate, rad/s.
-    bandwidth: of the heading loop with a perfect estimate, rad/s. over_ground: whether the boat's inner loop controls
-    the speed over ground along the bow; else it is the speed through the water. pivot, slip_time, lookahead: as in
-    `Boat`. speed_time: time constant of the speed, s. acceptance: radius of the waypoints, m.
+    response: response of the yaw rate to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s):
+    limits of the speed through the water; below `slowest` the boat hardly steers. turn_rate: largest ordered yaw rate,
+    rad/s. bandwidth: bandwidth of the heading loop with a perfect estimate, rad/s. over_ground: whether the boat's
+    inner loop controls the speed over ground along the bow; else it controls the speed through the water. pivot,
+    slip_time, lookahead: as in `Boat`. speed_time: time constant of the speed, s. acceptance: waypoint radius, m.
     """
 
     response: YawResponse
@@ -119,7 +118,7 @@ class InCurrent:
         self._turned_for, self._direction = self._turned_for + dt, leg.direction
         if self.turning is not None and self._turned_for >= self.turning.time:
             self._path = None
-        # A speed gain above 1 may be a wrong split of the motion; a boat faster than declared comes nearer anyway.
+        # A speed gain above 1 may be a wrong split into speed and current; a boat that is faster comes nearer anyway.
         believed = estimate._replace(speed_gain=min(estimate.speed_gain, 1.0))
         fastest = self.progress(leg.direction, believed) + estimate.current_std
         self._headway.watch(leg, fastest if estimate.heading_std <= SURE else math.inf, self.turn_rate, dt)
@@ -144,7 +143,7 @@ class InCurrent:
     def water_speed(self, course: float, speed: float, estimate: Estimate) -> float:
         """Speed through the water (m/s) for a speed over ground along a course, within the boat's limits.
 
-        In a planned turn it is that of the next leg, as planned: less thrust would turn the boat less.
+        In a planned turn the result is the speed planned for the next leg: less thrust would turn the boat less.
         """
         current = estimate.current_north, estimate.current_east
         course = course if self._path is None else self._direction
@@ -153,7 +152,7 @@ class InCurrent:
     def _fastest(self, estimate: Estimate) -> float:
         """Largest speed through the water (m/s), by the estimated speed gain.
 
-        With a loop of the speed over ground it is at least `top_speed`: this loop uses full thrust against the current.
+        With an inner loop of the speed over ground it is at least `top_speed`: against a current it gives full thrust.
         """
         least = 1.0 if self.over_ground else 0.0
         return self.top_speed * max(estimate.speed_gain, least)
@@ -175,7 +174,7 @@ class InCurrent:
         return Reference(heading, 0.0, 0.0)
 
     def _to_the_side(self, heading: float, reached: float, turn: float) -> float:
-        """The heading; in a planned turn at most 143° ahead of the reference `reached`, on the turn's side."""
+        """The heading; in a planned turn at most 143° beyond the reference `reached`, on the side of the turn."""
         self._left -= 0.0 if math.isnan(self._seen) else wrap(reached - self._seen)
         self._seen = reached
         side = math.copysign(1.0, turn)
@@ -241,7 +240,7 @@ class InCurrent:
         return turn.lead + (late * estimate.sog if self.over_ground else 0.0)
 
     def _slow_or_not(self, leg: LegState, following: float, estimate: Estimate, model: ReferenceModel) -> Turn:
-        """The turn at the end of a leg, at full speed or slowly: decided once a second, until the boat brakes."""
+        """The turn at the end of a leg, at full speed or slowly: chosen once a second until the boat brakes."""
         target, slow, seen_at = self._corner
         if target != leg.target:
             slow, seen_at = math.inf, math.inf
@@ -268,7 +267,7 @@ class InCurrent:
         return self.planned(leg.direction, following, (before, after), current, model, fastest, estimate.slip_time)
 
     def speed(self, leg: LegState, speed: float) -> float:
-        """The speed (m/s) for a speed of the route: lower before and in a corner that is turned slowly."""
+        """The desired speed (m/s): the route's `speed`, but lower before and in a corner that is turned slowly."""
         if self._path is not None:
             return min(speed, self._turn_speed)
         into, turn, _ = self._next
@@ -315,7 +314,7 @@ class InCurrent:
         )
 
     def feedforward(self, autopilot: Autopilot, estimate: Estimate) -> float:
-        """The output that turns the boat as the reference turns; 0 if the controller would estimate it as a bias."""
+        """The output that turns the boat like the reference; 0 if the controller would estimate it as a bias."""
         reference = autopilot.shaper.reference
         if reference is None or not isinstance(autopilot.controller, AnglePID):
             return 0.0

@@ -24,7 +24,7 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 
 _SLOW = 0.08
-"""Least S in the adaptation rate, as a fraction of the top speed. Otherwise 1/S² would grow without limit."""
+"""Least S in the adaptation rate, as a fraction of the top speed. Without this limit 1/S² would be unbounded."""
 _LARGEST = 0.5
 """Least S in the adaptation rate, as a fraction of the reference speed. For a boat under way with a set-point near 0,
 the regressor would otherwise be hundreds of times the regressor at a steady speed."""

@@ -10,10 +10,10 @@ from steerway.core.compiled import kernel
 
 @dataclass(frozen=True)
 class SpeedPIGains:
-    """mass: including added mass, kg; drag: linear, N·s/m, and quadratic, N·s²/m²; bandwidth ω of the loop, rad/s.
+    """Gains of a PI speed loop. mass with added mass, kg; drag in N·s/m and N·s²/m²; bandwidth ω of the loop, rad/s.
 
     `limit` of the force ahead and `limit_astern` of the force astern in N (both positive; limit_astern 0: no reverse);
-    `acceleration` of the reference towards the desired speed, m/s²: no more than the speed estimate can follow.
+    `acceleration` of the reference towards the desired speed, m/s²; the speed estimate must be able to follow.
     """
 
     mass: float
@@ -89,7 +89,7 @@ class SpeedPI:
         return self.force
 
     def _approach(self, desired: float, speed: float, dt: float) -> float:
-        """The reference speed, on its way from the boat's own speed to the desired one.
+        """The reference speed, which moves from the boat's own speed to the desired one.
 
         Without a limit of acceleration it is a first-order model with the loop's bandwidth. A step fed directly to the
         loop would overshoot by e⁻² = 14 %.

@@ -1,6 +1,6 @@
 """Turning on the spot: the boat stops at the waypoint of a sharp corner, turns, and goes on.
 
-It drifts meanwhile. If the current would carry it too far, the boat turns the corner under way.
+The boat drifts during the turn. If the current would carry it too far, the boat turns the corner under way.
 """
 
 import math
@@ -12,9 +12,9 @@ from steerway.core.estimate import Estimate
 from steerway.core.leg import LegState
 
 _SLOWEST = 0.3
-"""Final speed of the approach to the waypoint, as a fraction of the route's speed. Less delays the turn by seconds."""
+"""Final speed of the approach to the waypoint, as a fraction of the route's speed. Slower costs seconds."""
 _ROUND = math.radians(10.0)
-"""Heading error (rad) to the next leg below which the boat goes on; it turns the rest within its own length."""
+"""Heading error (rad) to the next leg below which the boat goes on. It turns the rest within its own length."""
 
 
 class SpotTurn:
@@ -28,7 +28,7 @@ class SpotTurn:
 
     def restart(self) -> None:
         """Reset, when the boat begins to steer."""
-        self.turns = False  # on the spot, now
+        self.turns = False  # whether the boat is turning on the spot now
         self._next = -1  # waypoint of the leg that begins with a turn
 
     def lead(self, leg: LegState, following: float, estimate: Estimate, rate: float) -> float:

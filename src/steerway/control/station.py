@@ -18,8 +18,8 @@ Vector = tuple[float, float]
 @dataclass(frozen=True)
 class StationGains:
     """mass: including added mass, kg; bandwidth: ω of the position loop, rad/s; radius: distance within which the boat
-    backs towards a point astern and does not turn round, m; least_force: force below which the bow keeps its direction,
-    N; limit and limit_astern: of the surge force, N, both positive."""
+    backs to a point astern instead of turning round, m; least_force: force below which the bow keeps its direction, N;
+    limit and limit_astern: of the surge force, N, both positive."""
 
     mass: float
     bandwidth: float = 0.2

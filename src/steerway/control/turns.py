@@ -1,7 +1,7 @@
 """Turns from one leg to the next: both sides are simulated, and the path that stays nearer to the corner is used.
 
 In a current the crab angles of both legs add to the turn. It may then exceed 180°, or be shorter to the other side. A
-turn may begin and end beside the legs, which balances the cut of the corner against the excursion outside. The large
+turn may begin and end beside the legs, to balance how far it cuts the corner and how far it goes outside. The large
 turns of a ship begin and end on the legs.
 """
 
@@ -16,17 +16,17 @@ from steerway.core.kinematics import heading_for
 from steerway.core.wheel_over import in_line, passing, turn_path, wheel_over
 
 _ONE_SIDE = math.radians(100.0)
-"""Turn of the bow below which the other side, of more than 260°, is not simulated."""
+"""Largest turn of the bow for which only this side is simulated; the turn to the other side would exceed 260°."""
 
 _CUT, _INSIDE = 1.5, 1.5
-"""Divisors in `Turn.cost` of the distances `closest` and `excursion`. On a right-angled path that is as far inside as
-outside, these are 1.4 and 1 times `outside`. With a _CUT of 1.8, boats passed wide corners at a distance of 1.7 m, and
-went 0.5 m outside."""
+"""Divisors in `Turn.cost` of the distances `closest` and `excursion`. On a right-angled path that leaves the legs
+equally far on both sides, `closest` is 1.4 and `excursion` 1 times `outside`. With a _CUT of 1.8, boats passed wide
+corners at a distance of 1.7 m and went 0.5 m outside."""
 _KEPT = 0.7
-"""Factor on the size of a turn to the side planned before. The turns to both sides begin on different sides of the leg:
-a boat that changed its plan near the waypoint began 0.7 m beside the place."""
+"""Factor on the size of a turn to the side planned before. Turns to port and starboard begin on different sides of the
+leg: a boat that changed the side near the waypoint began its turn 0.7 m beside the planned place."""
 _STEPS = 10
-"""Steps of the search for the offset, which find it to 1 % of the turn's size."""
+"""Steps of the search for the offset; the result is accurate to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -39,7 +39,7 @@ class TurnLimits(NamedTuple):
 
 
 class TurnSpeeds(NamedTuple):
-    """Speed through the water before a turn and the one ordered in it (m/s), its time constant (s), and the largest
+    """Speeds through the water before a turn and ordered in it (m/s), the speed's time constant (s), and the largest
     speed over ground along the bow (m/s); slip_time: see `turn_path`."""
 
     before: float
@@ -85,8 +85,8 @@ def plan_turn(
 ) -> Turn:
     """The turn between legs of two directions (rad) in a current (north, east; m/s); pivot: see `turn_path`.
 
-    leaves_legs: whether it may begin and end beside the legs. before: angle of the turn planned before, 0 for none; its
-    side is kept unless the other one is clearly better.
+    leaves_legs: whether it may begin and end beside the legs. before: angle of the last plan of this turn, 0 for none;
+    its side is kept unless the other side is clearly better.
     """
     heading = float(heading_for(direction, speeds.before, *current)[0])
     shortest = wrap(float(heading_for(following, speeds.after, *current)[0]) - heading)
@@ -109,7 +109,7 @@ def _placed(direction: float, following: float, angle: float, path: Floats, time
 
     def beside(offset: float) -> Turn:
         lead = float(wheel_over(direction, following, path[-1, 0], path[-1, 1], offset, offset))
-        if in_line(direction, following):  # as far before the waypoint as the turn takes
+        if in_line(direction, following):  # the turn does not go beyond the waypoint
             lead = float(np.max(path @ (math.cos(direction), math.sin(direction))))
         excursion, outside, closest, end = passing(path, lead, direction, following, offset)
         return Turn(path, angle, time, lead, -side * offset, end, excursion, outside, closest)

@@ -20,7 +20,7 @@ class GuidanceLaw(Protocol):
     """A guidance law: desired course or heading for a position relative to a leg."""
 
     def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
-        """The desired angle and its rate, for a course (rad) and speed over ground; the rate is 0 if one is NaN."""
+        """The desired angle and its rate, for a course and speed over ground; the rate is 0 if either is NaN."""
 
 
 @kernel

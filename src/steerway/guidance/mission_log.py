@@ -61,7 +61,8 @@ class MissionLog:
         self.passages.append(passage)
 
     def add(self, north: float, east: float, leg: LegState | None, dt: float, effort: float) -> None:
-        """Add one step. Unknown positions add time and effort only; the next known one adds the distance since."""
+        """Add one step. An unknown position adds time and effort only; the next known one adds the distance from the
+        last known one."""
         self.time += dt
         self.energy += effort * dt
         if leg is None or not (math.isfinite(north) and math.isfinite(east)):

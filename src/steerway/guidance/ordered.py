@@ -12,7 +12,7 @@ from steerway.guidance.waypoints import Mission, Phase
 
 
 class Order(NamedTuple):
-    """An order in force from `time` (s): rad, m/s, m. A NaN means no position, or the boat's cruise speed."""
+    """An order in force from `time` (s): rad, m/s, m. A position of NaN means none, a speed of NaN the cruise speed."""
 
     time: float
     course: float = 0.0  # or heading, if the law commands a heading
@@ -86,7 +86,7 @@ class Ordered:
         return self.now.course
 
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
-        """The ordered speed, without a leg; the first step is at 0 s. See `waypoints.Mission.step`."""
+        """A `LegState` with the ordered speed and no leg; the first step is at 0 s. See `waypoints.Mission.step`."""
         self._time = 0.0 if math.isnan(self._time) else self._time + dt
         speed = self.now.speed
         return UNSEEN._replace(speed=self.cruise if math.isnan(speed) else speed)

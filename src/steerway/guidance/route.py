@@ -15,7 +15,7 @@ from steerway.guidance.corners import KINDS, Corner, corner
 LONGEST_LEG = 500e3
 """Longest leg, m. A longer leg is no straight line in one tangent plane; most often its unit is wrong."""
 _SHARPEST = -0.9
-"""Cosine of the sharpest turn of a parallel route, 154°: the corner is then four offsets from the waypoint."""
+"""Cosine of 154°, the sharpest turn of a parallel route. Its corner is then four offsets from the waypoint."""
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -23,7 +23,7 @@ class Route:
     """Waypoints joined by straight legs.
 
     north, east: (n,), n ≥ 2, m in the tangent plane.
-    acceptance:  radius of acceptance of a waypoint, m: one number or (n,), NaN: `default_acceptance`.
+    acceptance: radius of acceptance of a waypoint, m: one number or (n,), NaN for `default_acceptance`.
     speed:       desired speed on the leg to each waypoint, m/s: None, one number or (n,), NaN for none.
     corners:     one of `corners.KINDS`; corner_radius: least radius of a curve, m.
     Raises InputError that names the waypoint for a route that a boat cannot follow.

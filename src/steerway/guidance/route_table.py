@@ -82,7 +82,7 @@ class PlaceTable(Table):
     """Longitude (WGS 84), positive east."""
 
     def is_plane(self, name: str) -> bool:
-        """Whether the position is in m. Raises InputError that names it unless exactly one pair of keys is given."""
+        """Whether the position is in m. Raises InputError with the name unless exactly one pair is given."""
         return self._pair(name)[0]
 
     def _pair(self, name: str) -> tuple[bool, float, float]:
@@ -123,7 +123,7 @@ _LARGEST_LATITUDE = math.radians(89.0)
 
 
 def _within_reach(place: Place, name: str) -> Place:
-    """Return the position. Raises InputError outside of the latitudes and longitudes of routes."""
+    """The position itself. Raises InputError for a latitude or longitude beyond the limits of routes."""
     if abs(place[0]) <= _LARGEST_LATITUDE and abs(place[1]) <= math.pi:
         return place
     latitude, longitude = map(math.degrees, place)

@@ -35,8 +35,8 @@ class Passing:
     rule "circle": reached inside the circle of acceptance, P4 (22); missed when the boat passes the waypoint's plane
         normal to the leg outside of the circle. (The sign change of the range rate, as in P4, also occurs at the start
         and after every switch.)
-    Under both, a leg with a desired speed is given up after time_factor · length / speed + time_margin (s), with the
-    boat's distance from the waypoint as length if that is longer. time_factor None: never.
+    With either rule, a leg with a desired speed is given up after time_factor · length / speed + time_margin (s). The
+    length is that of the leg, or the boat's first distance from the waypoint if longer. time_factor None: never.
     """
 
     rule: str = "remaining"
@@ -71,14 +71,13 @@ class Mission:
     start "line": the first leg runs from waypoint 0 to 1; its line is followed also from behind or beside it. A boat
         already beyond the line's end passes waypoint 1 by the rule. Waypoint 0 begins the route and is no goal.
     start "point": waypoint 0 is the first goal, on a leg from the boat's first known position.
-    at_end "continue" | "hold" | "stop": the last leg's line continues beyond the last waypoint; the desired speed is
-        the last leg's for "continue" and 0 otherwise. `phase` is set to match.
+    at_end "continue" | "hold" | "stop": sets `phase` after the last waypoint. The last leg's line continues beyond it;
+        the desired speed is the last leg's for "continue" and 0 otherwise.
     The step that passes a waypoint still returns the old leg; the next step returns the new one. A step passes at most
-    one waypoint. `lead` may be set before a step to the distance (m) of the wheel-over point from the waypoint, at
-    which the leg then ends in place of the rule (NaN for none). A curve at the end of a leg belongs to the leg, whose
-    direction is then taken `preview` m ahead, for a boat that follows with a delay. `following` is the direction (rad)
-    of the leg after that of the last step. It is NaN if there is no such leg, if a curve leads to it, or if it has
-    become the active leg.
+    one waypoint. `lead` is the distance (m) of the wheel-over point from the waypoint. If you set it before a step, the
+    leg ends there, whatever the rule (NaN: by the rule). A curve at the end of a leg belongs to the leg; on it, the
+    leg's direction is that of the curve `preview` m ahead, because a boat follows with a delay. `following` is the
+    direction (rad) of the next leg. It is NaN if there is none, if a curve leads to it, or once it is active.
     """
 
     given_course = math.nan
@@ -170,7 +169,7 @@ class Mission:
             self._sail(0, north, east, north, east)
 
     def _sail(self, target: int, north_0: float, east_0: float, north: float, east: float) -> None:
-        """Make the leg from a point (north_0, east_0) to a waypoint active, the boat being at (north, east)."""
+        """Make the leg from a point (north_0, east_0) to a waypoint active, for a boat at (north, east)."""
         route = self.route
         end = (float(route.north[target]), float(route.east[target]))
         on_route = target > 0 and (north_0, east_0) == (route.north[target - 1], route.east[target - 1])

@@ -193,7 +193,7 @@ class Format(NamedTuple):
 
     make:    (sink, period in s, whether every tick is sent) → output.
     period:  default period, s; None for a format without one.
-    commands_propellers: whether it contains the autopilot's propeller commands, so that it needs a route.
+    commands_propellers: whether it contains the autopilot's propeller commands; it then needs a route.
     """
 
     make: Callable[[Sink, float, bool], Output]

@@ -48,7 +48,7 @@ _COLLECTIONS = 200, 5, 20
 _WARM_SECONDS = 30
 _WARM_RATE = 5.0
 """Tick rate for compilation, Hz: the lowest that runs every code path."""
-_WARM_STEP = 3e-7  # rad to the north each second
+_WARM_STEP = 3e-7  # step to the north each second, rad
 
 
 class _NullSink(Sink):

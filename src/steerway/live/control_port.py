@@ -20,9 +20,9 @@ from steerway.live.uri import Address, checked, host_and_port, is_loopback, toke
 DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
 _LONGEST = 4096  # longest request, bytes
-_FIRST = 5.0  # s within which a client has to send the token
+_FIRST = 5.0  # time within which a client has to send the token, s
 _MOST = 16  # largest number of connections with the token, and of those without it
-_LOOK = 0.1  # s between two checks for a changed state
+_LOOK = 0.1  # time between two checks for a changed state, s
 _PERIOD = 1.0  # longest time between two states that are sent, s
 
 

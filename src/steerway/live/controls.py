@@ -124,4 +124,4 @@ _STEERING: dict[str, Callable[[Supervisor, Any, str], None]] = {
     "faster": lambda supervisor, value, who: supervisor.guide.change_speed(_number(value, "m/s")),
 }
 REQUESTS = (*_STEERING, "mob", "mob-over")
-"""Names of requests. Values: a course or a turn (rad, + to starboard), m to starboard, m/s, or a leg's number."""
+"""Names of requests. Their values: a course or turn (rad, + to starboard), m to starboard, m/s, or a leg's number."""

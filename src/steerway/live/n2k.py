@@ -76,7 +76,7 @@ def write_track_control(course: float, rate: float) -> bytes:
 
 
 def _scaled(kind: str, value: float, unit: float) -> int:
-    """A value in its unit as an integer of a `struct` format, within its valid range; its largest means unknown."""
+    """A value in its unit as an integer of a `struct` format, within its valid range; the largest means unknown."""
     most = LARGEST[kind]
     least = 0 if kind.isupper() else -most - 1
     return max(min(round(value / unit), most - 3), least) if math.isfinite(value) else most
@@ -84,7 +84,7 @@ def _scaled(kind: str, value: float, unit: float) -> int:
 
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
 _CLOCK_ERROR = 2.0  # s; a smaller difference between this computer's clock and GNSS counts as delay of the message
-_LONGEST = 256  # characters of a gateway's line
+_LONGEST = 256  # longest line of a gateway, characters
 
 
 class N2kDecoder:
@@ -245,7 +245,7 @@ def _number(waypoint: str) -> int:
 
 CLAIM, REQUEST = 60928, 59904
 NO_ADDRESS = 254
-_WAIT = 0.25  # s after a claim before anything else is sent
+_WAIT = 0.25  # time after a claim before anything else is sent, s
 _HIGHEST = 251
 _NAVIGATION, _OWN_POSITION, _MARINE, _UNKNOWN_MAKER = 60, 145, 4, 2047
 

@@ -26,13 +26,13 @@ from steerway.live.source_choice import SourceChoice
 STEP = 60.0
 """Largest difference in time between two fixes, s. A fix beyond it is held until the next fix confirms it."""
 AHEAD = 1.0
-"""Largest lead of a fix after a gap over the present, if that is known, s. A fix beyond it is held in the same way."""
+"""Largest time (s) by which a fix after a gap may be ahead of a known present. A fix beyond it is held likewise."""
 _LEAD, _LEAD_S = 0.3, 0.1
-"""Largest lead of a fix over the present, in intervals and in s. After a larger lead the present is treated as unknown:
-a log is being replayed faster than recorded, and a fix far ahead may follow a gap in it."""
+"""Largest time by which a fix may be ahead of the present: _LEAD intervals or _LEAD_S s, if that is longer. After a
+larger lead the present is treated as unknown: a log is being replayed faster than recorded, and may have gaps."""
 _BEHIND, _BEHIND_ROWS = 1.0, 3
-"""Span (s) and number of fixes that show that the receiver's clock was set back: they are in order, but all older than
-the last used fix."""
+"""Least span (s) and number of fixes that show a receiver's clock set back. All are older than the last used fix, but
+in order."""
 
 MEETS = 1e-4
 """Largest difference between a requested time and a fix at which the row of the fix is output, s."""
@@ -229,7 +229,7 @@ class Navigator:
         return is_long
 
     def _stepped(self, rows: Sequence[InputRow], by: float) -> list[Row]:
-        """Use rows after a clock step of `by` s; NaN: a step that puts the first row an interval after the last fix."""
+        """Use rows after a clock step of `by` s; NaN: the first row follows the last fix by one interval."""
         self.counts["clock steps"] += 1
         if math.isnan(by):
             by = 2.0 * rows[0].time - rows[1].time - self._time
@@ -301,7 +301,7 @@ class Navigator:
 
 
 def filter_of(profile: Profile | str | None, aid: tuple[str, ...] = ()) -> FiveStateFilter:
-    """The filter of a profile; "auto" among the aids stands for those of SOG and COG that its structures model."""
+    """The filter of a profile; "auto" among the aids stands for SOG and COG, if the profile's structures model them."""
     if AUTO in aid:
         aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile_of(profile))) if each != AUTO))
     return FiveStateFilter(profile, aid)

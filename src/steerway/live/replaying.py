@@ -38,7 +38,7 @@ class Replayed(NamedTuple):
 
     @property
     def differing(self) -> list[Row]:
-        """The recorded rows that are not repeated bit by bit, and the rows that only one of both has."""
+        """The recorded rows that are not repeated bit by bit, and the rows that exist on one side only."""
         pairs = zip(self.recorded, self.repeated, strict=False)
         unequal = [one for one, other in pairs if np.array(one, float).tobytes() != np.array(other, float).tobytes()]
         n = min(len(self.recorded), len(self.repeated))

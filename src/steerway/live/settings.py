@@ -86,7 +86,7 @@ class Settings(Table):
     helm_origin: Annotated[str | None, Option("https://HOST")] = None
     """Address of the helm page behind a TLS proxy."""
     missions: Annotated[str | None, Option("ADDRESS")] = None
-    """Exchange missions with ground stations, at udpin:127.0.0.1:14560."""
+    """Exchange missions with ground stations, such as at udpin:127.0.0.1:14560."""
     mavlink_signing: Annotated[str | None, Option("FILE")] = None
     """Sign MAVLink messages with the passphrase in this file."""
     control: Annotated[str | None, Option("HOST:PORT")] = None
@@ -106,7 +106,7 @@ class Settings(Table):
         return cls.made_of(read_toml(path, "settings"), f"settings {path}")._relative_to(Path(path).parent)
 
     def overridden(self, **given: Any) -> Self:
-        """A copy with the given values, except those that are None. Raises InputError for one that its key refuses."""
+        """A copy with the given values, except those that are None. Raises InputError for a value the key refuses."""
         keys = {name: value for name, value in given.items() if value is not None}
         checked = self.made_of({names_of(name, type(self).model_fields[name])[0]: keys[name] for name in keys}, "live")
         return self.model_copy(update={name: getattr(checked, name) for name in keys})

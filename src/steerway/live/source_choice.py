@@ -59,8 +59,8 @@ class SourceChoice:
 
     wanted: names in order of priority, as in `formats.sources.rank`. Without names the first source is used until it is
         silent or another one has more than `_QUICKER` times its rate. As in a log, an aid comes from the source of
-        positions if that reports it at half of its fixes or more. Otherwise the aid's source is chosen as a source of
-        positions is chosen without names. SOG and COG never come from another receiver.
+        positions if that reports it at half of its fixes or more. Otherwise the aid's source is chosen like a source of
+        positions without `wanted`. SOG and COG never come from another receiver.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):

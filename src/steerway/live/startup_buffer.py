@@ -72,7 +72,7 @@ class Streams:
         return [name for kind, name in names if row.formatters >> kind & 1]
 
     def lesser(self) -> set[str]:
-        """The casefolded stream names of talkers divided by formatter, except each talker's best formatter."""
+        """The casefolded names of streams divided by formatter, except the stream of each talker's best formatter."""
         divided = ((source, each) for source, each in self._divisions.items() if each.formatters)
         return {name.casefold() for source, each in divided for name in each.names(source)[1:]}
 

@@ -24,7 +24,7 @@ TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"
 _PORT = 8080
 _HOST = re.compile(r"[A-Za-z0-9._:-]+")
 _ORIGIN = re.compile(r"https?://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?")  # as browsers send it
-_SHORTEST = 8  # characters of a token: one guess a second does not find it in a lifetime
+_SHORTEST = 8  # least characters of a token: one guess a second does not find it in a lifetime
 _LONGEST = 256
 _TOKEN = re.compile(r"([?&]token=)[^&]*")
 

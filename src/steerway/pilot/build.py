@@ -29,10 +29,10 @@ _INTEGRAL = 0.1
 loops have no integral. Compared: with 0.2, simulated boats without an integral got lost in a current; with 0.1, boats
 with and without an integral keep the route."""
 _SLIP_STD = 0.25
-"""1σ of the time constant of sway for a boat with an undeclared pivot point, s."""
+"""1σ of the time constant of sway, s, for a boat that does not declare its pivot point."""
 _SLIP = 0.2
-"""Fraction of speed that a vehicle with its own yaw-rate loop loses in its tightest turn, before its speed loop
-compensates. An Otter loses 0.3 at 15°/s."""
+"""Fraction of its speed that a vehicle with its own yaw-rate loop loses in its tightest turn, until its speed loop
+compensates the loss. An Otter loses 0.3 at 15°/s."""
 
 
 def build_pilot(

@@ -25,7 +25,7 @@ from steerway.pilot.orders import LegSource, Mode, Orders, SpeedLoop, Steered
 
 UNKNOWN = Reference(math.nan, 0.0, 0.0)
 _LEAST_SHARE = 0.7
-"""Lower limit of the speed through the water, as a share of the route's speed; as in `InCurrent.heading`."""
+"""Lower limit of the speed through the water, as a fraction of the route's speed; `InCurrent.heading` has the same."""
 
 
 class Observer(Protocol):
@@ -91,8 +91,8 @@ class Pilot:
     steer_by:  "course"; "heading" for a law that gives a heading; "crab": steer the heading that yields the course in
                the estimated current.
     in_current: if the estimator provides the current: steers the heading that yields the course, and begins turns
-               early. A law's heading is converted to the course that it yields; the gains of the law then compensate
-               errors of the estimated current.
+               early. If the law gives a heading, the course that this heading yields is steered; the gains of the law
+               then compensate errors of the estimated current.
     spot_turn: with `in_current`, turns on the spot at corners; None: the boat turns under way.
     max_dead_reckoning: time without a position after which the engines stop, s.
     observer: replaces the default, a `Lookout` with that time.

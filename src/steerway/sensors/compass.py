@@ -1,8 +1,8 @@
 """Magnetic compasses: true heading with deviation, bias and noise.
 
 `DynamicCompass` is the TCM2 as identified: x(k+1) = A x(k) + B ψ(k) + ω, z = C x + υ at 40 Hz, angles in degrees; P4
-(5)–(8). Its second state is its first, one tick late. Its gain multiplies the angle, so readings depend on the number
-of turns: the paper's compass reads unwrapped headings. A real compass has a `deviation` card instead.
+(5)–(8). The second state is the first, one tick late. The gain multiplies the angle, so readings depend on the number
+of full turns: the paper's compass reads unwrapped headings. A real compass has a `deviation` card instead.
 """
 
 import math
@@ -71,7 +71,7 @@ class DynamicCompass:
     """A TCM2 compass for closed-loop simulation.
 
     model: its dynamics. card: deviation coefficients A to E, rad. wrapped: whether readings lie in [−π, π); the paper's
-    continue beyond a turn.
+    are unwrapped.
     """
 
     model: CompassModel = TCM2

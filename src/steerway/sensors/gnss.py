@@ -53,13 +53,13 @@ class Gnss(Table):
     markov: Annotated[tuple[tuple[NotNegative, Positive], ...], "m, s"] = ()
     """Gauss–Markov errors of position: 1σ per axis and time constant of each."""
     settled: Flag = True
-    """Whether these errors start with their stationary variance; otherwise at 0, as in P1 (42)–(43)."""
+    """Whether the Gauss–Markov errors start with their stationary variance; otherwise at 0, as in P1 (42)–(43)."""
     faults: tuple[Fault, ...] = ()
     """Faults of the receiver."""
     latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0), "s"] = 0.0
     """Time from the epoch of a fix to its delivery."""
     stamped_on_arrival: Flag = False
-    """Whether a fix has the time of its delivery in place of that of its epoch."""
+    """Whether a fix is stamped with its delivery time in place of its epoch."""
     lever_arm: Annotated[Triple, "m"] = (0.0, 0.0, 0.0)
     """Position of the antenna from the vessel's origin: forward, starboard, down."""
     velocity_std: Annotated[NotNegative | None, "m/s"] = None

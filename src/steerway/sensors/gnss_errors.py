@@ -36,9 +36,9 @@ class Fault(Table):
     """
 
     kind: Kind
-    """No fix, a displaced fix, more noise, a displacement that stays, or a repeated position."""
+    """Kind of the fault: no fix, a displaced fix, more noise, a displacement that stays, or a repeated position."""
     start: Annotated[NotNegative | None, "s"] = None
-    """Time of the fault after the first epoch."""
+    """Time from the first epoch to the fault."""
     per_hour: Annotated[NotNegative | None, "1/h"] = None
     """Mean number of faults per hour, at random times."""
     duration: Annotated[NotNegative | None, "s"] = None

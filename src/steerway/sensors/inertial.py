@@ -113,7 +113,7 @@ class AccelerometerTable(InstrumentTable):
     leak_std: Annotated[NotNegative, "m/s²"] = 0.0034
     """1σ of the gravity component along the pitching hull."""
     leak_time: Annotated[Positive, "s"] = 5.0
-    """Time constant of this component."""
+    """Time constant of the gravity component."""
 
     def build(self) -> Accelerometer:
         keys = self.model_dump(exclude={"leak_std", "leak_time"})

@@ -43,7 +43,7 @@ _FORGOTTEN = 600.0
 """Time constant of the current, s. With a constant current the filter has no steady state, because a straight leg does
 not distinguish current and heading."""
 _IDENTIFIED = 1.0 / 3.0
-"""Ratio of the damping's σ after turns to its initial σ. On the demo's mission it is up to a half."""
+"""Assumed ratio of the damping's σ after turns to its initial σ. On the demo's mission the ratio is up to a half."""
 
 
 class _Estimated(NamedTuple):
@@ -51,7 +51,7 @@ class _Estimated(NamedTuple):
 
     off_leg: Floats  # cross-track error
     current: Floats  # across the leg
-    heading: Floats  # minus the steady one
+    heading: Floats  # heading minus the steady heading
     rate: Floats
     bias: Floats
     error: Floats  # slow error of the fixes

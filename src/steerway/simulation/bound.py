@@ -83,7 +83,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
             truth[before : before + 1].copy(), p, orders[before : now + 1], parameters, slow, since, since + interval
         )
         for k in (NORTH, EAST):
-            p[0, k, k] += interval * (walk - 2.0 * slow / ERROR_TIME)  # in place of the filter's own
+            p[0, k, k] += interval * (walk - 2.0 * slow / ERROR_TIME)  # replaces the filter's own value
         p[0] = _corrected(p[0], truth[now, HEADING], response.pivot, gnss.white)
         least[now] = _course_std(truth[now], p[0], response.pivot)
         before = now

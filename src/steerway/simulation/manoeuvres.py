@@ -75,7 +75,7 @@ class ManoeuvringPilot:
         }
         self._steer = kinds[manoeuvre.kind]
         self._side, self._executes, self._from = 1.0, 0, 0.0
-        self._lasted = self._left = 0.0  # s of the turn of a pull-out, and s left midships
+        self._lasted = self._left = 0.0  # duration of the turn of a pull-out, and time left midships, s
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
         """The commands, dt s after the previous step."""

@@ -81,7 +81,7 @@ def _coverage(run: Run) -> dict[str, float]:
 def rudder_numbers(run: Run, actuators: Sequence[Actuator]) -> dict[str, float]:
     """Largest rudder command and largest demanded rudder rate; nothing without a rudder.
 
-    The demanded rate is (command − rudder)/lag. A steering gear with a lower limit of the rate would saturate.
+    The demanded rate is (command − rudder)/lag. A steering gear would saturate if its rate limit were lower.
     """
     numbers = {}
     for each, command in zip(actuators, run.command.T, strict=True):

@@ -35,7 +35,7 @@ class PositioningEstimatorTable(Table):
     force_std: Annotated[tuple[NotNegative, NotNegative, NotNegative], "N, N, N·m"] = (0.0, 0.0, 0.0)
     """1σ of the estimated environmental force, north and east, and moment; 0: not estimated."""
     force_time: Annotated[Positive, "s"] = 50.0
-    """Time constant of this force."""
+    """Time constant of the environmental force."""
     wave_std: Annotated[NotNegative, "m"] = 0.0
     """1σ of the wave motion in a fix; 0: not estimated."""
     wave_frequency: Annotated[Positive, "rad/s"] = 0.8
@@ -77,7 +77,7 @@ class PositioningTable(Table):
     """Whether the integral stops at the limits of the thrusters; in the paper it does not."""
 
     def controller(self, vessel: Positioned) -> PositionPID:
-        """The controller for a vessel; its limits are those of the thrusters in each direction alone."""
+        """The controller for a vessel; its limits are the largest forces of the thrusters in each direction alone."""
         inertia, damping, thrusters = vessel
         limits = [float(thrusters.allocate(1e12 * direction)[1][k]) for k, direction in enumerate(np.eye(3))]
         bandwidth = self.bandwidth or 2.0 * damping[0][0] / inertia[0][0]

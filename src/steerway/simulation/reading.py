@@ -1,8 +1,8 @@
 """Scenarios from TOML files, checked before the run.
 
-Refused are unknown keys, combinations that cannot be simulated, keys without effect on the chosen vessel, and legs that
-are shorter than the turns at their ends in the current. The error is one sentence with the key's path, the value and
-what was expected.
+The checks refuse unknown keys, combinations that cannot be simulated, keys without effect on the chosen vessel, and
+legs that are shorter than the turns at their ends in the current. The error is one sentence with the key's path, the
+value and what was expected.
 """
 
 import math
@@ -58,8 +58,7 @@ def _checked(tables: dict[str, Any], place: str, folder: Path | None) -> Scenari
 
 
 def check(scenario: Scenario) -> None:
-    """Raise InputError for the first fault, one sentence with the key's path. Build every block once, which checks the
-    rest."""
+    """Check a scenario and build every block once. Raises InputError for the first fault, one sentence with the key."""
     assembly.begins(scenario)
     if scenario.manoeuvre is not None:
         _manoeuvre(scenario)
@@ -121,7 +120,7 @@ def _places(scenario: Scenario) -> None:
 
 
 def _legs(scenario: Scenario) -> None:
-    """Refuse legs shorter than their turns, for a boat that steers by an estimated current and turns early."""
+    """Refuse legs shorter than their turns, for a boat that uses the estimated current to turn early."""
     known = assembly.boat(scenario)
     if scenario.estimator.kind != "steering" or not known.steers:
         return

@@ -112,7 +112,7 @@ class RouteTable(RouteKeys):
     at_end: Literal["stop", "hold", "continue"] = "stop"
     """After the last waypoint, stop, hold the position or continue on the last course."""
     passing: Literal["remaining", "circle"] = "remaining"
-    """A waypoint is passed at a remaining distance along the leg, or within a circle."""
+    """Whether a waypoint is passed at a remaining distance along the leg, or within a circle."""
 
     @cached_property
     def points(self) -> tuple[StayWaypointTable, ...]:

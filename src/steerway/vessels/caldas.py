@@ -130,7 +130,7 @@ class CaldasTable(ShaftKeys):
         return Caldas(Propeller(self.diameter), self.shaft(), self.moment_limit)
 
     def boat(self) -> Boat:
-        """K and T represent the yaw inertia alone: yaw damping is quadratic, and almost 0 on a straight course."""
+        """K and T represent the yaw inertia alone, because yaw damping is quadratic: almost 0 on a straight course."""
         thrust_gain, gains = self.guessed(_M1, _D1, _B1)
         shaft = self.shaft()
         top_speed = top_speed_of(Surge(_M1, _D1, _B1, Propeller(self.diameter), shaft))

@@ -1,8 +1,8 @@
 """Current, wind and waves: simple, repeatable models.
 
 An `Environment` holds the parameters. Its `start` returns a `Sea`, which supplies the conditions (current and forces,
-see `vessel`) and the wave motion of the antenna at every step. Directions are from true north: those to which current
-and waves go, that from which the wind blows.
+see `vessel`) and the wave motion of the antenna at every step. Directions are from true north: where current and waves
+go to, and where the wind comes from.
 """
 
 import math
@@ -83,7 +83,7 @@ class Waves(Table):
     drift_std: Annotated[NotNegative, "N"] = 0.0
     """1σ of the variation of the wave-drift force."""
     drift_time: Annotated[Positive, "s"] = 60.0
-    """Time constant of this variation."""
+    """Time constant of the variation of the wave-drift force."""
 
 
 class Environment(Table):
@@ -104,7 +104,7 @@ class Environment(Table):
     moment_std: Annotated[NotNegative, "N·m"] = 0.0
     """1σ of the Gauss–Markov variation of the moment."""
     force_time: Annotated[Positive, "s"] = 50.0
-    """Time constant of both variations."""
+    """Time constant of the variations of force and moment."""
 
     def start(self, seed: Seed, step: float) -> "Sea":
         """Start the environment, in steps of `step` s."""

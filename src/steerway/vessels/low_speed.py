@@ -100,7 +100,7 @@ class LowSpeedVessel(CompiledVessel):
 _FASTEST = 0.35
 """Largest heading bandwidth, rad/s. The course estimate at 0.8 m/s, from fixes of 0.15 m at 5 Hz, allows 0.7 rad/s."""
 _MOST = 1e12
-"""A force (N) or moment (N·m) beyond the limits of any thrusters."""
+"""A force (N) or moment (N·m) that exceeds what any thrusters give."""
 
 
 def low_speed_boat(positioned: Positioned, cruise: float) -> Boat:

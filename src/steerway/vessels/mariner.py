@@ -173,8 +173,9 @@ BOAT_IN_CURRENT = BOAT.but(
 before the turn has slowed the ship. A rudder of 15° sustains `turn_rate`, which is 0.9 of the largest sustained yaw
 rate. `yaw_wander` is a tenth of `turn_rate`: with a fiftieth, one run in ten of `steerway study at-sea` had a false
 estimate of the current after its first turn, and the ship was up to two lengths off its leg. The engine runs at one
-setting: in steady turns the model loses 0.04 to 0.23 of its speed, in proportion to the square of the yaw rate. As a
-guessed boat the ship took a current ahead for a speed of 1.3 times its own, and was up to three lengths off its leg."""
+setting: in steady turns the model loses 0.04 to 0.23 of its speed, in proportion to the square of the yaw rate. With
+the `speed_doubt` of a guessed boat, the filter took a current along the course for a speed of 1.3 times the ship's own,
+and the ship was up to three lengths off its leg."""
 
 
 class MarinerTable(VesselTable):

@@ -140,7 +140,7 @@ class MotorboatTable(VesselTable):
         return Motorboat(self.top_speed, rate, self.surge_time, self.yaw_time, self.method)
 
     def boat(self) -> Boat:
-        """The autopilot's output is the steering; full throttle counts as the force MASS U_max/T_u."""
+        """The autopilot's output is the steering; full throttle corresponds to the force MASS U_max/T_u."""
         drag = MASS / self.surge_time
         force = drag * self.top_speed
         return Boat(

@@ -291,8 +291,8 @@ BOAT = Boat(
     station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
 )
 """Parameters for the controllers, with 25 kg of payload. K and T are P0's (64)–(65), valid for yaw moments of about 4
-N·m. For small moments at 1.3 m/s they are 0.05 and 2.5 s, with about the same K/T. These two allow a bandwidth of 0.35
-rad/s, for inaccurate fixes on long legs with wide turns."""
+N·m. For small moments at 1.3 m/s they are 0.05 and 2.5 s, with about the same K/T. These two values allow a bandwidth
+of 0.35 rad/s, for inaccurate fixes on long legs with wide turns."""
 
 
 BOAT_IN_CURRENT = BOAT.but(
@@ -306,8 +306,8 @@ BOAT_IN_CURRENT = BOAT.but(
 )
 """The yaw response is a fit to the model's yaw rate in squares and surveys at 0.5 to 1.3 m/s. The error of the fit is
 0.15°/s RMS, some hundredths of the ordered rate; with T = 1 s it is 0.55°/s. Above 1.2 m/s the response is
-directionally unstable. The model's sway velocity is −0.43 m times its yaw rate. Bandwidth and lookahead are those with
-the best results of the demo, on seeds other than the demo's own."""
+directionally unstable. The model's sway velocity is −0.43 m times its yaw rate. Bandwidth and lookahead gave the best
+results of the demo on seeds other than its own."""
 
 
 class OtterTable(VesselTable):

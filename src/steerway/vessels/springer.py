@@ -1,7 +1,7 @@
 """Springer: a 4.2 m catamaran USV steered by the difference of two propeller speeds, identified on the water; P4 §2.1.
 
 Yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in rad;
-surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. For any other step the poles are converted exactly, for a
+surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. For any other time step the poles are converted exactly, for a
 constant n_d.
 
 There are two plants. The printed one has a pole at 1.002: its yaw rate depends on the heading itself, and a straight
@@ -70,8 +70,8 @@ def _motion(state: Floats, parameters: Floats, conditions: Floats) -> GroundMoti
 class Springer(CompiledVessel):
     """Springer in a closed loop. Command: (n_d,) in rad/s. State (6,): x y (m), two states of yaw, n_d (rad/s), ψ̇.
 
-    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water. yaw:
-    another boat's response, in place of a plant. Raises InputError for numbers out of range.
+    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: speed through the water,
+    m/s. yaw: another boat's response, in place of a plant. Raises InputError for numbers out of range.
     """
 
     size = 6

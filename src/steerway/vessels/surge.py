@@ -123,7 +123,7 @@ class Surge(CompiledVessel):
 
 
 def published_surrogate() -> Surge:
-    """The boat of P3's published curves (P3 prints other numbers): fitted to the figures, shaft lag 10.683 s."""
+    """A boat fitted to P3's figures, which the numbers printed in P3 do not reproduce; shaft lag 10.683 s."""
     mass = CALDAS_MASS
     propeller = Propeller()
     share = 0.0373039 * mass / propeller.gain

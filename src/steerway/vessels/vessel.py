@@ -67,7 +67,7 @@ CALM.flags.writeable = False
 def check_shapes(state: Floats, size: int, conditions: Floats = CALM) -> None:
     """Raise InputError unless `state` is an array (size,) and `conditions` (5,): kernels do not check indices."""
     if getattr(state, "shape", None) == (size,) and getattr(conditions, "shape", None) == (5,):
-        return  # on every step of every run
+        return  # the fast path, taken at every step
     for name, values, expected in (("state", state, size), ("conditions", conditions, 5)):
         if getattr(values, "shape", None) != (expected,):
             raise InputError(f"{name} has shape {np.shape(values)}, expected ({expected},)")

@@ -7,7 +7,7 @@ from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 
 AHEAD = 3.0
-"""s ahead on the present course within which the boat must not cross the fence."""
+"""Time (s) within which the boat must not cross the fence if it keeps its course and speed."""
 _SOON = f"within {AHEAD:g} s"
 
 

@@ -24,7 +24,7 @@ ROUTE, COURSE, POSITION = MODES = ("route", "course", "position")
 _AHEAD = 1000.0
 """Distance (m) from the boat to the destination that displays show for a held course."""
 _TURNS, _LEAST_RADIUS = 3.0, 8.0
-"""Radius of the circle around a held position: in radii of the tightest turn, but at least the second value, m."""
+"""Radius of the circle around a held position: _TURNS radii of the tightest turn, but at least _LEAST_RADIUS, m."""
 _BRAKING = 0.1
 """Deceleration before the last waypoint, m/s²."""
 _SLOWEST = 0.6
@@ -32,7 +32,7 @@ _SLOWEST = 0.6
 _SAME = 1.0
 """Largest distance of two places that count as one waypoint, m."""
 _OFFSET = 0.5
-"""Largest offset from the route, as a fraction of the cross-track limit. Chosen: the rest is margin for errors."""
+"""Largest offset from the route, as a fraction of the cross-track limit. Chosen: half is margin for errors."""
 _UNKNOWN = LegState(0, *[math.nan] * 7)
 
 
@@ -47,7 +47,7 @@ class Followed(NamedTuple):
 
 
 class Guide:
-    """The mission of a pilot aboard (`pilot.LegSource`): one step per tick, even if not engaged, for other autopilots.
+    """The mission of a pilot aboard (`pilot.LegSource`). It steps at every tick, for other autopilots too.
 
     If heading and current are known, a position is held by thrust (`control.holding`). Otherwise, and for another
     autopilot, the boat circles the position clockwise, because a boat at rest has no course. The course along the
@@ -113,7 +113,7 @@ class Guide:
     def exchange(self, items: Sequence[MissionItem], under_way: bool) -> None:
         """Replace the route by that of uploaded items, in the same plane. Raises InputError if it cannot be sailed.
 
-        Under way, the leg to the present waypoint continues if the new route has it; else the first leg begins.
+        Under way to a waypoint that the new route contains, the boat stays on this leg; else the first leg begins.
         """
         towards = self.route.places[self.target] if under_way and self.mission.phase is Phase.UNDER_WAY else None
         route = self.route.with_items(items)
@@ -188,7 +188,7 @@ class Guide:
         self.mode, self.course, self.dodges = COURSE, wrap(course), False
 
     def adjust(self, by: float) -> None:
-        """Hold the held course, or else the present one, plus an angle (rad, + to starboard)."""
+        """Turn the held course, or else the present one, by an angle (rad, + to starboard); hold the result."""
         before, dodges = (self.course if self.mode == COURSE else self._known("cog", "course")), self.dodges
         self.hold_course(before + by)
         self.dodges = dodges

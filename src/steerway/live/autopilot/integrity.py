@@ -18,28 +18,28 @@ from steerway.live.autopilot.limits import TurnLimit
 from steerway.live.rows import InputRow
 
 LEAST_QUIET, QUIET_INTERVALS = 1.0, 4
-"""Shortest time for which positions have to stand still under way before the boat stops: s, and intervals of fixes."""
+"""The boat stops once positions stand still under way for LEAST_QUIET s, but at least QUIET_INTERVALS fix intervals."""
 DOUBTED, DOUBTED_INTERVALS = 1.5, 2
-"""Time after which positions that stand still are reported, s; but at least the second value, in intervals of fixes."""
+"""Positions that stand still for DOUBTED s, but at least DOUBTED_INTERVALS fix intervals, are reported."""
 _QUIET_SHARE = 0.1
-"""Largest change of a position that counts as standing still, as a fraction of the receiver's scatter. Chosen: five
-positions that scatter as before count as standing still once in 10⁹ times."""
+"""Largest change of a position that counts as standing still, as a fraction of the receiver's scatter. Chosen: if the
+scatter is unchanged, five positions count as standing still once in 10⁹ times."""
 _SQUARES, _MEDIAN = 20.0, 1.386
 """Sum of the squared weights of a third difference; median of χ² with 2 degrees of freedom."""
 _USUALLY, _SLOWEST = 3.0, 0.05
-"""Longest time at one rounded position, in multiples of the usual time; least speed assumed in the usual time, m/s."""
+"""Longest time at one rounded position, in multiples of the usual time; least speed assumed for the usual time, m/s."""
 _PACES, _KEPT = 20, 100  # number of positions for their usual time; number of third differences for the scatter
 _LEAST_KNOWN = 10
 _UNDER_WAY = 0.3  # speed over ground above which the usual time is learned, m/s
 _ROUNDING = 1e-3  # s
 LARGEST_MISSED = math.radians(45.0)
-"""Largest difference between measured and ordered turn, rad; older parts of it decay with the time constant `FORGETS`.
+"""Largest difference between measured and ordered turn, rad. Past differences decay with the time constant `FORGETS`.
 In a prototype, sound boats that take yaw rates peaked at 16 to 19°. An Otter commanded by propellers, where turns are
 not monitored, reached 63°."""
 DOUBTED_MISSED = math.radians(30.0)
 MISSED_SHARE = 0.5
-"""Largest difference from the ordered turn, as a fraction of the turn. Chosen: at its start, with little thrust, a boat
-that can turn at 80°/s turns at 35°/s instead of the ordered 60°/s for 4 s."""
+"""Largest difference from the ordered turn, as a fraction of the turn. Chosen: a sound boat that started with little
+thrust turned at 35°/s for 4 s instead of the ordered 60°/s."""
 FORGETS = 10.0
 LASTING = 2.0
 """Time for which the difference has to last, s."""
@@ -52,17 +52,17 @@ _DELAYS = np.array((0.3, 1.0, 2.0, 3.0))
 _RATES = np.radians(np.arange(-18.0, 19.0, 3.0))
 """Yaw rates at which the boat may turn whatever is ordered, rad/s; 0: it does not turn."""
 _UNLIKELY = np.concatenate((np.zeros(len(_DELAYS)), np.where(_RATES == 0.0, 0.0, 6.0)))
-"""Cost of each alternative to the ordered turn: the mirror images, then the rates. Chosen: one of many rates fits the
-errors of any track, so that without this cost a receiver that wanders by 0.4 m would stop a sound boat."""
+"""Cost of each alternative to the ordered turn: the mirror images, then the rates. Chosen: among many rates, one always
+fits the errors of a track. Without this cost a receiver that wanders by 0.4 m would stop a sound boat."""
 _LEAST_GAIN, _CERTAIN, _PERHAPS = 4.0, 15.0, 8.0
-"""Evidence for another turn, in twice the nats. At each comparison, evidence above the first value is added to a sum.
-Above the second value of the sum the boat stops; above the third the doubt is reported. Chosen on a desk boat in
-currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: on 32 sound routes the sum is at most 4. Of 50
-faults in the first minute, 49 exceed the second value after at most 20 s of orders of 5°/s or more. The other boat was
-stuck at the yaw rate that was ordered for half of this time."""
+"""Evidence for another turn, 2 ln of the likelihood ratio. Each comparison adds its evidence minus _LEAST_GAIN to a sum
+of at least 0. The boat stops if the sum exceeds _CERTAIN; above _PERHAPS the doubt is reported. Chosen on a desk boat
+in currents of up to 0.9 m/s with receivers that wander by up to 0.4 m: on 32 sound routes the sum is at most 4. Of 50
+faults in the first minute, 49 exceed _CERTAIN after at most 20 s of orders of 5°/s or more. In the other one, the boat
+was stuck at a yaw rate that for half of this time was the ordered one."""
 _ERROR, _ERROR_TIME = 0.35, 0.3
-"""1σ of the track's error over 1 s from sideslip and speed lost in turns: a part in m, and a part in s that is
-multiplied by the usual speed. The receiver's error adds to both."""
+"""1σ of the track's error over 1 s from sideslip and speed lost in turns: _ERROR m, and _ERROR_TIME s times the usual
+speed. Both and the receiver's error are added in quadrature."""
 _CURRENT_SHARE, _SPEED_SHARE = 0.5, 0.3
 """1σ of a component of the current and of the speed through the water, as fractions of the usual speed."""
 
@@ -132,7 +132,7 @@ class ReceiverMonitor:
             self._third.append((n3 - 3.0 * (n2 - n1) - n0) ** 2 + (e3 - 3.0 * (e2 - e1) - e0) ** 2)
 
     def _honest(self, interval: float) -> float:
-        """Time (s) for which positions stand still although the boat moves, by rounding or repetition."""
+        """Time (s) for which positions may stand still under way, because they are rounded or repeated."""
         crossing = _USUALLY * self._digit / max(self._speed, _SLOWEST) if math.isfinite(self._digit) else 0.0
         if len(self._paces) < _LEAST_KNOWN:
             return crossing
@@ -212,7 +212,7 @@ class TrackMonitor:
     def restart(self) -> None:
         """Reset: the boat is under way from now on."""
         self._rate, self._seen = 0.0, np.zeros(len(_DELAYS))  # expected yaw rate, and after each delay, rad/s
-        self._turned, self._drive = np.zeros(len(_DELAYS)), 1.0  # θ for each delay, rad; s of the class
+        self._turned, self._drive = np.zeros(len(_DELAYS)), 1.0  # θ for each delay, rad; speed fraction s
         self._track: deque[tuple[float, complex, Floats, float]] = deque()
         self._origin = 0.0, 0.0
         self._compared, self._evidence, self._error = math.nan, 0.0, _ERROR
@@ -282,7 +282,7 @@ class TrackMonitor:
 class TurnMonitor:
     """Compares the turns of a boat that takes yaw rates with the orders: by its gyro, or without one by its track.
 
-    `limit`: the limit of the ordered yaw rate. declared: largest yaw rate of the mission, °/s; None: the vehicle's.
+    `limit`: the limit of the ordered yaw rate. declared: the mission's largest yaw rate, °/s; None: the vehicle's.
     """
 
     def __init__(self, boat: Boat, declared: float | None):

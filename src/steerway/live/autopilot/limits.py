@@ -1,7 +1,7 @@
 """Limits of a boat under way: speed, distance from the leg and fence; and the limit of the ordered yaw rate.
 
-The mission or the vehicle gives the limit of the yaw rate. It is lowered if the boat turns more slowly: the vehicle
-reports the limit of its own loop, but the boat's largest yaw rate also depends on its thrust.
+The mission or the vehicle gives the limit of the yaw rate. The limit is lowered if the boat turns more slowly: a
+vehicle reports the limit of its own loop, but the boat's largest yaw rate also depends on its thrust.
 """
 
 import math
@@ -15,7 +15,7 @@ LASTING = 0.5
 """Time for which speed or distance has to exceed a limit, s: single estimates scatter."""
 _OFF = "the boat is "
 _LONGEST_STEP = 0.2
-"""Longest time that one step adds to this time, s. Otherwise a single value could exceed it in a late step."""
+"""Longest time that one step adds, s. Without this bound, a single value in a late step could last for `LASTING`."""
 WIDE = 3.0
 """Default cross-track limit, in lookaheads. It applies once the boat has been on its leg."""
 ACCELERATING = 15.0
@@ -101,7 +101,7 @@ _LEAST = math.radians(8.0)
 _RESPONSE = 0.8
 """Expected time constant from an ordered to a measured yaw rate, including the delay of a fix, s."""
 _SHORT, _SHORT_FOR = 0.6, 0.5
-"""A turn falls short if the yaw rate is below this fraction of the expected rate for this time, s."""
+"""A turn falls short if the yaw rate is below _SHORT times the expected rate for _SHORT_FOR s."""
 _DRIVEN = 0.4
 """Least fraction of full thrust at which a turn that falls short also lowers the limit for later turns. With less
 thrust a rudder turns the boat less."""
@@ -111,7 +111,7 @@ the limit from above, so that with 1 the limit could not grow again within a tur
 _REGAINED = 0.1
 """Relative growth of the limit while the boat turns as expected, 1/s."""
 _AT_ONCE = 0.5
-"""Relative growth, 1/s, of a limit lowered for this turn only, up to the limit for later turns."""
+"""Relative growth (1/s) of a limit that was lowered for this turn only. It ends at the limit for later turns."""
 
 
 class TurnLimit:

@@ -15,7 +15,7 @@ from steerway.live.source_choice import SourceChoice
 
 LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0
-"""Shortest and longest interval between two measurements, s. After a longer pause or step back the filter restarts."""
+"""Shortest and longest interval between two measurements, s. After a longer one or a step back the filter restarts."""
 _FRESH = 2.0
 """Time after the compass's last reading for which the heading is predicted, s; as in the tracker."""
 _GYRO = 0.5
@@ -113,7 +113,7 @@ class MeasuredHeading:
 
 
 _LONGEST_SPEED_STEP = 1.0
-"""Longest step of the speed filter, s; after it the speed is as good as unknown."""
+"""Longest step of the speed filter, s; after a longer one the speed is practically unknown."""
 _HELD = 0.5
 """Time for which a measured acceleration is used, s."""
 _FRESH_SPEED = 3.0

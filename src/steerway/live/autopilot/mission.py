@@ -1,8 +1,8 @@
 """The mission file: waypoints, speeds, fence, limits and the boat's response; TOML, GPX or GeoJSON.
 
-TOML has `[[waypoint]]` with `lat_deg` and `lon_deg`, or with `north` and `east` (m) from an `[origin]`, `[survey]`, and
-what the tables below list; a GPX route has its `rtept`; in GeoJSON the first LineString is the route and the first
-Polygon the fence. Defaults are those of `MissionTable`.
+TOML: `[[waypoint]]` with `lat_deg` and `lon_deg`, or with `north` and `east` (m) from an `[origin]`; `[survey]`; and
+the keys of the tables below. GPX: the `rtept` of a route. GeoJSON: the first LineString is the route, the first Polygon
+the fence. Defaults are those of `MissionTable`.
 """
 
 import json

@@ -38,7 +38,7 @@ def mission_of(items: Sequence[MissionItem], home: tuple[float, float] | None = 
     speed, keys = math.nan, dict[str, str]()
     for index, item in enumerate(items):
         if keys.get("at_end") == "hold":
-            raise InputError(f"item {index} follows one that loiters without end, expected none")
+            raise InputError(f"item {index} follows one that loiters without end, expected no further item")
         if item.command == SPEED:
             speed = item.parameters[1] if item.parameters[1] > 0.0 else speed
             continue

@@ -37,8 +37,8 @@ ACCELERATION = {YAW_RATE: 0.5, PROPELLERS: 0.15}
 """Acceleration towards a new speed, m/s²: of a vehicle's own speed loop, and of this autopilot with propellers."""
 _WANDER = 0.1
 """1σ of the yaw rate that a first-order response to propellers does not explain, as a fraction of the largest yaw rate.
-The causes are not declared: sideslip, propellers in a turn, damping that changes with the speed. Chosen: 95 % of the
-Otter's estimated courses are within 2σ; with 0.02, 70 %."""
+The mission does not declare the causes: sideslip, propellers in a turn, damping that changes with the speed. Chosen: 95
+% of the Otter's estimated courses are within 2σ; with 0.02, 70 %."""
 _TURN_TIME = 1.0
 """Time in which the reference reaches its largest yaw rate, s."""
 _TURN_SHARE = 0.8

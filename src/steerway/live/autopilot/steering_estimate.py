@@ -14,14 +14,15 @@ _LONGEST_GAP = 30.0
 """Largest interval between two fixes, s. After a longer one, or a step back in time, the filter restarts."""
 
 _TOLD = 3.0
-"""Time for which a reported throttle is used, s. Chosen: three intervals of a heartbeat, which may mean throttle 0."""
+"""Time for which a reported throttle is used, s. Chosen: three intervals of heartbeats. A heartbeat of an unarmed
+vehicle reports throttle 0."""
 
 _DRIVES = 0.1
 """Fraction of full throttle above which the motor drives the boat."""
 
 _SPEED_POWER = 0.75
-"""Exponent p of the steady speed: top speed · throttle^p. Chosen: p is 1 if the throttle is the propeller's speed, and
-0.5 if it is the thrust."""
+"""Exponent p of the steady speed: top speed · throttle^p. Chosen: midway between 1 (the throttle sets the propeller's
+speed) and 0.5 (it sets the thrust)."""
 
 
 class SteeringEstimate:
@@ -91,7 +92,7 @@ class SteeringEstimate:
         except (ArithmeticError, ValueError):
             self.is_broken = True
         if self.is_broken:
-            LOG.error("the autopilot's estimate is no number and begins anew")
+            LOG.error("the autopilot's estimate is no number and restarts")
             self.restart()
 
     def step(self, row: Row, dt: float) -> Estimate:

@@ -47,7 +47,7 @@ class Supervisor:
     route:   the route, with its limits, fence, boat and safe output.
     profile: profile of the estimator, None for the prior; it limits the bandwidth of the course loop.
     max_dead_reckoning: longest time without a fix for which the autopilot continues, s.
-    engage:  start once without a command, as soon as it is ready.
+    engage: start once without a command, as soon as the autopilot is ready.
     takes:   receiver of the orders, one of `piloting.ACTUATIONS`.
     kinds:   kinds of autopilot and speed controller; see `build.build_pilot`.
     estimators: the filters of the heading (see `piloting.pilot_of`) and of the controlled speed.
@@ -90,7 +90,7 @@ class Supervisor:
         self._guard = LimitGuard(route.settings.limits, route.fence, route.settings.lookahead_m, route.no_go)
         self._receiver = ReceiverMonitor()
         self._turns: TurnMonitor | None = None
-        if takes == YAW_RATE:  # propellers are not ordered a yaw rate with which to compare a turn
+        if takes == YAW_RATE:  # propeller orders contain no yaw rate to compare a turn with
             self._turns = TurnMonitor(boat_of(route, takes), route.settings.boat.max_yaw_rate_dps)
         self._monitors = [each for each in (self._receiver, self._turns) if each is not None]
 
@@ -290,7 +290,8 @@ class Supervisor:
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
     def _say_turn(self, leg: LegState) -> None:
-        """Log a turn that begins: its angle, and its distance from the waypoint; a warning beyond the acceptance."""
+        """Log a turn that begins: its angle, its distance from the waypoint; warn if it passes outside the
+        acceptance."""
         turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
         if turn is not None and turn is not self._turn:
             degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
@@ -326,7 +327,7 @@ class Supervisor:
             self.start()
 
     def _slowing(self, course_to_steer: float) -> float:
-        """Fraction of the route's speed for the turn that the reference still has to make."""
+        """Factor on the route's speed, below 1 for a large turn that the reference still has to make."""
         reference = self.pilot.autopilot.shaper.reference
         turn = 0.0 if reference is None else wrap(course_to_steer - reference.angle)
         return max(_SLOWEST_TURN, math.cos(turn)) if math.isfinite(turn) else 1.0

@@ -13,7 +13,7 @@ LATE_TICK = 0.5
 """Interval between two steps above which the service is late, s."""
 LONGEST_LATE, FORGIVEN = 2.0, 0.1
 """Largest sum of late intervals, s; rate at which the sum falls, s per second. In a late interval the boat follows the
-last order, and the estimate assumes so. Chosen: below the 3 s after which ArduPilot drops an order."""
+last order, and the estimate assumes this. Chosen: below the 3 s after which ArduPilot drops an order."""
 SETTLED = 3.0
 """Time without trouble before the autopilot is ready, s."""
 LARGEST_COURSE_STD = math.radians(30.0)
@@ -21,14 +21,14 @@ LARGEST_COURSE_STD = math.radians(30.0)
 LARGEST_NIS = 6.0
 """Mean NIS of recent fixes above which the profile does not fit them; 2 is expected."""
 UNFIT, LONGEST_UNFIT = 0.75, 1.5
-"""The autopilot stops after three intervals in which all fixes are rejected, but at least and at most after these
-times, s. Chosen: the filter accepts rejected fixes after 2 s, and its position jumps."""
+"""Shortest and longest time (s) of rejected fixes after which the autopilot stops. Between these bounds it is three
+intervals of fixes. Chosen: after 2 s the filter accepts the rejected fixes, and its position jumps."""
 UNTIMELY = 0.7
 """Longest time for which the receiver's time may stand still, lag or be out of order, s."""
 UNKNOWN = 3.0
 """Longest time for which the course may be unknown while fixes arrive, as after a gap, s. The trim is then held."""
 STEP = 0.5
-"""Largest jump ahead of the receiver's time from one fix to the next, s."""
+"""Largest forward jump of the receiver's time from one fix to the next, s."""
 LAG = 2.0
 """Largest delay of fixes compared with the least delayed one, s."""
 
@@ -47,7 +47,7 @@ class Watch:
         self._knows_orders = False
         self._event = ""
         self._links: dict[str, bool] = {}
-        self._late = self._lateness = 0.0  # sum of late intervals, less what is forgiven, and the last one, s
+        self._late = self._lateness = 0.0  # sum of late intervals, reduced by FORGIVEN per second, and the last one, s
         self._nis: deque[float] = deque(maxlen=_KEPT)
         self._times: deque[float] = deque(maxlen=_KEPT)
         self._clock = FixClock()
@@ -63,7 +63,7 @@ class Watch:
         """Take a fix, `since` s after the last step.
 
         fits: whether the fix fits the autopilot's own estimate; None without this estimate. Rejections by the
-        navigator's filter only count if `fits` is None, because this filter does not use the ordered turns.
+        navigator's filter only count if `fits` is None, because that filter does not use the ordered turns.
         """
         self._untimely_since = math.nan
         self._judge_time(row.time, self._now + since)
@@ -148,7 +148,7 @@ class Watch:
         return next((f"link {name} is lost" for name, alive in self._links.items() if not alive), "")
 
     def _judge_lateness(self, dt: float) -> None:
-        """Add a late step, which stops only above `LONGEST_LATE`. Lasting troubles do not age during a late step."""
+        """Add a late step; a sum above `LONGEST_LATE` stops. Other troubles do not grow older during a late step."""
         if dt <= LATE_TICK:
             self._late = max(self._late - FORGIVEN * dt, 0.0)
             return

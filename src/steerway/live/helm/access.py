@@ -30,8 +30,8 @@ from steerway.live.uri import Address, is_loopback
 
 MOST = 200
 """Largest number of connections."""
-_FROM_ONE = 32  # connections of one address; a browser opens six beside its WebSocket
-_IDLE = 5.0  # s without a request after which a connection is closed
+_FROM_ONE = 32  # largest number of connections of one address; a browser opens six and a WebSocket
+_IDLE = 5.0  # time without a request after which a connection is closed, s
 
 
 class _Connection:
@@ -124,9 +124,9 @@ def protocol_with(places: Places, protocol: Any) -> type:
 
 COOKIE = "steerway_helm"
 LOGIN = "/login"
-_VALID = 30 * 86400  # s for which a login lasts
-_PATIENCE = 10.0  # s for a request without login
-_PAUSE = 1.0  # s after a wrong token before the same computer may try again
+_VALID = 30 * 86400  # duration of a login, s
+_PATIENCE = 10.0  # longest duration of a request without login, s
+_PAUSE = 1.0  # time after a wrong token before the same computer may try again, s
 _REMEMBERED = 1000  # computers whose wrong tokens are remembered
 _MOST_BYTES = 4096  # longest body of a login request
 _HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(:[0-9]{1,5})?")

@@ -187,7 +187,7 @@ def _fan(view: View, x: float, y: float, run: float) -> str:
 
 _TURNS = (1, 2, 5, 10, 15, 30, 45, 90, 180)  # possible steps of a course axis, degrees
 _APART = 18.0  # smallest distance of two lines, pixels
-_LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # pixels around the plot
+_LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # margins around the plot, pixels
 
 
 class Point(NamedTuple):
@@ -234,7 +234,7 @@ def strip(points: Sequence[Point], width: float, height: float, span: float, lea
 
 
 def _reach(known: Sequence[Point], least: float, turns: bool) -> tuple[float, float]:
-    """The ends of the axis: all values, and their bands unless these are wider than the range of the values."""
+    """The ends of the axis. It contains all values, and their bands unless these exceed the range of the values."""
     low, high = min(each.value for each in known), max(each.value for each in known)
     room = max(high - low, least)
     low = min(low, *(each.value - min(each.within or 0.0, room) for each in known))

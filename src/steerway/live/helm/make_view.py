@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from steerway.live.service import Service
 
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
-_FRESH = 2.0  # s after a fix during which predictions keep the status of the fix
+_FRESH = 2.0  # time after a fix for which predictions keep the status of the fix, s
 
 
 @dataclass

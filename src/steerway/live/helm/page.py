@@ -12,7 +12,7 @@ from steerway.live.helm.chart import Point, Window, around, moving, still, strip
 from steerway.live.helm.view import Board, Place
 from steerway.live.helm.view_text import tone, words
 
-_LOOK = 0.1  # s between two checks for a new view
+_LOOK = 0.1  # time between two checks for a new view, s
 _FRESH = 10  # largest lag of a page (views) at which its requests are accepted
 _LEGS = 20  # largest number of buttons for legs
 _SPAN = 300.0  # time span of the strips, s
@@ -305,7 +305,7 @@ class Page:
 
 
 def board_places(board: Board, boat: Place | None) -> list[tuple[float, float]]:
-    """All places of the whole chart; the fence, which may be far away, only if there is nothing else."""
+    """The places that the whole chart shows; the fence, which may be far away, only if there is nothing else."""
     track = [place for place in board.history.track if place is not None]
     return [*board.route, *track, *([boat] if boat else [])] or list(board.fence)
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 RATE = 5.0
 """Views a second, Hz."""
-_BACKLOG = 1 << 16  # bytes that may wait for the page
+_BACKLOG = 1 << 16  # largest number of bytes that wait for the page
 _LEAVING = 2.0  # longest time until the page ends, then it is killed, s
 
 

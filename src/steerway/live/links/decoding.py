@@ -20,7 +20,7 @@ from steerway.live.rows import InputRow, rows_of
 
 _DAY = 86400.0
 _UNDATED = 1e8  # Unix time below which the date is not known
-_LONGEST = 1 << 16  # bytes of a line of JSON
+_LONGEST = 1 << 16  # longest line of JSON, bytes
 
 
 class Decoder(Protocol):
@@ -156,7 +156,7 @@ def angle(degrees: float) -> float:
 
 
 def moment(text: str) -> float:
-    """Unix time (s) of an ISO 8601 text. Most are read by Python's parser, which is a hundred times faster."""
+    """Unix time (s) of an ISO 8601 text. Python reads most of them, a hundred times faster than `unix_times`."""
     try:
         found = datetime.datetime.fromisoformat(text)
     except ValueError:

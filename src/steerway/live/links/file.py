@@ -17,7 +17,8 @@ class FileSink(Sink):
     """An open file, written by a thread of its own: a full pipe or a slow disk delays nothing else.
 
     With `lossless` (a replayed log) the replay waits for the file. While the disk is full, whole messages are lost and
-    counted in `lost`; the log gets a line when this begins and ends. With `whole` the file ends at the first lost one.
+    counted in `lost`; the log gets a line when this begins and ends. With `whole` the file ends at the first lost
+    message.
     """
 
     def __init__(

@@ -41,7 +41,7 @@ class GpsdDecoder(JsonDecoder):
     """Decodes gpsd's JSON, see gpsd_json(5): DEVICES, and TPV with several reports per epoch. `magtrack` is not read,
     because its sign is not reliable.
 
-    `request` is the message to send to gpsd, b"" for none; once it names a receiver, that receiver's bytes follow.
+    `request` is the message to send to gpsd, b"" for none; after a request that names a receiver, gpsd sends its bytes.
     """
 
     def __init__(self, place: str = ""):
@@ -89,7 +89,7 @@ class GpsdDecoder(JsonDecoder):
 
 
 def _gpsd_deviation(message: dict[str, Any]) -> float:
-    """Standard deviation (m) of north and of east from gpsd's error, taken as 1σ: gpsd does not define its level."""
+    """Standard deviation (m) of north and of east from gpsd's error, whose level is undefined: taken as 1σ."""
     if "eph" in message:
         return message["eph"] / math.sqrt(2.0)
     if "epx" in message and "epy" in message:

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 CARRIERS = ("udpin", "udpout", "tcp")
 """Carriers of MAVLink in addition to a serial line."""
-_PERIOD = 0.05  # s between two checks for messages to send
-_STALE = 0.5  # s after which an order is no longer carried out
-_LATE = 0.2  # delay (s) above which waiting messages and a tick come first, then the checks of link and order
+_PERIOD = 0.05  # time between two checks for messages to send, s
+_STALE = 0.5  # age above which an order is no longer carried out, s
+_LATE = 0.2  # delay (s) above which another sleep lets messages and a tick be handled before link and order are checked
 _ONBOARD_COMPUTER = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 
 

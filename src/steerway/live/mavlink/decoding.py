@@ -20,14 +20,14 @@ from steerway.live.rows import InputRow
 from steerway.live.tick_timing import FixClock
 
 _UNIX_USEC = 10**15  # larger times (µs) are Unix time, which passed this in 2001; smaller ones count from the start
-_WAIT = 3.0  # s to wait for SYSTEM_TIME, and for GPS_RAW_INT before the vehicle's estimate is used
+_WAIT = 3.0  # longest wait for SYSTEM_TIME, and for GPS_RAW_INT before the vehicle's estimate is used, s
 _PASSED_OVER = 5  # least number of the vehicle's own positions to skip: this computer may have been busy
 _STEP = 0.5  # difference (s) above which the clock offset is replaced
 _SHARE = 1.0 / 16.0  # fraction of a smaller difference that each SYSTEM_TIME corrects
 _FRESH = 0.5  # largest difference in time between an aid and its fix, s
 _KEPT = 20  # number of the newest values of each aid that are kept
 _OLDEST = 2.0  # largest age of a row at its arrival, s; a larger one means that the time is from another clock
-_NO_FIX = 1.0  # s without a fix after which aids are rows of their own
+_NO_FIX = 1.0  # time without a fix after which aids are rows of their own, s
 _UNKNOWN_16 = 0xFFFF
 _ARMED = 0b1000_0000  # MAV_MODE_FLAG_SAFETY_ARMED
 _ARDUPILOT, _ROVERS = 3, (10, 11)  # MAV_AUTOPILOT_ARDUPILOTMEGA; MAV_TYPE_GROUND_ROVER and _SURFACE_BOAT
@@ -244,12 +244,12 @@ def _angle(degrees: float) -> float:
 _LARGEST = 1.0
 """Largest delay that is used, s. Chosen: receivers take 0.1 to 0.4 s."""
 _WINDOW = 30.0
-"""Time in which the weight of an old difference falls by a factor of e, s. Chosen."""
+"""Time in which the weight of an old difference falls by a factor of e, s."""
 _SLOWEST, _TRAVELLED = 0.5, 3.0
-"""Lowest speed of a fix that is used (m/s), and distance needed before the delay is used (m). Chosen: with fixes of
-0.1 m the delay is then accurate to 0.03 s."""
+"""Lowest speed at which a fix is used (m/s); distance to travel before the delay is used (m). Chosen: with fixes of 0.1
+m the delay is then accurate to 0.03 s."""
 _SLEW = 0.05
-"""Largest correction of the delay, s per second. Chosen: intervals between fixes change by this fraction."""
+"""Largest change of the delay, s per second. It changes the intervals between fixes by at most this fraction."""
 _FRESH_FIX = 0.5  # largest difference in time between the vehicle's estimate and a fix, s
 
 

@@ -16,15 +16,15 @@ SYSTEM = 1  # this computer's system id before the vehicle is known; then the ve
 SILENCE = 2.5
 """Time without any message after which the link counts as lost, s. Chosen: longer than two heartbeats (one a second),
 because a radio loses some, and shorter than the 3 s after which ArduPilot drops an order. Until then the boat follows
-the last order, and the estimate assumes so."""
+the last order, and the estimate assumes this."""
 HEARTBEAT_LOST = 5.0
 """Time without a heartbeat after which the link counts as lost although other messages arrive, s: five heartbeats, as
 is usual (mavlink.io, heartbeat protocol)."""
-_CONFIRMED = 2.5  # s within which a heartbeat shows a requested mode
-_ASKED_AGAIN = 0.5  # s between two requests of a mode
-_REFUSED = 3.0  # s after which a request counts as refused
-_STOPPING = 2.0  # s of zero thrust before HOLD is requested
-_GIVEN_UP = 10.0  # s after which leaving GUIDED is no longer requested
+_CONFIRMED = 2.5  # time within which a heartbeat shows a requested mode, s
+_ASKED_AGAIN = 0.5  # time between two requests of a mode, s
+_REFUSED = 3.0  # time after which a request counts as refused, s
+_STOPPING = 2.0  # duration of zero thrust before HOLD is requested, s
+_GIVEN_UP = 10.0  # time after which leaving GUIDED is no longer requested, s
 _TARGET_PERIOD = 0.1
 _WANTED = {
     "GPS_RAW_INT": 0.1,
@@ -37,7 +37,7 @@ _WANTED = {
     "VFR_HUD": 0.5,
 }  # messages and their intervals, s
 _NO_ROVER = "the vehicle is not a boat of ArduPilot's Rover"
-_MISSED = 5.0  # s between two requests for these messages while they are missing
+_MISSED = 5.0  # time between two requests for these messages while they are missing, s
 _TURN_LIMIT = "ATC_STR_RAT_MAX"
 """ArduPilot Rover's parameter with the limit of its yaw rate, degrees/s; 0 for none."""
 _ASKED_PARAMETER = 6  # largest number of requests for this parameter
@@ -111,7 +111,7 @@ class Guided:
         return True
 
     def _answered(self, answer: Any) -> None:
-        """Take the answer to a mode request. Once accepted, another mode in a HEARTBEAT was set from elsewhere."""
+        """Take the answer to a mode request. Another mode in a later HEARTBEAT was set from elsewhere."""
         if answer.command == self._messages.MAV_CMD_DO_SET_MODE and self._asked is not None:
             if answer.result == self._messages.MAV_RESULT_ACCEPTED:
                 self.mode = int(self._asked)
@@ -221,7 +221,7 @@ class Guided:
             self._enter(Takeover.TAKING, now)
 
     def _is_left(self, guided: bool, now: float) -> bool:
-        """Whether the vehicle has left GUIDED and no request of GUIDED is pending, or does not respond."""
+        """Whether the vehicle does not respond, or has left GUIDED while no request of GUIDED is pending."""
         on_its_way = now - self._asked_guided <= _CONFIRMED
         return (not guided and not on_its_way) or now - self._since > _GIVEN_UP
 

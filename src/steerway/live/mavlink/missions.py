@@ -1,7 +1,7 @@
 """MAVLink with a ground station, which uploads and downloads the route, changes leg and speed, pauses and continues.
 
-To the ground station this is a boat of ArduPilot with a mission and nothing else. Item 0 is the home position, as in
-ArduPilot. Source: mavlink.io, mission protocol, MAV_CMD.
+To the ground station this program appears as an ArduPilot boat that has a mission only. Item 0 is the home position, as
+in ArduPilot. Source: mavlink.io, mission protocol, MAV_CMD.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ _MOST = 1000
 """Largest number of items of a mission."""
 _AGAIN, _TRIES = 1.0, 5
 """Time until a missing item is requested again (s), and largest number of requests."""
-_PERIOD = 0.2  # s between two checks for messages to send
+_PERIOD = 0.2  # time between two checks for messages to send, s
 _DEGREES = 1e-7  # degrees per unit of MISSION_ITEM_INT
 _UNCHANGED, _AS_PLANNED = -1.0, -2.0
 """Values of the speed in MAV_CMD_DO_CHANGE_SPEED: keep the present speed; return to the mission's own speed."""

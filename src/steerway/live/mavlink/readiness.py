@@ -7,9 +7,9 @@ Messages and flags: MAVLink ardupilotmega message set. ArduPilot's Rover accepts
 import math
 from typing import Any
 
-_WAIT = 5.0  # s from the first message for which a missing report is waited for
-_STALE = 5.0  # s after which a report counts as missing
-_REFUSED = 5.0  # s between a refused take-over and the next attempt
+_WAIT = 5.0  # longest wait for a missing report, from the first message, s
+_STALE = 5.0  # age above which a report counts as missing, s
+_REFUSED = 5.0  # time between a refused take-over and the next attempt, s
 _WORDS = {
     "MAV_RESULT_TEMPORARILY_REJECTED": "rejected for now (TEMPORARILY_REJECTED)",
     "MAV_RESULT_DENIED": "not permitted (DENIED)",

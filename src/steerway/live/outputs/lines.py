@@ -14,7 +14,7 @@ from steerway.live.rows import FIT, Order, Row, State
 class JsonLines(SinkOutput):
     """Sends a line of JSON per fix, or with `every_tick` per tick; its columns are those of `estimate`.
 
-    With an autopilot the line also has `state` and `reason` (null for none), at a fix from the last tick.
+    With an autopilot the line also has `state` and `reason` (null for none); at a fix they are those of the last tick.
     """
 
     def __init__(self, sink: Sink, every_tick: bool = False):

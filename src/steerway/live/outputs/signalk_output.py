@@ -27,7 +27,7 @@ _STATES = {
 
 
 class Deltas(SinkOutput):
-    """Sends a delta at a fix once a period (s), at ticks while fixes are missing, and when the autopilot changes state.
+    """Sends a delta at the first fix of a period (s), at ticks while fixes are missing, and at a change of the state.
 
     positions: whether the position is sent.
     """

@@ -31,9 +31,9 @@ _NO_AUTOPILOT = -1
 class TableFile(Output):
     """Writes all rows to one file at the end of the run: a row per fix, or with `every_tick` a row per tick.
 
-    With an autopilot the table also has `state` and `reason`, at a fix from the last tick. Until the end of the run the
-    rows are in `PATH.part`: a long run takes no memory, and the next run continues the table of a run that was cut off.
-    `lossless`: wait for a slow disk. Raises InputError if the file cannot be written.
+    With an autopilot the table also has `state` and `reason`; at a fix they are those of the last tick. Until the end
+    of the run the rows are in `PATH.part`: a long run takes no memory, and the next run continues the table of a run
+    that was cut off. `lossless`: wait for a slow disk. Raises InputError if the file cannot be written.
     """
 
     def __init__(self, path: str | Path, every_tick: bool = False, lossless: bool = False):

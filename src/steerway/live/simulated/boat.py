@@ -44,7 +44,7 @@ class SimulatedBoat:
         self._sea = aboard.environment.start(random.spawn(1)[0], aboard.step)
         suite = assembly.instruments(aboard)
         if not isinstance(suite, Suite):
-            raise InputError(f"{scenario.name}: a manoeuvre is sailed by the truth, expected a scenario with a route")
+            raise InputError(f"{scenario.name}: a manoeuvre needs the true motion, expected a scenario with a route")
         self._instruments = suite.start(random)
         self._state = self.vessel.start(*(each for each in assembly.start(aboard) if each is not None))
         self._steps = 0

@@ -15,16 +15,16 @@ from steerway.live.mavlink.link import RoverMode
 from steerway.live.simulated.boat import ReceiverFix
 
 TIMEOUT = 3.0
-"""s without a target after which a vehicle in GUIDED stops."""
+"""Time without a target after which a vehicle in GUIDED stops, s."""
 TURN_LIMIT = math.radians(120.0)
 """Limit of the yaw rate, rad/s: the default of the parameter ATC_STR_RAT_MAX of ArduPilot's Rover."""
 _TURN_PARAMETER = "ATC_STR_RAT_MAX"
 _MODES = (RoverMode.MANUAL, RoverMode.HOLD, RoverMode.GUIDED)
-_FIX_LOST = 1.5  # s after the last fix from which on the receiver reports no fix
+_FIX_LOST = 1.5  # time after the last fix at which the receiver reports no fix, s
 _UNKNOWN_16 = 0xFFFF
 _EKF_ATTITUDE, _EKF_ALL = 0b0010000001, 0b1100111111
-"""Flags of EKF_STATUS_REPORT. First: attitude and constant position. Then: attitude, velocity and position, measured
-and predicted."""
+"""Flags of EKF_STATUS_REPORT. _EKF_ATTITUDE: attitude and constant position. _EKF_ALL: attitude, velocity and position,
+measured and predicted."""
 
 
 class Target(NamedTuple):
@@ -250,7 +250,7 @@ def _hundredths(angle: float) -> int:
 
 
 SPEED = 1.0
-"""m/s"""
+"""Speed over ground on the circle, m/s."""
 RADIUS = 15.0
 """Radius of the circle around the position at the start, m."""
 _GAIN, _MOST = 0.3, 0.3  # gain from course error to yaw rate (1/s), and largest yaw rate (rad/s)

@@ -26,7 +26,7 @@ from steerway.simulation.scenario import Scenario
 from steerway.vessels.vessel import Actuator
 
 SILENCE = 1.0
-"""s without a command after which a motor driver stops its propellers."""
+"""Time without a command after which a motor driver stops its propellers, s."""
 
 
 class PropellerReceiver:
@@ -75,12 +75,12 @@ class PropellerReceiver:
 if TYPE_CHECKING:
     import polars as pl
 
-_BEHIND = 1.0  # s by which steps may be late before they are skipped
+_BEHIND = 1.0  # largest delay of steps before they are skipped, s
 _TALKER = "GP"
 
 
 class RunningBoat:
-    """A boat under way, steered by GUIDED while this mode is on; by propeller commands once any arrived; else by hand.
+    """A boat under way. From the first propeller command on, they steer it; before, GUIDED, or a skipper in MANUAL.
 
     sinks:  links on which the receiver sends GGA and RMC, and with a compass HDT.
     mavlink, cruise: the address of the boat as a MAVLink vehicle; its speed at thrust 1, m/s.
