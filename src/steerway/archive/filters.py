@@ -50,11 +50,11 @@ _ANYWHERE = 1e10
 
 
 class State(NamedTuple):
-    """State of a filter: the part of its structures' Banks that a track stores. States of many have leading axes."""
+    """State of a filter: the arrays of its structures' Banks that a track stores. Several states share leading axes."""
 
     x: np.ndarray  # (m modes of all structures, n states)
     p: np.ndarray  # (m, n, n)
-    probability: np.ndarray  # (m,) in its structure
+    probability: np.ndarray  # (m,) of a mode within its structure
     run: np.ndarray  # (s structures,) RUN
 
 
@@ -74,7 +74,7 @@ class Filters(NamedTuple):
     rows: np.ndarray
     product: np.ndarray
     fused: np.ndarray  # (s, FUSED)
-    plain: bool  # whether the five-state filter serves all models
+    plain: bool  # whether the five-state filter runs all models
 
 
 def filters_of(models: Sequence[Model], first: Ints, weights: Floats, change: Floats, steerageway: Floats) -> Filters:

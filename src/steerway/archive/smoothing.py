@@ -85,7 +85,7 @@ def _smooth_by(state: State, ahead: State, later: State, repositioned: bool, roo
 
 @called_kernel
 def _predict(filters: Filters, which: int, state: State, dt: float, room: Room) -> bool:
-    """Predict a state of one mode as `filters.predict` does; `room.gain` becomes its covariance with the state before.
+    """Predict a state of one mode as `filters.predict` does. `room.gain`: covariance of the states before and after.
 
     Returns False if the course becomes undefined on the way, because the prediction is then not linear.
     """

@@ -209,8 +209,8 @@ def begin(track: np.record, state: State, time: float, mobile: int, use: int) ->
 
 @called_kernel
 def vacant(vessel: np.record, tracks: np.ndarray) -> int:
-    """A slot for a new tentative track: a free one; else that of the longest silent tentative track, else confirmed
-    track."""
+    """A slot for a new tentative track: a free one, else the slot of the tentative track that is silent longest, else
+    the slot of the confirmed track that is silent longest."""
     best, rank, last = -1, 4, math.inf
     for s in range(len(tracks)):
         use = int(tracks[s].use)

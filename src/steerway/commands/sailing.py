@@ -143,7 +143,7 @@ def advise(
 ) -> None:
     """Check that an autopilot is not too fast for the course estimate.
 
-    A course estimated from positions lags: more with larger position errors, and more at lower speeds. If the
+    A course estimated from positions lags. The lag grows with the position errors, and as the speed falls. If the
     autopilot's bandwidth exceeds the estimate's, the course oscillates. PROFILE is a filter profile or a scenario.
 
     Examples:

@@ -20,7 +20,7 @@ class Progressed(Protocol):
 
 
 def option(metavar: str | None, help: str, default: Any = None, *names: str, **limits: Any) -> Any:
-    """An option; the metavar names its value. Without `names` it is named as its parameter. Default `...`: required."""
+    """An option; the metavar names its value. Without `names` its parameter names it. Default `...`: required."""
     return typer.Option(default, *names, metavar=metavar, help=help, **limits)
 
 

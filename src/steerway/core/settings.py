@@ -100,7 +100,7 @@ def _texts(model: type[BaseModel]) -> dict[str, str]:
 class Option(NamedTuple):
     """In the annotation of a field: the key is also an option of the command line.
 
-    metavar: of its value, None for a flag. name, help: in place of the key's own name and description.
+    metavar: the word for its value in the help; None for a flag. name, help: replace the key's name and description.
     """
 
     metavar: str | None = None
