@@ -66,7 +66,7 @@ class Filters(NamedTuple):
     weights: np.ndarray  # (s,) of the structures
     change: np.ndarray  # (classes and levels,) (m/s)² per axis, variance added to the velocity before a prediction
     steerageway: np.ndarray  # (classes and levels,) m/s, lowest speed with a defined course
-    steps: np.ndarray  # (models, _SLOTS, m) STEP by length; responses and changes belong to it, as in Bank
+    steps: np.ndarray  # (models, _SLOTS, m) STEP by length; the next two fields belong to these steps, see Bank
     responses: np.ndarray
     changes: np.ndarray
     moments: np.ndarray  # workspace of a Bank

@@ -70,7 +70,7 @@ def history(
     """Find the events and trips of tracks. Returns their numbers, which can exceed the lengths of `events` and `trips`.
 
     Args:
-        bounds: (tracks + 1,) where in `order` (n,), row numbers by track and time, each track begins.
+        bounds: (tracks + 1,) where each track begins in `order` (n,), the row numbers by track and time.
         rows: (time, estimate, status, event, reported), the first four as in `association.associate`; reported (n, 4):
             latitude, longitude, SOG, COG in SI units, NaN where unknown.
         carry: (tracks,) HISTORY, updated. events: (any,) EVENT. trips: (any,) TRIP.

@@ -190,7 +190,7 @@ def is_within_reach(track: np.record, time: float, latitude: float, longitude: f
 
 @lean_kernel
 def steady_level(track: np.record, time: float) -> int:
-    """The noise level for steady motion, by the interval to this time and by whether the vessel is under way."""
+    """The noise level for steady motion, by the time since the last report and by whether the vessel is under way."""
     level = STEADY
     for edge in INTERVALS:
         if time - track.now > edge:

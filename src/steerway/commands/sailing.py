@@ -202,7 +202,7 @@ def _is_scenario(path: str) -> bool:
 
 
 def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str:
-    """The sentence. If it does not fit: a warning on stderr unless `quiet`, or with `strict` an InputError."""
+    """The sentence. If not `fits`, it is also a warning on stderr (unless `quiet`) or, with `strict`, an InputError."""
     if not fits and strict:
         raise InputError(f"{sentence[0].lower()}{sentence[1:-1]} (refused by --strict)")
     if not fits and not quiet:

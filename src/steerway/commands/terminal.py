@@ -14,7 +14,7 @@ from steerway.core.errors import printable
 
 
 class Progressed(Protocol):
-    """Called with the share done (0 to 1) and what is being done."""
+    """Called with the share done (0 to 1) and the current step."""
 
     def __call__(self, part: float, note: str = "") -> None: ...
 

@@ -66,7 +66,7 @@ def lean_kernel(function: F) -> F:
 
     It does not count references to its array arguments and is inlined into its callers. If small arrays pass through a
     chain of calls, counting and calling cost more than the arithmetic. A product and a sum may be rounded once,
-    together. Called from Python it keeps the interpreter lock, since releasing it takes longer than the call.
+    as one operation. Called from Python it keeps the interpreter lock, since releasing it takes longer than the call.
     """
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 

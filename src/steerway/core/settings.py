@@ -86,7 +86,7 @@ def description_of(model: type[BaseModel], key: str) -> str:
 
 @cache
 def _texts(model: type[BaseModel]) -> dict[str, str]:
-    """Key → the text below its field. Read when it is needed: at import it would take a tenth of the start."""
+    """Key → the text below its field. Reading the source at import would take a tenth of the start."""
     found: dict[str, str] = {}
     for kind in (each for each in reversed(model.__mro__) if issubclass(each, Table) and each is not Table):
         with suppress(OSError, TypeError):  # no source: a model made by a function, or of no file

@@ -41,7 +41,7 @@ def rms(values: ArrayLike) -> float:
 
 
 def last_digit(angles: np.ndarray) -> float:
-    """The step (rad) of the last decimal, of degrees or minutes, to which angles (n,) rad were rounded; NaN if none."""
+    """One unit (rad) of the last decimal (degrees or minutes) to which angles (n,) rad were rounded; NaN if none."""
     return float(np.radians(decimal_step(np.degrees(angles), _ANGLES, _LEFT, _SHARE)))
 
 

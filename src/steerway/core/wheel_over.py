@@ -20,7 +20,7 @@ _MOST_POINTS = 3000
 _AHEAD = 2.5
 """Largest lead (rad) of the command over the reference, below π, so that wrapping keeps the turn's direction."""
 _IN_LINE = 0.1
-"""Sine of the angle between two legs below which no wheel-over point makes a turn end on the next leg."""
+"""Sine of the angle between two legs. Below it they count as in line, and a turn has no wheel-over point."""
 
 
 @kernel
@@ -80,7 +80,7 @@ def turn_path(
 
 @kernel
 def in_line(direction: float, following: float) -> bool:
-    """Whether two legs (rad) are so nearly in line that no wheel-over point makes a turn end on the next one."""
+    """Whether the directions (rad) of two legs are so nearly in line that a turn has no wheel-over point."""
     return abs(math.sin(following - direction)) < _IN_LINE
 
 
@@ -90,8 +90,8 @@ def wheel_over(
 ) -> float:
     """Distance (m) of the wheel-over point before a waypoint, for a turn with the displacement (north, east) in m.
 
-    direction and following: of the two legs, rad. begins, ends: distance (m) outside of the legs where the turn begins
-    and ends. 0 for legs that are (nearly) in line, also in opposite directions.
+    direction and following: of the two legs, rad. begins, ends: distances (m) of the turn's beginning and end from
+    the legs, outwards. Returns 0 for legs that are (nearly) in line, also in opposite directions.
     """
     sine, cosine = math.sin(wrap(following - direction)), math.cos(following - direction)
     if in_line(direction, following):

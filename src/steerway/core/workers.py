@@ -153,7 +153,7 @@ def _on_cluster(
 
 
 def _after(_: Any, function: Callable[[Item], Result], item: Item) -> Result:
-    """The result of an item once the one before it is done; on a cluster an argument makes it wait."""
+    """The result of an item. The first argument makes a cluster wait for the result of the item before it."""
     return function(item)
 
 

@@ -73,7 +73,7 @@ class Column:
     name: str
     meaning: str
     factor: float | None
-    basis: str = ""  # "" if the name states the unit, "assumed", or how the unit was inferred
+    basis: str = ""  # "" if the name states the unit, "assumed" for a default, or how it was inferred
 
     @property
     def to_si(self) -> float:

@@ -57,7 +57,7 @@ def in_seconds(numbers: np.ndarray, factor: float | None) -> np.ndarray:
 
 
 def from_fit(time: Floats, latitude: Column) -> Floats:
-    """Unix s of times (n,). With latitude in semicircles, as in FIT, times before FIT existed count from its epoch."""
+    """Unix s of times (n,). If latitude is in semicircles, as in FIT, times before 2008 count from the epoch of FIT."""
     is_fit = latitude.factor == SEMICIRCLE and bool((time[np.isfinite(time)] < _BEFORE_FIT).any())
     return time + EPOCH if is_fit else time
 
@@ -74,7 +74,7 @@ def time_by_motion(
     longitude: np.ndarray,
     sog: np.ndarray,
 ) -> tuple[Column, np.ndarray]:
-    """(the first time column with plausible dates, steps and speeds, its Unix s (n,)).
+    """The first time column with plausible dates, steps and speeds, and its times in Unix s (n,).
 
     The columns are tried in their own unit, then in others. If none is plausible, the first one is returned in its own
     unit. seconds: reads a column with its factor. latitude, longitude (rad), sog (m/s, correct within `_OFF`): (n,).
