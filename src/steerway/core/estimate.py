@@ -18,7 +18,7 @@ class Measurements(NamedTuple):
     bottom_speed: float = math.nan  # along the hull over ground
     acceleration: float = math.nan  # along the hull; contains a component of gravity when the hull pitches
     shaft: float = math.nan  # rev/s
-    age: float = 0.0  # of the position: s since its epoch
+    age: float = 0.0  # age of the position: s since its epoch
 
 
 NO_MEASUREMENTS = Measurements()

@@ -89,7 +89,7 @@ def _texts(model: type[BaseModel]) -> dict[str, str]:
     """Key → the text below its field. Reading the source at import would take a tenth of the start."""
     found: dict[str, str] = {}
     for kind in (each for each in reversed(model.__mro__) if issubclass(each, Table) and each is not Table):
-        with suppress(OSError, TypeError):  # no source: a model made by a function, or of no file
+        with suppress(OSError, TypeError):  # a model without a file, or made by a function, has no source
             body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
             for field, text in pairwise(body.body if isinstance(body, ast.ClassDef) else []):
                 if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
