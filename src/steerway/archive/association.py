@@ -182,7 +182,7 @@ def take_report(
             predict_to(filters, which, track, state, time)
         north, east = place_in_plane(track, state, reports.latitude[k], reports.longitude[k])
         nis, wrong = take(filters, which, state, north, east)
-        # The NIS of a rounded fix includes the rounding variance and can pass where the rounding cell does not fit.
+        # The NIS of a rounded fix includes the rounding variance: it can pass although the rounding cell does not fit.
         passes = nis <= FIX_GATE and not (wrong > 0.5 and reports.digit[k] > 0.0)
         if level < STEADY or passes:
             break

@@ -93,8 +93,8 @@ def _approaches(
 ) -> Iterator[pl.DataFrame]:
     """Pairs that come within a distance (m) around a moment (s).
 
-    Each vessel is between rows after − 1 and after. The search radius adds what two vessels at `_FASTEST` close in half
-    a step.
+    Each vessel is between rows after − 1 and after. The search radius is this distance plus the distance that two
+    vessels at `_FASTEST` close in half a step.
     """
     from scipy.spatial import cKDTree
 

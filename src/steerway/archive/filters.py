@@ -47,11 +47,11 @@ _ANYWHERE = 1e10
 
 
 class State(NamedTuple):
-    """State of a filter: the part of its structures' Banks that a track stores. States of many have leading axes."""
+    """State of a filter: the arrays of its structures' Banks that a track stores. Several states share leading axes."""
 
     x: np.ndarray  # (m modes of all structures, n states)
     p: np.ndarray  # (m, n, n)
-    probability: np.ndarray  # (m,) in its structure
+    probability: np.ndarray  # (m,) of a mode within its structure
     run: np.ndarray  # (s structures,) RUN
 
 
@@ -63,7 +63,7 @@ class Filters(NamedTuple):
     weights: np.ndarray  # (s,) of the structures
     change: np.ndarray  # (classes and levels,) (m/s)² per axis, variance added to the velocity before a prediction
     steerageway: np.ndarray  # (classes and levels,) m/s, lowest speed with a defined course
-    steps: np.ndarray  # (models, _SLOTS, m) STEP by length; responses and changes belong to it, as in Bank
+    steps: np.ndarray  # (models, _SLOTS, m) STEP by length; the next two fields belong to these steps, see Bank
     responses: np.ndarray
     changes: np.ndarray
     moments: np.ndarray  # workspace of a Bank
@@ -71,7 +71,7 @@ class Filters(NamedTuple):
     rows: np.ndarray
     product: np.ndarray
     fused: np.ndarray  # (s, FUSED)
-    plain: bool  # whether the five-state filter serves all models
+    plain: bool  # whether the five-state filter runs all models
 
 
 def filters_of(models: Sequence[Model], first: Ints, weights: Floats, change: Floats, steerageway: Floats) -> Filters:

@@ -35,7 +35,8 @@ _EXCURSION, _EXCURSION_TIME, _BACK = 500.0, 7200.0, 0.3
 distance, (2) the report before, the jump and the report after come within this time, and (3) the reports before and
 after it are closer together than this ratio times the shorter distance."""
 _LIMIT, _RUN = 4.0, 5
-"""Combined σ above which a transmitted value is wrong; number of wrong reports in a row that make an event."""
+"""Limits of wrong transmitted values. A value is wrong if it differs by more than `_LIMIT` times the combined σ; `_RUN`
+wrong reports in a row make an event."""
 _SOG_STD, _SOG_MARGIN = 0.2, 0.5
 _COG_STD, _COG_MARGIN, _COG_LEAST_SPEED = math.radians(3.0), math.radians(5.0), 2.0
 
@@ -69,7 +70,7 @@ def history(
     """Find the events and trips of tracks. Returns their numbers, which can exceed the lengths of `events` and `trips`.
 
     Args:
-        bounds: (tracks + 1,) where in `order` (n,), row numbers by track and time, each track begins.
+        bounds: (tracks + 1,) where each track begins in `order` (n,), the row numbers by track and time.
         rows: (time, estimate, status, event, reported), the first four as in `association.associate`; reported (n, 4):
             latitude, longitude, SOG, COG in SI units, NaN where unknown.
         carry: (tracks,) HISTORY, updated. events: (any,) EVENT. trips: (any,) TRIP.
@@ -120,9 +121,9 @@ def history(
 
 @called_kernel
 def _excursion(events: np.ndarray, e: int, track: int, c: np.record, time: float, reported: Floats) -> int:
-    """Emit a jump if the last report is out and back faster than the ship's speed allows; remember this report.
+    """Emit a jump if reaching the last report and returning needs more speed than the ship has; store this report.
 
-    Such a jump is within reach of the track and is recognised only when the next report is back.
+    Such a jump is within reach of the track, so only the next report, near the earlier one, shows it.
     """
     if c.reports >= 2.0 and time - c.former_time <= _EXCURSION_TIME:
         there = _apart(c.last_latitude, c.last_longitude, c.former_latitude, c.former_longitude)

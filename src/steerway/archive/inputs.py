@@ -39,7 +39,7 @@ _FIRST = 10_000
 _FEW = 10
 _FINE, _COARSE = 1.5e-5, 2e-4
 """Finest and coarsest resolution that matter, °: 0.001′ (1.9 m), 4 decimals (11 m), 0.01′ (19 m). On generated ships, 5
-decimals (1.1 m) gave the SOG and COG of unrounded positions; an apparently coarser resolution can be chance."""
+decimals (1.1 m) gave the same SOG and COG as unrounded positions. A resolution that seems coarser can be chance."""
 
 
 def found(paths: Iterable[str | Path]) -> list[Path]:

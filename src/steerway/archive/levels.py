@@ -21,7 +21,7 @@ from steerway.estimation.vessel.profile import BUILT_IN, Profile
 from steerway.estimation.vessel.structures import model_of
 
 PROFILES = ("ais", "ais-class-a", "ais-class-b")
-"""Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
+"""Built-in profile of each entry of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
 
 _CHANGE_STD = 2.0
 """1σ (m/s per axis) of the change of velocity that a manoeuvre may have made since the last report."""

@@ -98,7 +98,7 @@ def run(
         if name not in _AIDS:
             raise InputError(f"aid {name!r} is unknown, expected some of {', '.join(_AIDS)}")
     if profile is not None and profile.structures and smooth:
-        raise InputError(f"profile {profile.name} has structures, expected one without them to smooth an archive")
+        raise InputError(f"profile {profile.name} has structures, expected one of flat keys to smooth an archive")
     if rate is not None and not 1e-6 <= rate <= 10.0:
         raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 10")
     for name, value in (("buckets", buckets), ("workers", workers)):

@@ -85,7 +85,7 @@ def _smooth_by(state: State, ahead: State, later: State, repositioned: bool, roo
 
 @called_kernel
 def _predict(filters: Filters, which: int, state: State, dt: float, room: Room) -> bool:
-    """Predict a state of one mode as `filters.predict` does; `room.gain` becomes its covariance with the state before.
+    """Predict a state of one mode as `filters.predict` does. `room.gain`: covariance of the states before and after.
 
     Returns False if the course becomes undefined on the way, because the prediction is then not linear.
     """
@@ -135,9 +135,9 @@ def smoothed(
     """The smoothed estimate (n, OUTPUTS), in the order of `order`. Each piece of a track is smoothed separately.
 
     Args:
-        order: (n,) row numbers by track and time. pieces: (m + 1,) where in `order` each piece begins, and n. which:
-            (n,) index of the model that predicted each row. time, estimate: as in `association.associate`. kept: filter
-            states of the rows, one Kept after another.
+        order: (n,) row numbers by track and time. pieces: (m + 1,) where each piece begins in `order`; the last is n.
+            which: (n,) index of the model that predicted each row. time, estimate: as in `association.associate`. kept:
+            filter states of the rows, one Kept after another.
     """
     n, estimate = filters.models.states, estimate[order]
     joined = [np.concatenate(parts)[order] for parts in zip(*((*k.states, *k[1:]) for k in kept), strict=True)]

@@ -195,7 +195,7 @@ def is_within_reach(track: np.record, time: float, latitude: float, longitude: f
 
 @lean_kernel
 def steady_level(track: np.record, time: float) -> int:
-    """The noise level for steady motion, by the interval to this time and by whether the vessel is under way."""
+    """The noise level for steady motion, by the time since the last report and by whether the vessel is under way."""
     level = STEADY
     for edge in INTERVALS:
         if time - track.now > edge:
@@ -214,8 +214,8 @@ def begin(track: np.record, state: State, time: float, mobile: int, use: int) ->
 
 @called_kernel
 def vacant(vessel: np.record, tracks: np.ndarray) -> int:
-    """A slot for a new tentative track: a free one; else that of the longest silent tentative track, else confirmed
-    track."""
+    """A slot for a new tentative track: a free one, else the slot of the tentative track that is silent longest, else
+    the slot of the confirmed track that is silent longest."""
     best, rank, last = -1, 4, math.inf
     for s in range(len(tracks)):
         use = int(tracks[s].use)

@@ -26,9 +26,9 @@ from steerway.estimation.filter.model import RUN
 from steerway.estimation.vessel.aids import AIDS, NO_AIDS
 
 LOOKAHEAD = 3600.0
-"""Part of the next day that smoothing uses, s; a fix influences only the estimates of the minutes before it."""
+"""Length of the part of the next day that smoothing uses, s. A fix influences only the estimates of minutes before."""
 _AT_ONCE = 1e-4
-"""Tolerance of an output time, s: a report closer to it takes the place of the output row."""
+"""Tolerance of an output time, s: a report closer than this replaces the output row."""
 _ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile", "digit")
 _LEAST_EVENTS = 1000
 
@@ -94,7 +94,7 @@ def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
     order, kept = np.lexsort((time, mmsi)), np.ones(len(frame), bool)
     same = (np.diff(mmsi[order]) == 0) & (np.diff(time[order]) == 0)
     tied = np.union1d(np.flatnonzero(same), np.flatnonzero(same) + 1)
-    # Only tied rows are sorted by all columns: sorting all rows so takes as long as everything else.
+    # Only tied rows are sorted by all columns: sorting all rows that way would double the time.
     ranked = frame[order[tied]].with_columns(place=order[tied]).sort(_ORDER, nulls_last=True)
     again = ranked.select(pl.all_horizontal(pl.col(name) == pl.col(name).shift() for name in _ORDER[:4])).to_series()
     order[tied] = ranked["place"].to_numpy()

@@ -31,7 +31,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 INCOMPLETE, DISK_FULL = 3, 4
-"""Exit codes: an input or a unit was left out; the disk is full."""
+"""Exit codes: INCOMPLETE if an input or a unit was left out, DISK_FULL if the disk is full."""
 DIRECTORY = argument("DIR", "Directory of the archive.")
 
 

@@ -58,8 +58,8 @@ def _run() -> int:
 
 
 def _usage_message(error: Any) -> str:
-    """One sentence about an error of the command line; "" after the help. A value that is not of the option's type is
-    worded as one in a file.
+    """One sentence about an error of the command line; "" if the help was printed. A value of the wrong type gets the
+    same words as in a settings file.
     """
     from steerway.core.settings import expectation
 

@@ -102,8 +102,8 @@ def surge(
     """Identify drag and thrust, both over mass, from a staircase of speeds. Reports whether the log determines them.
 
     The log needs time_s, speed_mps (through the water; over ground if there is no current) and shaft_rps. In place of
-    shaft_rps, --shaft names the column of a command (per cent, PWM in µs, …) to whose square thrust is proportional.
-    With --diameter, the loss of thrust with speed follows a typical open-water curve; without, it is identified too.
+    shaft_rps, --shaft names a column with a command (per cent, PWM in µs, …) whose square is proportional to thrust.
+    With --diameter, the loss of thrust with speed follows a typical open-water curve; otherwise it is identified.
 
     Examples:
 

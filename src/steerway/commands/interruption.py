@@ -18,7 +18,7 @@ SIGNALS = {
     for name, word in (("SIGINT", "interrupted"), ("SIGTERM", "terminated"), ("SIGHUP", "terminal closed"))
     if hasattr(signal, name)
 }
-_SHOW_CURSOR = "\r\x1b[K\x1b[?25h"  # a progress bar hides it
+_SHOW_CURSOR = "\r\x1b[K\x1b[?25h"  # progress bars hide the cursor
 note = ""
 """Rest of the line printed at an interruption: which work is kept and how to continue it."""
 _received = threading.Event()

@@ -62,7 +62,7 @@ def live(
 
 
 def _kinds(annotation: Any) -> list[Any]:
-    """The types within a type."""
+    """The types in an annotation."""
     return [annotation, *(inner for each in get_args(annotation) for inner in _kinds(each))]
 
 

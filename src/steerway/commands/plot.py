@@ -26,8 +26,9 @@ def plot(
     """Compare results: plot the tracks in one figure, and print statistics of their differences from the first.
 
     A file is a table written by `estimate`, a run written by `simulate` (true and estimated motion), or a log (the
-    receiver's own SOG and COG). It prints RMS, median, 95 % quantile and maximum of the absolute differences, and the
-    share of differences within ± 2σ of the track, which is 95 % if the first track is the truth and σ is calibrated.
+    receiver's own SOG and COG). The statistics are RMS, median, 95 % quantile and maximum of the absolute
+    differences, and the share of differences within ± 2σ of the track. This share is 95 % if the first track is the
+    truth and σ is calibrated.
 
     Examples:
 

@@ -143,7 +143,7 @@ def advise(
 ) -> None:
     """Check that an autopilot is not too fast for the course estimate.
 
-    A course estimated from positions lags: more with larger position errors, and more at lower speeds. If the
+    A course estimated from positions lags. The lag grows with the position errors, and as the speed falls. If the
     autopilot's bandwidth exceeds the estimate's, the course oscillates. PROFILE is a filter profile or a scenario.
 
     Examples:
@@ -202,7 +202,7 @@ def _is_scenario(path: str) -> bool:
 
 
 def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str:
-    """The sentence. If it does not fit: a warning on stderr unless `quiet`, or with `strict` an InputError."""
+    """The sentence. If not `fits`, it is also a warning on stderr (unless `quiet`) or, with `strict`, an InputError."""
     if not fits and strict:
         raise InputError(f"{sentence[0].lower()}{sentence[1:-1]} (refused by --strict)")
     if not fits and not quiet:

@@ -16,7 +16,7 @@ _MODELS = {
     "mission": ("steerway.live.autopilot.mission", "MissionFile"),
 }
 KINDS = tuple(_MODELS)
-_BY_KEY = {"kind": "Selects this kind."}  # of a table with a single kind
+_BY_KEY = {"kind": "Selects this kind."}  # in a table with a single kind
 
 
 def schema_of(kind: str) -> dict[str, Any]:

@@ -14,13 +14,13 @@ from steerway.core.errors import printable
 
 
 class Progressed(Protocol):
-    """Called with the share done (0 to 1) and what is being done."""
+    """Called with the share done (0 to 1) and the current step."""
 
     def __call__(self, part: float, note: str = "") -> None: ...
 
 
 def option(metavar: str | None, help: str, default: Any = None, *names: str, **limits: Any) -> Any:
-    """An option; the metavar names its value. Without `names` it is named as its parameter. Default `...`: required."""
+    """An option; the metavar names its value. Without `names` its parameter names it. Default `...`: required."""
     return typer.Option(default, *names, metavar=metavar, help=help, **limits)
 
 

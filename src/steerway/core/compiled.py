@@ -49,11 +49,11 @@ event.register("numba:compile", _Announcement())
 
 _COLLECTED_AFTER = 100_000
 """Threshold of the garbage collector, in objects, while kernels are compiled. numba makes millions of lasting objects;
-with Python's threshold of 700, scanning them takes a twentieth of the time. Memory use is the same."""
+with Python's threshold of 700, scanning them takes a twentieth of the compilation time. Memory use is the same."""
 _ROOM = 33_000
-"""Frame size (words) that makes CPython allocate a stack chunk with as much room again (it doubles 16 kB until a frame
-and 8 kB fit). A call that does not fit into a chunk maps and unmaps memory; in a loop deep inside numba this takes up
-to a third of the time of compilation."""
+"""Declared frame size (words) of the function that compiles. It makes CPython allocate a large stack chunk: the chunk
+is doubled from 16 kB until the frame and 8 kB fit. Without room left in the chunk, each call deep inside numba maps and
+unmaps memory, which takes up to a third of the compilation time."""
 
 
 def kernel(function: F) -> F:
@@ -66,7 +66,7 @@ def lean_kernel(function: F) -> F:
 
     It does not count references to its array arguments and is inlined into its callers. If small arrays pass through a
     chain of calls, counting and calling cost more than the arithmetic. A product and a sum may be rounded once,
-    together. Called from Python it keeps the interpreter lock, since releasing it takes longer than the call.
+    as one operation. Called from Python it keeps the interpreter lock, since releasing it takes longer than the call.
     """
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 
@@ -153,7 +153,7 @@ def _rare_collections() -> Iterator[None]:
 
 
 def _callers_first(libraries: list[Any]) -> list[Any]:
-    """Each library once, after all libraries that call it: when LLVM links code that nothing calls yet, it drops it."""
+    """Each library once, after all libraries that call it: LLVM drops linked code that nothing calls yet."""
     return list(dict.fromkeys(reversed(libraries)))[::-1]
 
 
@@ -165,7 +165,7 @@ class _KernelLibrary(JITCodeLibrary):
         super().finalize()  # type: ignore[no-untyped-call]
 
     def _finalize_final_module(self) -> None:
-        """Raises RuntimeError if a part is missing: a call of it would crash the process."""
+        """Link the parts. Raises RuntimeError if one is missing, because a call of it would crash the process."""
         called = [each.name for each in self._final_module.functions if each.is_declaration]
         if missing := [name for name in called if name.startswith("_ZN")]:
             raise RuntimeError(f"a kernel is compiled without its parts {missing}")

@@ -34,8 +34,8 @@ def radii(latitude: float) -> tuple[float, float]:
 def displacement(latitude: float, longitude: float, latitude_0: float, longitude_0: float) -> tuple[float, float]:
     """North and east (m) of a point in the tangent plane at (latitude_0, longitude_0). All angles in rad.
 
-    First order in the distance: exact to the mm within 100 m, to 0.1 m within 500 m at 80° N. The filter re-centres its
-    plane at every fix, so that distances are those sailed between two fixes.
+    First order in the distance: exact to the mm within 100 m, to 0.1 m within 500 m at 80° N. The filter moves the
+    origin of its plane at every fix, so distances in it are those sailed between two fixes.
     """
     meridian, prime_vertical = radii(latitude_0)
     north = (latitude - latitude_0) * meridian

@@ -16,9 +16,9 @@ class Measurements(NamedTuple):
     yaw_rate: float = math.nan
     water_speed: float = math.nan
     bottom_speed: float = math.nan  # along the hull over ground
-    acceleration: float = math.nan  # along the hull, with gravity where it pitches
+    acceleration: float = math.nan  # along the hull; contains a component of gravity when the hull pitches
     shaft: float = math.nan  # rev/s
-    age: float = 0.0  # of the position: s since its epoch
+    age: float = 0.0  # age of the position: s since its epoch
 
 
 NO_MEASUREMENTS = Measurements()
@@ -35,20 +35,20 @@ class Estimate(NamedTuple):
     sog_std: float
     cog_std: float
     course_rate_std: float
-    position_std: float  # with the receiver's slow error, see `core.slow_error`
+    position_std: float  # includes the receiver's slow error, see `core.slow_error`
     heading: float
     yaw_rate: float
-    heading_std: float = math.nan  # this and the following are known only to an estimator that uses the orders
+    heading_std: float = math.nan  # from here on: only from an estimator that uses the orders
     water_speed: float = math.nan
     current_north: float = math.nan
     current_east: float = math.nan
     yaw_bias: float = math.nan  # steady yaw rate without an order
-    speed_gain: float = math.nan  # speed through the water over the ordered one
-    yaw_gain: float = 1.0  # of the yaw rate's response to orders, over the declared gain
-    yaw_damping: float = 0.0  # of that response, minus the declared linear damping
-    yaw_time: float = 1.0  # time constant of that response, over the declared one
-    current_std: float = 0.0  # of the current, in its least certain direction
-    position_relative_std: float = math.nan  # of the position, without the receiver's slow error
+    speed_gain: float = math.nan  # speed through the water divided by the ordered speed
+    yaw_gain: float = 1.0  # gain of the yaw-rate response to orders, divided by the declared gain
+    yaw_damping: float = 0.0  # linear damping of the response, minus the declared damping
+    yaw_time: float = 1.0  # time constant of the response, divided by the declared one
+    current_std: float = 0.0  # 1σ of the current in its least certain direction
+    position_relative_std: float = math.nan  # 1σ of the position without the receiver's slow error
     slip_time: float = 0.0  # time constant with which the motion through the water follows the bow, s
     made_up: float = 1.0  # share of the current along the bow that the vehicle's own speed loop compensates
 

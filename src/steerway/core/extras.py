@@ -49,5 +49,5 @@ def _absent(module: str) -> bool:
 
 
 def extra_of(module: str) -> str | None:
-    """The extra that brings a module; None for a module of the core."""
+    """The extra that installs a module; None for a module of the core."""
     return next((extra for extra, modules in EXTRAS.items() if module in modules), None)

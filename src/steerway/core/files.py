@@ -67,7 +67,7 @@ def cannot_write(path: str | os.PathLike[str], error: OSError) -> InputError:
 
 
 def _of_the_system(error: Exception) -> OSError | None:
-    """The operating system's error behind an exception, or None: polars puts such an error into the text of its own."""
+    """The operating system's error behind an exception, or None: polars quotes it in the text of its own exception."""
     if given := re.search(r"\(os error ([0-9]+)\)", str(error)):
         return OSError(int(given[1]), os.strerror(int(given[1])))
     return error if isinstance(error, OSError) else None

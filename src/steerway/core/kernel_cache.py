@@ -16,7 +16,7 @@ from pathlib import Path
 
 _PRODUCT = __name__.partition(".")[0]
 _KEPT = 8
-"""Versions of a module that are kept: several installations may share the directory."""
+"""Number of versions kept per module: several installations may share the directory."""
 _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]+)|import[ \t]+([^\n#]+))", re.M)
 
 

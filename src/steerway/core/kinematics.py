@@ -97,7 +97,7 @@ def drift_angle(surge: float, sway: float) -> float:
 def turning_rate(
     north_velocity: float, east_velocity: float, north_acceleration: float, east_acceleration: float
 ) -> float:
-    """Course rate (rad/s) of a point over ground, P1 (28) without the step through the crab angle; NaN at rest."""
+    """Course rate (rad/s) of a point over ground, P1 (28) without computing the crab angle; NaN at rest."""
     squared = north_velocity * north_velocity + east_velocity * east_velocity
     if squared == 0.0:
         return math.nan

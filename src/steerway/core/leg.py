@@ -47,7 +47,7 @@ UNKNOWN_LEG = Leg(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, ma
 
 @kernel
 def leg_direction(north_0: float, east_0: float, north_1: float, east_1: float) -> float:
-    """Course π_p of the leg from point 0 to point 1, rad in [−π, π]; metres in."""
+    """Course π_p of the leg from point 0 to point 1, rad in [−π, π]; positions in m."""
     return math.atan2(east_1 - east_0, north_1 - north_0)
 
 

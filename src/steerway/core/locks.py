@@ -48,7 +48,7 @@ def only_writer(directory: str | os.PathLike[str], what: str) -> Iterator[Path]:
     with contextlib.ExitStack() as stack:
         try:
             file = stack.enter_context(path.open("a+b"))
-            while not held_elsewhere(file) and not _is(path, file):  # its holder has ended and removed it meanwhile
+            while not held_elsewhere(file) and not _is(path, file):  # meanwhile its holder has ended and removed it
                 file = stack.enter_context(path.open("a+b"))
             if held_elsewhere(file):
                 file.seek(0)

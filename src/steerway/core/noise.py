@@ -20,8 +20,8 @@ def markov_decay(time_constant: float, step: float) -> float:
 def markov_std(driving_std: float, time_constant: float, step: float) -> float:
     """The stationary 1σ of a Gauss–Markov sequence driven by white noise of `driving_std` every `step` s.
 
-    P1 (42)–(43): driving noise of 0.21 m with T = 1100 s gives 4.9 m at steps of 1 s, but 15.6 m at the printed 0.1 s;
-    4.7 m at 0.1 s needs 0.0634 m.
+    P1 (42)–(43) with T = 1100 s: driving noise of 0.21 m gives 4.9 m in steps of 1 s, but 15.6 m in the printed
+    steps of 0.1 s. In steps of 0.1 s, 4.7 m needs driving noise of 0.0634 m.
     """
     return driving_std / math.sqrt(-math.expm1(-2.0 * step / time_constant))
 

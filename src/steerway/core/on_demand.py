@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from_above: dict[str, Callable[..., Any]] = {}
-"""Functions that methods of core call and packages above it define; the package root puts them here."""
+"""Functions that core calls but a package above it defines. The package root adds them."""
 
 
 def on_demand(module: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:

@@ -166,7 +166,7 @@ class Fixes(Record):
     water_speed: Floats = field(default_factory=_unknown)  # along the hull
     yaw_rate: Floats = field(default_factory=_unknown)  # + starboard, rad/s
     bottom_speed: Floats = field(default_factory=_unknown)  # along the hull over ground, by a Doppler log
-    acceleration: Floats = field(default_factory=_unknown)  # along the hull, m/s², with gravity where it pitches
+    acceleration: Floats = field(default_factory=_unknown)  # along the hull, m/s²; includes gravity when it pitches
     shaft: Floats = field(default_factory=_unknown)  # of the propeller, rev/s
     mmsi: np.ndarray | None = None  # int64
     source: str = ""

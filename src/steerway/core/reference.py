@@ -62,7 +62,7 @@ def third_order(
 ) -> tuple[float, float, float]:
     """(angle, rate, acceleration) after dt, within limits, of the model with the poles (s + ω)(s² + 2ζωs + ω²) = 0.
 
-    Also at a limit, the rate is the change of the angle, and the acceleration is the change of the rate.
+    The rate is the derivative of the angle, and the acceleration that of the rate, also at a limit.
     """
     steps = _substeps(bandwidth, dt)
     h = dt / steps
@@ -80,7 +80,7 @@ def third_order(
 
 @kernel
 def _substeps(bandwidth: float, dt: float) -> int:
-    """Number of Euler steps within dt, each at most 0.05/ω, so that a slow loop is stable."""
+    """Number of Euler steps within dt, each at most 0.05/ω, so that the integration is stable in a slow loop."""
     return max(1, math.ceil(bandwidth * dt / 0.05))
 
 
@@ -157,8 +157,8 @@ class ReferenceModel(_Shaper):
     """Third-order reference model with limits of rate and acceleration, within which an autopilot does not saturate.
 
     bandwidth ω in rad/s, damping ζ, max_rate in rad/s, max_acceleration in rad/s²; Fossen, Handbook of Marine Craft
-    Hydrodynamics and Motion Control, 2nd edition, section 12.1. There is no overshoot for ζ ≥ 1 if max_acceleration is
-    at least 0.28 ω max_rate, which stopping a turn needs.
+    Hydrodynamics and Motion Control, 2nd edition, section 12.1. Stopping a turn needs a max_acceleration of at
+    least 0.28 ω max_rate. There is then no overshoot for ζ ≥ 1.
     """
 
     def __init__(

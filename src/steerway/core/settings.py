@@ -86,10 +86,10 @@ def description_of(model: type[BaseModel], key: str) -> str:
 
 @cache
 def _texts(model: type[BaseModel]) -> dict[str, str]:
-    """Key → the text below its field. Read when it is needed: at import it would take a tenth of the start."""
+    """Key → the text below its field. Reading the source at import would take a tenth of the start."""
     found: dict[str, str] = {}
     for kind in (each for each in reversed(model.__mro__) if issubclass(each, Table) and each is not Table):
-        with suppress(OSError, TypeError):  # no source: a model made by a function, or of no file
+        with suppress(OSError, TypeError):  # a model without a file, or made by a function, has no source
             body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
             for field, text in pairwise(body.body if isinstance(body, ast.ClassDef) else []):
                 if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
@@ -100,7 +100,7 @@ def _texts(model: type[BaseModel]) -> dict[str, str]:
 class Option(NamedTuple):
     """In the annotation of a field: the key is also an option of the command line.
 
-    metavar: of its value, None for a flag. name, help: in place of the key's own name and description.
+    metavar: the word for its value in the help; None for a flag. name, help: replace the key's name and description.
     """
 
     metavar: str | None = None

@@ -9,21 +9,21 @@ from numpy.typing import ArrayLike
 FIX_GATE, AID_GATE = 13.8, 10.8
 """Gates on the NIS of a fix (two degrees of freedom) and of a scalar (one): 99.9 % quantiles of χ²."""
 UNBROKEN_REJECTION = 2.0
-"""Time, s, of unbroken rejections after which the filter counts as wrong, not the fixes. At 1 Hz these are three fixes,
-of which one may be an outlier."""
+"""Duration of unbroken rejections, s, after which the filter counts as wrong, not the fixes. At 1 Hz it spans three
+fixes, one of which may be an outlier."""
 DIFFUSE_SPEED_STD = 20.0
 """Prior 1σ of an unknown speed, m/s: 40 kn, the speed of fast vessels."""
 DEVIATION_OF_MEDIAN = 1.4826
 """Standard deviation of a normal distribution divided by its median absolute deviation: 1/Φ⁻¹(3/4)."""
 _ROUNDING = 1e-12
-"""Tolerance, rad or m, for rounding errors if σ is 0, as it is if the true motion serves as the estimate."""
+"""Tolerance for rounding errors, rad or m. It matters where σ is 0, as when the true motion serves as the estimate."""
 NORMAL_95 = 1.959963984540054
 """Half the width of a 95 % interval in standard deviations: 0.975 quantile of the normal distribution."""
 _ANGLES = sorted([10.0**-k for k in range(2, 10)] + [10.0**-k / 60.0 for k in range(8)], reverse=True)
 """Possible steps (degrees) of the last decimal of a written angle, in degrees or in minutes."""
 _LEFT, _SHARE = 2e-3, 0.98
-"""Tolerance, in steps of the last decimal, for conversions between degrees, minutes and radians; and the share of
-values that must be within it."""
+"""Tolerance for conversions between degrees, minutes and radians, in steps of the last decimal; and the share of values
+that must be within this tolerance."""
 
 
 def share_within(errors: ArrayLike, std: ArrayLike) -> float:
@@ -41,7 +41,7 @@ def rms(values: ArrayLike) -> float:
 
 
 def last_digit(angles: np.ndarray) -> float:
-    """The step (rad) of the last decimal, of degrees or minutes, to which angles (n,) rad were rounded; NaN if none."""
+    """One unit (rad) of the last decimal (degrees or minutes) to which angles (n,) rad were rounded; NaN if none."""
     return float(np.radians(decimal_step(np.degrees(angles), _ANGLES, _LEFT, _SHARE)))
 
 

@@ -1,4 +1,4 @@
-"""Dates: columns of dates in logs and tables to Unix time, and the one format in which dates are written."""
+"""Convert columns of dates in logs and tables to Unix time, and write dates in one format."""
 
 import datetime
 from collections.abc import Sequence

@@ -14,13 +14,13 @@ from steerway.core.compiled import kernel
 from steerway.core.reference import third_order
 
 _MOST_POINTS = 3000
-"""Most points of a path, which are 0.02/ω s apart: enough for 180° at a rate of ω/19. A slower turn is cut off."""
+"""Largest number of points of a path. At 0.02/ω s apart they cover 180° at a rate of ω/19; a slower turn is cut off."""
 
 
 _AHEAD = 2.5
 """Largest lead (rad) of the command over the reference, below π, so that wrapping keeps the turn's direction."""
 _IN_LINE = 0.1
-"""Sine of the angle between two legs below which no wheel-over point makes a turn end on the next leg."""
+"""Sine of the angle between two legs. Below it they count as in line, and a turn has no wheel-over point."""
 
 
 @kernel
@@ -47,15 +47,15 @@ def turn_path(
 ) -> tuple[Floats, float]:
     """(path (n, 2) over ground, north and east in m; time in s) of a turn from the origin by a reference model.
 
-    turn: change of heading (rad, + to starboard), which may exceed 180°. The path ends 1° before. pivot: distance (m)
-    from the boat's position forward to the pivot point, which moves along the bow. after: ordered speed through the
-    water (m/s), approached with the time constant speed_time (s); NaN keeps water_speed. along_most: largest speed over
-    ground along the bow, m/s. slip_time: time constant (s) with which the direction of the motion through the water
-    follows the bow.
+    turn: change of heading (rad, + to starboard), which may exceed 180°. The path ends 1° before it is complete.
+    pivot: distance (m) from the boat's position forward to the pivot point, which moves along the bow. after: ordered
+    speed through the water (m/s), approached with the time constant speed_time (s); NaN keeps water_speed.
+    along_most: largest speed over ground along the bow, m/s. slip_time: time constant (s) with which the direction of
+    the motion through the water follows the bow.
     """
     dt = 0.02 / bandwidth
     angle, rate, acceleration, left = heading, 0.0, 0.0, turn
-    follows, abeam = 1.0 if slip_time <= dt else dt / slip_time, 0.0  # rad by which the motion is behind the bow
+    follows, abeam = 1.0 if slip_time <= dt else dt / slip_time, 0.0  # abeam: angle of the motion behind the bow, rad
     path = np.zeros((_MOST_POINTS, 2))
     north = east = 0.0  # displacement of the pivot point
     n = 1
@@ -80,7 +80,7 @@ def turn_path(
 
 @kernel
 def in_line(direction: float, following: float) -> bool:
-    """Whether two legs (rad) are so nearly in line that no wheel-over point makes a turn end on the next one."""
+    """Whether the directions (rad) of two legs are so nearly in line that a turn has no wheel-over point."""
     return abs(math.sin(following - direction)) < _IN_LINE
 
 
@@ -90,8 +90,8 @@ def wheel_over(
 ) -> float:
     """Distance (m) of the wheel-over point before a waypoint, for a turn with the displacement (north, east) in m.
 
-    direction and following: of the two legs, rad. begins, ends: distance (m) outside of the legs where the turn begins
-    and ends. 0 for legs that are (nearly) in line, also in opposite directions.
+    direction and following: of the two legs, rad. begins, ends: distances (m) of the turn's beginning and end from
+    the legs, outwards. Returns 0 for legs that are (nearly) in line, also in opposite directions.
     """
     sine, cosine = math.sin(wrap(following - direction)), math.cos(following - direction)
     if in_line(direction, following):
@@ -105,10 +105,11 @@ def wheel_over(
 def passing(
     path: Floats, lead: float, direction: float, following: float, begins: float = 0.0
 ) -> tuple[float, float, float, float]:
-    """(largest distance from the legs, largest on their outer side, least from the waypoint, along-track at end), m.
+    """Four distances (m) of a turn's path (n, 2) around the waypoint between two legs of given directions (rad).
 
-    The path (n, 2) begins `lead` m before the waypoint between legs of two directions (rad), `begins` m outside. The
-    along-track distance is that on the next leg.
+    They are (1) the largest from the legs, (2) the largest from the legs on their outer side, (3) the least from the
+    waypoint, and (4) the along-track distance of the path's end on the next leg. The path begins `lead` m before the
+    waypoint and `begins` m outside of the first leg.
     """
     widest, outside, nearest, along = 0.0, 0.0, math.inf, 0.0
     before_n, before_e = math.cos(direction), math.sin(direction)

@@ -58,10 +58,11 @@ def run_chains(
     """((chain, place), function(item)) of every item; the items of a chain are done in order.
 
     `function` is a module-level function or a functools.partial of one. By default there are as many workers as cores;
-    with one, the work is done in this process. `cluster`: address of a Dask scheduler to use instead, from the option
-    `option`. In `contextlib.closing`, the workers end with the block. An exception of `function` is raised here, with
-    the worker's traceback as a note. An item whose worker is killed is repeated; after `most_losses` losses its result
-    is None and the rest of its chain is left out. Without `most_losses`, raises ChildProcessError.
+    with one, the work is done in this process. `cluster`: address of a Dask scheduler to use instead; `option`: the
+    option that gave it, for messages. In `contextlib.closing`, the workers end with the block. An exception of
+    `function` is raised here, with the worker's traceback as a note. An item whose worker is killed is repeated; after
+    `most_losses` losses its result is None and the rest of its chain is left out. Without `most_losses`, raises
+    ChildProcessError.
     """
     if cluster is not None:
         yield from _on_cluster(function, chains, cluster, option, most_losses is not None)
@@ -152,7 +153,7 @@ def _on_cluster(
 
 
 def _after(_: Any, function: Callable[[Item], Result], item: Item) -> Result:
-    """The result of an item once the one before it is done; on a cluster an argument makes it wait."""
+    """The result of an item. The first argument makes a cluster wait for the result of the item before it."""
     return function(item)
 
 
@@ -247,7 +248,7 @@ def _work(pipe: Connection, function: Callable[[Any], Any]) -> None:
 
 
 def _sendable(error: Exception) -> Exception:
-    """The exception, or one with its text where it cannot be packed."""
+    """The exception; if it cannot be pickled, a RuntimeError with its text."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

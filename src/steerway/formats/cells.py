@@ -26,7 +26,7 @@ DELIMITERS = (",", ";", "\t", "|")
 _UNKNOWN = ["", "nan", "NaN", "null", "NA", "-"]
 _MOST_COLUMNS = 2000  # a line with more columns is not a header
 _MOST_ABOVE = 5  # lines above the header, besides comments
-_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # limits of rows: per byte of Parquet, and for any table
+_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # row limits: per byte of a Parquet file; of a small file
 _LEAST_ROW = 8  # least average bytes per row of a larger table: even an empty row takes memory
 
 

@@ -56,7 +56,7 @@ _NO_FIX = frozenset(("no fix", "no_fix", "nofix", "none", "invalid", "void", "v"
 _NO_FIX_OF = {"status_status": frozenset(("-1",))} | dict.fromkeys(
     ("fix_type", "fixtype", "gps_fix_type"), _NO_FIX | {"1"}
 )
-"""Values that mark a row without a fix: of NavSatFix; of u-blox and MAVLink, where 1 also means no fix."""
+"""Values that mark a row without a fix, by column: NavSatFix has −1; for u-blox and MAVLink, 1 also means no fix."""
 _LOGGERS = ({"index", "tag"}, {"index", "rcr"})
 """Columns of track loggers without a compass; their column "heading" is the course."""
 _UNIT_NAMES = {KNOT: "knots", 1 / 3.6: "km/h", 0.44704: "mph", DEGREE: "degrees", DEGREE / 60: "degrees a minute"}
@@ -73,7 +73,7 @@ class Column:
     name: str
     meaning: str
     factor: float | None
-    basis: str = ""  # how the unit was inferred; "assumed" if the name states none, "" if it does
+    basis: str = ""  # "" if the name states the unit, "assumed" for a default, or how it was inferred
 
     @property
     def to_si(self) -> float:

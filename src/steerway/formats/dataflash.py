@@ -23,7 +23,7 @@ _FORMAT = re.compile(rb"^FMT,\s*\d+,\s*\d+,\s*(GPS\d?),\s*\w+,\s*([\w,]+)", re.M
 _LINE = re.compile(rb"^(GPS\d?),([^\r\n]*)", re.M)
 _NEEDED = ("Status", "GMS", "GWk", "Lat", "Lng", "Spd", "GCrs")
 _OLDER = {"TimeMS": "GMS", "Week": "GWk"}
-"""Names of columns before 2014."""
+"""Names of columns before 2014, and their present names."""
 _DUMPED = re.compile(rb"^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+: (GPS\d?) \{([^}]*)\}", re.M)
 """A message as mavlogdump prints it."""
 _LEAST_STATUS = 2  # a fix in two dimensions

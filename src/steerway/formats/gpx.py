@@ -33,7 +33,7 @@ _TEXTS = {each: each for each in ("time", "speed", "course", "hdop", "name", "co
 _TEXTS |= {"Time": "time", "when": "time", "Speed": "speed", "LatitudeDegrees": "lat", "LongitudeDegrees": "lon"}
 """Elements whose text is read, and the values that they give."""
 _CHUNK = 65536  # bytes
-_FIRST_CHUNK = 512  # after damage: more damage may follow soon
+_FIRST_CHUNK = 512  # bytes, after damage: more damage may follow soon
 _MOST_PARSED = 8  # bytes parsed per byte of the file: after each damaged place the parser restarts at the next point
 _PARSED_ANYWAY = 1 << 20
 _MMSI = re.compile(r"(?:MMSI\s*)?([0-9]{9})$")

@@ -23,7 +23,7 @@ from steerway.formats.recording import Recording, fixes_of
 NAV_SAT_FIX = "sensor_msgs/msg/NavSatFix"
 ODOMETRY = "nav_msgs/msg/Odometry"
 _BAG = b"SQLite format 3\0"
-_STEPS, _STEPS_ANYWAY = 1000, 1 << 20  # of SQLite's virtual machine; a row of 20 bytes or more takes about 10
+_STEPS, _STEPS_ANYWAY = 1000, 1 << 20  # SQLite instructions between checks, and allowed in any file; a row takes 10
 _UNKNOWN = 1e6
 """Variance of unknown values: consumers expect a number."""
 _FIELDS = {
@@ -98,7 +98,7 @@ def read(data: bytes) -> Recording:
     rows: dict[str, list[tuple[float, ...]]] = {}
     counts, skipped = Counter[str](), Counter[str]()
     base = sqlite3.connect(":memory:")
-    # A database can define its tables as endless queries.
+    # The number of instructions is limited, because a database can define its tables as endless queries.
     steps = iter(range(max(len(data), _STEPS_ANYWAY) // _STEPS))
     base.set_progress_handler(lambda: next(steps, None) is None, _STEPS)
     base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, len(data))

@@ -16,7 +16,7 @@ from steerway.core.statistics import last_digit
 
 _SAME_TIME = 1e-3
 _OVERLAP = 2.0  # s by which consecutive logs may overlap
-_FINE = 0.1  # m, added to the resolution: a last digit far below this is no better, receiver noise is larger
+_FINE = 0.1  # m, added to the resolution: finer digits are no better, because receiver noise is larger
 _FAST = 20.0  # Hz; a higher rate does not raise the score
 _SAMPLE = 500
 OWN_SHARE = 0.5

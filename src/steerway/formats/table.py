@@ -131,7 +131,7 @@ class _Reader:
         self.bad = np.zeros(len(table.frame), dtype=bool)
 
     def numbers(self, column: Column, hemispheres: str = "") -> np.ndarray:
-        """The column in its own unit, (n,) float, NaN where empty or bad. hemispheres: degrees and minutes are read."""
+        """The column in its own unit, (n,) float, NaN where empty or bad. hemispheres: read degrees and minutes."""
         series = self._series(column)
         if series.dtype != pl.String:
             return _floats(series)

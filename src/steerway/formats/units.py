@@ -26,7 +26,7 @@ _DATED = 315_532_800.0, 4_102_444_800.0  # Unix s: 1980 to 2100
 _SHORTEST_STEP, _LONGEST_STEP = 2e-3, 3600.0  # s, plausible median step of times that are not dates
 _SLOWEST, _FASTEST = 0.01, 150.0  # m/s, plausible median speed of a vessel that moves
 _AWAY = 20.0  # m from the first position to the last, above which the vessel moves
-_OFF = 10.0  # largest ratio of speed and reported speed, either way
+_OFF = 10.0  # largest factor between the speed by positions and the reported speed, either way
 _LARGE = 1e4  # larger numbers are not degrees
 _BEFORE_FIT = 1.2e9  # Unix s, 2008-01-10: no FIT file is older
 _RADIUS = 6.37e6  # m, of the earth
@@ -57,7 +57,7 @@ def in_seconds(numbers: np.ndarray, factor: float | None) -> np.ndarray:
 
 
 def from_fit(time: Floats, latitude: Column) -> Floats:
-    """Unix s of times (n,). With latitude in semicircles, as in FIT, times before FIT existed count from its epoch."""
+    """Unix s of times (n,). If latitude is in semicircles, as in FIT, times before 2008 count from the epoch of FIT."""
     is_fit = latitude.factor == SEMICIRCLE and bool((time[np.isfinite(time)] < _BEFORE_FIT).any())
     return time + EPOCH if is_fit else time
 
@@ -74,7 +74,7 @@ def time_by_motion(
     longitude: np.ndarray,
     sog: np.ndarray,
 ) -> tuple[Column, np.ndarray]:
-    """(the first time column with plausible dates, steps and speeds, its Unix s (n,)).
+    """The first time column with plausible dates, steps and speeds, and its times in Unix s (n,).
 
     The columns are tried in their own unit, then in others. If none is plausible, the first one is returned in its own
     unit. seconds: reads a column with its factor. latitude, longitude (rad), sog (m/s, correct within `_OFF`): (n,).

@@ -30,8 +30,8 @@ _WORDS = {
 _SPAN = 2.0
 """Time between the two fixes of a position difference, s: it averages noise, but not manoeuvres."""
 _ALLOWED, _LEAST = 5.0, 3
-"""Largest difference that is no disagreement, in standard deviations, and fewest rows in an episode. Chance exceeds
-this difference in less than one of 100,000 rows."""
+"""Largest difference that still agrees, in standard deviations, and fewest rows in an episode. By chance, less than one
+of 100,000 rows exceeds this difference."""
 _APART = 2
 """Largest step, in rows, between neighbouring rows of one episode."""
 _BRIEFLY = {

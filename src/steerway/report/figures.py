@@ -136,7 +136,7 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
 
 
 def course_axis(axes: Axes, *courses: np.ndarray) -> float:
-    """Cut the vertical axis of courses (rad) at the multiple of 90° nearest to the least frequent; the cut, degrees."""
+    """Cut the vertical axis of courses (rad) at the multiple of 90° nearest to the least frequent. Returns degrees."""
     cut = 90.0 * round(course_cut(*courses) / 90.0)
     axes.set_ylim(cut, cut + 360.0)
     axes.set_yticks(cut + np.arange(0.0, 361.0, 90.0))

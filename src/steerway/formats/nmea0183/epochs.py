@@ -242,7 +242,7 @@ def _row_of_received(a: Assembly, n: int, talker: int, value: Floats, kind: int)
 
 @part_of_kernels
 def _row_of_untimed(a: Assembly, n: int, talker: int, value: Floats, kind: int) -> int:
-    """Index of the row for a sentence without any time: in its talker's epoch, else the log's. −1 − reason if lost.
+    """Index of the row for a sentence without a time: in its talker's epoch, else the log's epoch; −1 − reason if lost.
 
     On a live link, a sentence repeated within an epoch or long after it gets a new row, dated by the elapsed time.
     """

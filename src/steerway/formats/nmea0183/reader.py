@@ -91,8 +91,8 @@ def sentences(data: bytes) -> Sentences:
 class SentenceReader:
     """Reads a stream of bytes in pieces of any size: call `feed`, then `recording` or `take`.
 
-    A log can contain receive times in its lines. A live link passes its own to `feed`, from a steady clock, to date
-    sentences without a time. interpreted: read without compiled kernels, about forty times slower.
+    A log can contain receive times in its lines. A live link passes receive times from a steady clock to `feed`, to
+    date sentences without a time. interpreted: read without compiled kernels, about forty times slower.
     """
 
     def __init__(self, interpreted: bool = False):

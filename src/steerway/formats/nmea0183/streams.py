@@ -20,7 +20,7 @@ POSITIONS = (2 << LAST_POSITION) - 1
 FEW = 4
 """Minimum number of rows that are divided."""
 _LEAST = 3.0  # least number of epochs with two positions, to divide a talker
-_TWO_STREAMS = 0.3  # least share of such epochs; fewer are accidents
+_TWO_STREAMS = 0.3  # least share of such epochs; a smaller share is accidental
 
 
 class Division(NamedTuple):

@@ -1,8 +1,8 @@
 """NMEA 2000 logs of several programs and gateways, with one message or frame per line.
 
-A long message is complete on its line, or split over frames of eight bytes as on the bus. Messages that one source sent
-at the same receive time share a row. Only 129029 contains a time (GNSS), which becomes the time of its row. Live links
-use the same decoder.
+A long message is complete on its line, or split over frames of eight bytes as on the bus. Messages of one source
+with the same receive time share a row. Only 129029 contains a time (GNSS), which becomes the time of its row. Live
+links use the same decoder.
 """
 
 import math

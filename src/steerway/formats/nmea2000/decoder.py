@@ -19,7 +19,7 @@ class Decoder:
         variation: last magnetic variation on the bus, rad, east positive; NaN before the first.
         skipped: number of values that could not be used, by reason.
         corrected: (sender, "COG" or "heading") of magnetic angles that were made true.
-        late: system time of the network minus receive time, s, of the last messages.
+        late: differences (s) of the network's system time and the receive time, for the last messages.
     """
 
     def __init__(self) -> None:

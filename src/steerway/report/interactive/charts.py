@@ -29,7 +29,7 @@ from steerway.report.drawing import BAD, OURS, QUIET, THEIRS
 
 DIFFERENCE, FIX = "#6b7682", "#111111"
 _CLOSEST = 8.0
-"""m across the map at the closest zoom."""
+"""Width of the map at the closest zoom, m."""
 _FORMATS = ("microseconds", "milliseconds", "seconds", "minsec", "minutes", "hourmin", "hours")
 
 
@@ -40,7 +40,7 @@ def track_map(
 
     Args:
         fastest: speed (m/s) at the upper end of the colours.
-        cosine: of the latitude, from metres to metres of the projection.
+        cosine: of the latitude; metres divided by it are metres of the projection.
         tracks: "xs", "ys" and "speed" (NaN: course not defined), and "name" of each piece of track.
         start_and_end: "x" and "y" of both, None for many vessels.
     """
@@ -84,7 +84,7 @@ def track_map(
     chart.scatter(
         "x", "y", source=cursor, marker="circle_cross", size=18, fill_alpha=0.0, line_color="black", line_width=2
     )
-    metres = ImperialLength(  # the one of bokeh's units whose basis can be given: here metres on the ground
+    metres = ImperialLength(  # only this class of bokeh takes a basis: here metres on the ground
         basis={"u": (1.0, "u"), "m": (1.0 / cosine, "m"), "km": (1000.0 / cosine, "km")},
         ticks=[1, 2, 5, 10, 20, 50, 100, 200, 500],
     )

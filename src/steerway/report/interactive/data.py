@@ -1,4 +1,4 @@
-"""What the interactive page draws, as one compressed block of columns that its script unpacks."""
+"""The data of the interactive page, as one compressed block of columns that its script unpacks."""
 
 import base64
 import gzip
@@ -17,7 +17,7 @@ from steerway.report.drawing import on_axis, thinned
 Column = tuple[np.ndarray, *tuple[Any, ...]]
 """A column: its values, the name of their code, and the numbers of this code."""
 MOST_ROWS = 60_000
-"""A longer log is thinned evenly: two hours at 8 Hz are drawn row by row."""
+"""Largest number of rows drawn: two hours at 8 Hz. A longer log is thinned evenly."""
 
 
 def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -34,8 +34,8 @@ def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, n
 def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) -> dict[str, Any]:
     """The block: names, lengths and codes of the columns, and the base64 of their compressed bytes.
 
-    Positions are relative to the first, times are steps, so that single precision is a millimetre and a millisecond.
-    Other columns are 16-bit counts of steps of their range, or of their logarithm; a step is finer than a line.
+    Positions are relative to the first and times are steps, so single precision resolves 1 mm and 1 ms.
+    Other columns are 16-bit integers: steps of their range or of their logarithm, each finer than a drawn line.
     """
     x, y = mercator(motion.latitude, motion.longitude)
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
@@ -104,7 +104,7 @@ def _single(values: Floats) -> Column:
 
 
 def _linear(values: Floats) -> Column:
-    """16-bit steps over the range of the values; NaN is the last."""
+    """16-bit steps over the range of the values; the last step is NaN."""
     known = np.isfinite(values)
     low, high = (float(values[known].min()), float(values[known].max())) if known.any() else (0.0, 0.0)
     step = max((high - low) / (_UNKNOWN - 1), 1e-12)
@@ -113,7 +113,7 @@ def _linear(values: Floats) -> Column:
 
 
 def _logarithmic(values: Floats) -> Column:
-    """16-bit steps of the logarithm of positive values; 0 stands for what is below a millionth, the last for NaN."""
+    """16-bit steps of the logarithm of positive values; step 0 is a value below a millionth, the last step NaN."""
     known = np.isfinite(values)
     steps = np.round(np.log(np.where(known, np.maximum(values, _LEAST), 1.0) / _LEAST) / _FINENESS)
     return np.where(known, np.minimum(steps, _UNKNOWN - 1), _UNKNOWN).astype("<u2"), "logarithmic", _LEAST, _FINENESS

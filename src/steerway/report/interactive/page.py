@@ -21,7 +21,7 @@ from steerway.report.page import ReportContents, html_table
 
 
 def write_interactive_page(path: str | Path, report: ReportContents) -> None:
-    """Write the page of an estimate; the entries of its list of events move the charts there."""
+    """Write the page of an estimate; a click on an entry of its list of events moves the charts to it."""
     motion, remarks, tables = report.motion, report.remarks, report.tables
     shown, alone = thinned(motion, MOST_ROWS), motion.mmsi is None
     if len(shown) < len(motion):
