@@ -13,11 +13,11 @@ from steerway.estimation.stream import FiveStateFilter
 
 
 class HeadingTracker:
-    """Heading and yaw rate from a compass and, where there is one, a gyro, at the measurements and between them.
+    """Heading and yaw rate, at and between measurements, from a compass and an optional gyro.
 
-    A critically damped observer of a constant rate, `bandwidth` ω in rad/s: both its poles are e^{−ωT} for measurements
-    an interval T apart (Brookner, Tracking and Kalman Filtering Made Easy, 1998, section 1.2.6). After `patience` s
-    without a compass, heading and yaw rate are NaN.
+    A critically damped observer of a constant rate, `bandwidth` ω in rad/s: with measurements every T s, both its poles
+    are e^{−ωT} (Brookner, Tracking and Kalman Filtering Made Easy, 1998, section 1.2.6). After `patience` s without a
+    compass, heading and yaw rate are NaN.
     """
 
     def __init__(self, bandwidth: float = 2.0, patience: float = 2.0):
@@ -91,7 +91,7 @@ class FilterEstimator:
 
 
 class AtFaceValue:
-    """The last measurements, unfiltered: for control by true states, the papers' case of comparison."""
+    """The last measurements, unfiltered: to control by true states, the case with which the papers compare."""
 
     def __init__(self) -> None:
         self._last: Sequence[float] = NO_MEASUREMENTS
@@ -109,7 +109,7 @@ class ComposedEstimator:
 
     Args:
         ground: estimates everything else.
-        heading: takes compass, orders and GNSS velocity. A gyro, where there is one, replaces its yaw rate.
+        heading: takes compass, orders and GNSS velocity. The rate of a gyro, if any, replaces its yaw rate.
         speed: takes accelerometer, the receiver's SOG and speed logs. Its speed along the hull replaces the SOG.
     """
 

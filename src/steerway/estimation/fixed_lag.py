@@ -64,7 +64,7 @@ class FixedLag:
         self._structures: tuple[Model, ...] = ()
         self._weights: Floats = np.empty(0)
         self._reversed: dict[int, tuple[Reversal, smoother.Room]] = {}
-        self._before: tuple[float, float] = (np.nan, np.nan)  # time and north of the row that was dropped last
+        self._before: tuple[float, float] = (np.nan, np.nan)  # time and north of the row dropped last
 
     def add(self, running: Running, north: float, east: float, excess: float, aids: Floats) -> None:
         """Keep a row: its measurements, and the state of the stream after it."""

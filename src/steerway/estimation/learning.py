@@ -28,11 +28,11 @@ from steerway.estimation.vessel.structures import Structure
 
 LOG = logging.getLogger("steerway.live")
 _WINDOW, _ROWS = 1200.0, 12_000
-"""Bounds of the window: its length, s, and its rows, those of 20 minutes at 10 Hz or eight times `selection.MANY`."""
+"""Bounds of the window: length, s, and number of rows (20 minutes at 10 Hz, or eight times `selection.MANY`)."""
 _FIRST, _FEWEST = 60.0, 100
 """Least time, s, and least number of fixes before the first inference: about the least that `tune` needs."""
 _LATER, _LATEST = 2.0, 600.0
-"""Ratio of the times of successive inferences, and longest time between two, s, which replaces half the window."""
+"""Ratio of the times of successive inferences, and longest time between two, s: half the length of the window."""
 _UNKNOWN = float("nan")
 _NO_FIX = (_UNKNOWN, _UNKNOWN, 1.0)
 _AIDS = 6

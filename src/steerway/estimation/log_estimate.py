@@ -25,7 +25,7 @@ def estimate(
     """SOG, COG and course rate of every vessel in `fixes`, smoothed: every row uses the whole record.
 
     Args:
-        fixes: measurements. The reported accuracy (`position_std`) over its usual value scales the noise of a fix.
+        fixes: measurements. The reported accuracy (`position_std`) relative to its usual value scales the noise.
         profile: a profile, the name of a built-in one or a .toml file. None infers vessel and receiver from the log:
             several structures are fitted, and the estimate is their mean, weighted by their evidence. Without a
             profile, reports of many vessels (with `mmsi`) are filtered by the built-in profile "ais".

@@ -139,7 +139,7 @@ class Running:
     def advance(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
         """Advance by dt (s), then take a fix in the plane (m; NaN for none) and one row of aids, or no row.
 
-        excess: variance of the fix over the usual one.
+        excess: factor on the usual variance of the fix.
         """
         self.is_current = False
         if dt > LONGEST_GAP:

@@ -25,7 +25,7 @@ _SECTORS = 8
 _TOGETHER = 2.0
 """Correlation time of the errors of velocity, s: about the time over which SOG and COG are smoothed."""
 _LONGEST_STEP = 3.0
-"""Longest interval between two estimates over which velocity is interpolated, in median intervals."""
+"""Longest interval between two estimates over which velocity is interpolated, as a multiple of the median interval."""
 _NAMES = "A", "B", "C", "D", "E"
 
 

@@ -38,8 +38,8 @@ class Interval(NamedTuple):
 def covariance(cost: Callable[[np.ndarray], float], optimum: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """(n, n) covariance of a maximum-likelihood estimate: the inverse curvature of −log L by central differences.
 
-    optimum: (n,); steps: (n,), first guesses of the steps that raise −log L by about a half, as one σ does. A direction
-    that the data do not determine gets a variance of 1e12.
+    optimum: (n,); steps: (n,), first guesses of the steps that raise −log L by about a half, which is one σ. A
+    direction that the data do not determine gets a variance of 1e12.
     """
     n = len(optimum)
     centre = cost(optimum)
@@ -59,7 +59,7 @@ def covariance(cost: Callable[[np.ndarray], float], optimum: np.ndarray, steps: 
 
 
 def _deviation(cost: Callable[[Floats], float], optimum: Floats, centre: float, i: int, step: float) -> float:
-    """A step of parameter i that raises −log L by about a half (0.1 to 1), from a first guess."""
+    """Step of parameter i that raises −log L by about a half (0.1 to 1), searched from a first guess."""
     offset = np.zeros(len(optimum))
     for _ in range(60):
         offset[i] = step

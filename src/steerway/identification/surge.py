@@ -29,7 +29,7 @@ from steerway.vessels.vessel import Actuator
 LONGEST_STEP = 0.1
 """Longest step of integration, s."""
 LARGEST_SHARES = 0.1, 0.05
-"""Largest 2σ of an identified drag term, as a share of the drag at the middle speed; and of the thrust, relative."""
+"""Largest 2σ: of an identified drag term, as a share of the drag at the middle speed; of the thrust, relative."""
 LEAST_SPREAD = 0.3
 """Least range of speeds in a log, as a share of the highest speed."""
 _LEAST_ROWS = 50
@@ -174,7 +174,7 @@ def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None
     def curve_of(parameters: Floats) -> Floats:
         if propeller is None:
             return np.array([parameters[2], parameters[4], 0.0, 1.0, 1.0, 0.0])
-        # Keeps the advance ratios for the scaled shaft.
+        # Keep the advance ratios although the shaft is scaled.
         curve = propeller.curve(parameters[2])
         curve[1] /= unit
         return curve

@@ -3,7 +3,7 @@
 T ω̇ + ω = K (δ + b), P1 (26)–(27), P0 (51)–(52), by maximum likelihood on the innovations of a Kalman filter with the
 rudder as input. Measurement and process noise are estimated separately: the intervals depend on both. For an angle (a
 compass heading, or a course) the innovations are linear in K and K b; for positions alone, the five-state filter gives
-the likelihood. The intervals are nominally 95 %; for noisy zigzags of four minutes they cover 90 to 92 %.
+the likelihood. The intervals are nominally 95 %; for noisy zigzags of four minutes their coverage is 90 to 92 %.
 """
 
 import math

@@ -25,7 +25,7 @@ _NODE = math.sqrt(0.15)
 @lean_kernel
 def rate_noise(decay: float, t: float) -> tuple[float, float, float]:
     """Covariance that unit noise on a decaying rate adds within t s: (rate variance, covariance with the angle, angle
-    variance). By quadrature; in closed form if decay · t > 0.5. decay in 1/s."""
+    variance). decay in 1/s. By quadrature, or in closed form if decay · t > 0.5."""
     left, turn, _ = decaying(decay, t)
     if decay * t > 0.5:
         rate = 0.5 * (1.0 - left * left) / decay

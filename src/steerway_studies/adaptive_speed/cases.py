@@ -75,7 +75,7 @@ def _estimated(job, **how):
 
 
 def fault(job):
-    """From 100 s on, the instrument that `plant` names is wrong. The controller uses the estimate."""
+    """A run in which the instrument named by `plant` fails at 100 s. The controller uses the estimate."""
     voyage = sail(
         sailing.plant("a"),
         sailing.controller("a"),

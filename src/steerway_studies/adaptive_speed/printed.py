@@ -1,4 +1,4 @@
-"""The paper's own design: steady states, its controller as printed and as published, and its filter. Two of its
+"""The paper's own design: steady states, its controller as printed and as published, and its filter. Two of the paper's
 arguments are tested: the Lyapunov function of (17)–(21), and that the boat goes straight."""
 
 import math

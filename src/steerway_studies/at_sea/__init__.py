@@ -50,7 +50,7 @@ def _pooled(runs: list[JudgedRun]) -> float:
 
 
 def numbers_of(found: list[JudgedRun]) -> dict[str, float]:
-    """Numbers of the runs that were not refused: routes finished, distances from the legs and at the corners."""
+    """Numbers of the runs that were simulated: routes finished, distances from the legs and at the corners."""
     refused, found = sum(each.refused for each in found), [each for each in found if not each.refused]
     n = {
         "refused": refused,

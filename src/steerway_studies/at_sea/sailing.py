@@ -46,7 +46,7 @@ DIRECTIONS, SHARES, SHAPES = 16, (0.0, 0.25, 0.5, 0.8), ("square", "lawnmower")
 
 
 class Receiver(NamedTuple):
-    """Errors ("rtk" 0.02 m, "white" 0.3 m, "wandering" as of a low-cost receiver), rate (Hz), whether with velocity."""
+    """Errors ("rtk" 0.02 m, "white" 0.3 m, "wandering" like a low-cost receiver), rate (Hz), whether with velocity."""
 
     errors: str
     rate: float
@@ -102,7 +102,7 @@ def all_cases() -> list[Case]:
 
 
 GATE = 0.75, 1.5
-"""s: the autopilot stops when fixes are rejected for three intervals, but not before and not after these times."""
+"""Bounds, s, of the time of unbroken rejections, three intervals of the fixes, after which the autopilot stops."""
 
 
 class JudgedRun(NamedTuple):

@@ -55,7 +55,7 @@ def speed_aware(noise) -> VesselFilter:
 
 
 def observer(gains=TUNED_GAINS, correction="impulsive", check=True) -> PassiveObserver:
-    """The passive observer, without its warnings: the study measures what they warn of."""
+    """The passive observer without its warnings, because the study measures their subject."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return PassiveObserver(INERTIA, DAMPING, gains, correction, check=check)
@@ -87,7 +87,7 @@ def bound(record, noise=PRODUCT) -> tuple[float, float]:
 
 
 def control_numbers() -> dict[str, float]:
-    """Rise time, overshoot and end of the corrected law, with and without anti-windup; end of the printed; growth."""
+    """Rise time, overshoot and end position of the corrected law; end position of the printed law; growth of both."""
     printed = _way(PositionPID(scenario.PRINTED_GAINS, anti_windup=False))
     careful = _way(PositionPID(scenario.PRINTED_GAINS))
     literal = _literal_way()

@@ -60,7 +60,7 @@ def _table_three(record, calm):
 
 def _product(record):
     kept = record.fixes.copy()
-    kept[0] = math.nan  # the start is given
+    kept[0] = math.nan  # without the first fix, because the start is given
     headings = record.headings.copy()
     headings[0] = math.nan
     passes = smooth(observers.product(), record.forces, kept, headings, scenario.STEP)

@@ -14,7 +14,7 @@ from steerway_studies.study import over_cases
 
 TUNING_SEEDS = 40
 FIRST_TUNING_SEED = 1_000_000
-"""Not among the seeds of the test."""
+"""First of the seeds for tuning, which the test does not use."""
 
 FORMS = ("constant", "inverse", "inverse square")
 WORLDS = {"S*": None, "noise grows with speed": scenario.growing}

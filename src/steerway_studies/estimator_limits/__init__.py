@@ -64,7 +64,7 @@ BOUNDS = {
 }
 """The bound computed by an independent prototype: SOG m/s, COG °, rate °/s, straight and in turns."""
 SMOOTHED_BOUNDS = {"o05": 0.49, "o25": 0.43, "m05": 0.29, "m25": 0.33}
-"""COG straight, smoothing bound over filtering bound."""
+"""Ratio of the smoothing bound to the filtering bound of COG on straight legs, by the same prototype."""
 SLOW_TARGETS = {"sog": (1.10, 1.20), "cog": (3.3, 1.25), "rate": (2.6, 1.15)}
 FAST_TARGETS = {"": 1.15, "default_": 1.6}
 SMOOTHED_TARGET = 1.1
@@ -75,7 +75,7 @@ KINDS = {
     "default_smoothed_": "inferred parameters, smoothed",
 }
 INFERRED = 8
-"""Number of runs of a cell, from its first, with inferred parameters: an inference takes as long as a hundred runs."""
+"""Number of runs of a cell, the first ones, with inferred parameters: an inference takes as long as a hundred runs."""
 
 
 class Interval(NamedTuple):
@@ -87,7 +87,7 @@ class Interval(NamedTuple):
 
 
 def over_runs(over, under, root=True) -> Interval:
-    """√(Σ over / Σ under), or without the root, of the runs (n,). Its interval is from resampled runs."""
+    """√(Σ over / Σ under) of the runs (n,), or the ratio without the root. Its interval is from resampled runs."""
     over, under = np.asarray(over, float), np.asarray(under, float)
     chosen = np.random.default_rng(0).integers(0, len(over), (2000, len(over)))
     with np.errstate(invalid="ignore", divide="ignore"):

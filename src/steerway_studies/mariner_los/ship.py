@@ -30,14 +30,14 @@ LOW_PASS = 40.0
 
 CORRELATION_TIME = 1100.0
 PRINTED_NOISE, STATED_NOISE = 0.21, 0.0634
-"""Driving noise of the position error per step, m: as printed (stationary σ 15.6 m); for the 4.7 m that P1 states."""
+"""Driving noise of the position error per step, m: as printed (stationary σ 15.6 m); and for P1's stated σ of 4.7 m."""
 
 NOISES = {"0p21": PRINTED_NOISE, "0p0634": STATED_NOISE}
 
 SETTLED = 100.0
-"""s after the start from which on the errors of an estimate count."""
+"""Time, s, after the start from which the errors of an estimate count."""
 STEADY = 250.0
-"""s after a switch from which a leg counts as straight: by then low-pass and line of sight have settled."""
+"""Time, s, after a switch from which a leg counts as straight: low-pass and line of sight have settled."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def measured(case: ShipCase) -> dict[str, float]:
 
 
 CROSSED = 4000.0
-"""m of a leg across a current that are not judged, while the ship settles."""
+"""First part of a leg across a current, m, that is not judged, because the ship settles."""
 _CROSSING = """
 duration = 1300.0
 step = 0.1
@@ -184,9 +184,9 @@ def crossing(angle: str, seed: int) -> tuple[float, float]:
 
 
 OFFSET = 600.0
-"""m beside the path at the start."""
+"""Cross-track error at the start of an approach, m."""
 ARRIVED = 1.0
-"""m from the path at which an approach ends."""
+"""Distance from the path, m, at which an approach ends."""
 
 
 @dataclass(frozen=True, eq=False)

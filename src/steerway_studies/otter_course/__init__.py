@@ -32,16 +32,16 @@ from steerway_studies.study import Quantity, Results, Study, means, over_cases, 
 
 SEEDS = 20
 COUNTED = 5.0
-"""s after the start (or the command) from which on errors count."""
+"""Time, s, after the start (or the command) from which errors count."""
 BAND = math.radians(1.0)
 NOISY = {"0p1": (0.1, 1.0, 1.4), "0p5": (0.5, 0.5, 2.1)}
 """Label → 1σ of a fix (m), bandwidth of the autopilot (rad/s), target for the RMS of the course (°)."""
 RATIOS = np.logspace(-2.0, 14.0, 33)
-"""Q_d over R_d of the printed filter, 1/s⁴; the paper's is 5e13."""
+"""Ratios of Q_d to R_d of the printed filter, 1/s⁴; the paper's ratio is 5e13."""
 FIXES = {"0": 0.0, "1cm": 0.01, "10cm": 0.1}
 """Label → 1σ of a fix, m, with which the tuning is tried."""
 LITTLE = 1.5
-"""A tuning is good enough if its error is below this multiple of the least error: a receiver's σ is known no better."""
+"""Ratio to the least error below which a tuning is good enough: a receiver's σ is not known more accurately."""
 CRUISE = 1.3
 """Steady speed (m/s) with 100 N of thrust."""
 

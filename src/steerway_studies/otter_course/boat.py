@@ -33,13 +33,13 @@ SPEED = 1.0  # at the start, m/s
 FORCE = 100.0  # τ_X, N
 LAG = 1.0  # of the propellers, s
 REFERENCE_BANDWIDTH = 0.5  # rad/s, with ζ = 1
-PRINTED_INERTIA = 41.4  # T/K, kg·m²: what K_p = 93.15 was computed from
+PRINTED_INERTIA = 41.4  # T/K, kg·m²; K_p = 93.15 was computed from it
 PRINTED_DERIVATIVE = 0.889  # s; (68) rounds it
 
 PRODUCT_MOTION = {"speed_noise": 1e-2, "course_rate_noise": 1e-2, "course_rate_decay": 0.1}
 """Steerway's motion model: α2 as in P0, densities that allow a bandwidth of 1 rad/s at 0.1 m of noise."""
 RUN_IN = 60.0
-"""s on course 0 before the command, so that the estimate has converged."""
+"""Time, s, on course 0 before the command, in which the estimate converges."""
 
 
 def boat() -> Otter:
@@ -190,7 +190,7 @@ def turned(gains, start: float, command: float, wrapped: bool, seconds: float = 
 
 
 def gain_numbers() -> dict[str, float]:
-    """(57)–(59) from both readings of T and K; poles of (56); unwinding."""
+    """Gains (57)–(59) for both readings of T and K; poles of (56); angles turned with and without unwinding."""
     placed = place_poles(*OTTER_NOMOTO, bandwidth=1.5)
     by_ratio = place_poles(1.0 / PRINTED_INERTIA, 1.0, bandwidth=1.5)
     gains = (placed.proportional, placed.integral_time, placed.derivative_time)

@@ -58,7 +58,7 @@ def closed_loop_poles(gains, nomoto, printed=True):
 
 
 class AlwaysByCourse:
-    """A hand-over that never hands over: as in the papers, the course steers at any speed, from the first step."""
+    """A hand-over that always steers by course, at any speed and from the first step, as in the papers."""
 
     by_course = True
 
@@ -92,7 +92,7 @@ def along_track(north, east, north_0, east_0, direction, printed=True):
 
 
 def switches(length, along, radius, printed=True):
-    """P1 (45): whether to switch to the next waypoint; as printed, with |x_e|, a ship behind the leg switches."""
+    """P1 (45): whether to switch to the next waypoint. As printed, with |x_e|, a ship far behind the leg switches."""
     return length - (abs(along) if printed else along) <= radius
 
 

@@ -40,7 +40,7 @@ def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_
 class Ekf5States:
     """`ekf_5states` step by step, for a loop: a step is one call of Appendix A's function. Same parameters.
 
-    Two further parameters, for tests, choose forms that the text prints, wrongly, and Appendix A does not use:
+    Two further parameters, for tests, choose wrong forms that the text prints and Appendix A does not use:
     `by_jacobian` the predictor A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34` the meridian radius of
     P0 (34).
     """

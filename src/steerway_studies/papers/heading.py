@@ -1,4 +1,4 @@
-"""P4's Kalman filter (5)–(7) as printed, a filter of the compass whose input is the heading; and a textbook's MPC.
+"""P4's Kalman filter (5)–(7) as printed, which filters the compass with the heading as input; and a textbook's MPC.
 
 The heading is the quantity to be estimated, so only a simulation can supply this input. The filter of the studies and
 of `steerway` has four states, vehicle and compass; its input is the speed difference of the propellers.

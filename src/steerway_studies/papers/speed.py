@@ -3,8 +3,8 @@
 The controller has one γ for three parameters of different units, no limit, and no feedback except the adaptation.
 
 L. H. S. Caldas, Speed control and sensor fusion implementation for an autonomous surface vessel using adaptive control
-and extended Kalman filter: P3. The last term of (15) is read as â_u|u| u|u|, a negative radicand as 0. For studies and
-tests; on a boat use `steerway.control.AdaptiveSpeed` and `steerway.estimation.speed.SurgeFusion`.
+and extended Kalman filter: P3. The last term of (15) is read as â_u|u| u|u|, and a negative radicand counts as 0. For
+studies and tests; on a boat use `steerway.control.AdaptiveSpeed` and `steerway.estimation.speed.SurgeFusion`.
 """
 
 import math

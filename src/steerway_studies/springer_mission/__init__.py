@@ -61,7 +61,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
 
 
 def lost_and_weighted(seed: int) -> tuple[dict, tuple]:
-    """Numbers of the weighted filter, and for the figures: the nominal filter's voyage, its own, and its navigator."""
+    """Numbers of the weighted filter; for the figures, the nominal voyage, the weighted voyage and its navigator."""
     weighted, voyage, navigator = bounds.tautology(seed)
     return weighted, (sail(World(), nominal(), seed), voyage, navigator)
 

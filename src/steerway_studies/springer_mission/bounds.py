@@ -51,7 +51,7 @@ def offsets() -> dict[str, float]:
 
 
 def inclusion(voyage, models: int, seed: int) -> dict[str, float]:
-    """Share (%) of the estimates of filters from the box that lie inside the bounds: of three boxes, and the least."""
+    """Share (%) of the estimates of filters from the box that lie inside the bounds, for three boxes; and the least."""
     found = {}
     for key, tolerance in (("01", 0.001), ("05", 0.005), ("10", 0.01)):
         rng = np.random.default_rng(seed)

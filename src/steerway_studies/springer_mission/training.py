@@ -21,10 +21,10 @@ from steerway.simulation import over_seeds
 from steerway_studies.springer_mission.world import World, random_circuit, sail
 
 FIRST_SEED = 1_000_000
-"""Seeds of studies and tests are smaller."""
+"""First seed of the training; seeds of studies and tests are smaller."""
 VOYAGES = 400
 STRIDE = 3
-"""Every so many seconds a note is used for training; notes in between carry nearly the same information."""
+"""Interval, s, between the notes used for training; notes in between carry nearly the same information."""
 INNOVATIONS_ONLY = 6
 """Number of features, the first ones, that are computed from the innovation."""
 

@@ -74,7 +74,7 @@ class World:
 
 @dataclass
 class MissionTrack:
-    """One mission: a row per second, angles unwrapped in rad, and the log."""
+    """One mission: its log, and a row per second with unwrapped angles in rad."""
 
     position: np.ndarray
     heading: np.ndarray

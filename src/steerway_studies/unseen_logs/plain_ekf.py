@@ -1,4 +1,4 @@
-"""The rival: a plain five-state EKF with one motion model and white noise; its four numbers are fitted to the log.
+"""The contestant: a plain five-state EKF with one motion model and white noise; its four numbers are fitted to the log.
 
 State [north, east, U, χ, ω]: U is a random walk, ω an Ornstein–Uhlenbeck process; there is no gate. A careful engineer
 writes such a filter in an afternoon. (P0 §3 with spectral densities; maximum likelihood of the innovations.)

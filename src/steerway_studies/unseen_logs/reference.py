@@ -2,8 +2,8 @@
 
 Lags of a reference behind the positions are found without any filter's estimate, so that they favour no filter.
 
-A displacement is the integral of the velocity over the same time. With the lag that is found, the mean of the clipped
-differences between the two is least. A lag is used only if it lowers this mean by at least 1 %.
+A displacement is the integral of the velocity over the same time. The lag found is the one with the least mean clipped
+difference between the two. A lag is used only if it lowers this mean by at least 1 %.
 """
 
 import math
@@ -16,8 +16,8 @@ import numpy as np
 from steerway.core import wrap_array
 
 MOST_ACCELERATION = 30.0
-"""m/s². A reference that changes faster is a spike of its receiver: neither boats nor sailors accelerate at three times
-gravity, and recorded spikes are ten times larger."""
+"""Largest acceleration, m/s², of a reference. A faster change is a spike of its receiver: neither boats nor sailors
+accelerate at three times gravity, and recorded spikes are ten times larger."""
 WORST_ACCURACY = 1.5  # m/s, as the receiver states it
 _AROUND_SPIKES = 1.0  # s
 _WAY = 0.6  # m/s: the noise of a course is determined above this speed
@@ -88,8 +88,8 @@ class VelocityReference:
     def noise(self) -> tuple[float, float, float]:
         """1σ of the reference's noise: SOG (m/s), velocity across the course (m/s), rate (rad/s).
 
-        The white part is from the lower quartile of the size of third differences: in the calm quarter of a log motion
-        does not matter. It is at least the rounding error. Errors that last over several rows are `lasting` only.
+        The white part is from the lower quartile of the size of third differences, in which motion does not matter. It
+        is at least the rounding error. Errors that last over several rows are `lasting` only.
         """
         fast = np.where(self.sog > _WAY, self.sog, np.nan)
         changes = np.diff(self.sog), wrap_array(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
@@ -251,7 +251,7 @@ def rate_lag(reference: VelocityReference, time, places) -> float:
 
 
 def _sureness(difference, lag, time) -> float:
-    """Gain of a lag against no lag, in standard errors; rows of the same ten seconds count as one sample."""
+    """Gain of a lag over no lag, in standard errors; rows of the same ten seconds count as one sample."""
     most = _most(difference)
     gain = np.minimum(difference(0.0), most) - np.minimum(difference(lag), most)
     known = np.isfinite(gain)
@@ -261,7 +261,7 @@ def _sureness(difference, lag, time) -> float:
 
 
 def _most(difference) -> float:
-    """The difference at which larger ones are clipped."""
+    """The limit at which differences are clipped."""
     unmoved = difference(0.0)
     return _CLIP * float(np.nanmedian(unmoved)) if np.isfinite(unmoved).sum() >= _FEWEST else math.nan
 

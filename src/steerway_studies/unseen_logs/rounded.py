@@ -46,8 +46,8 @@ MOTIONS = ("moored", "drifting", *(f"straight {k}" for k in range(len(SPEEDS))),
 
 @dataclass(frozen=True)
 class Verdict:
-    """A causal or smoothed estimate's RMS and mean error of SOG (m/s), RMS error of COG (rad), shares inside the 95 %
-    intervals, the least σ of SOG, and the floor below which this σ may not be; NaN without a course."""
+    """Numbers of a causal or smoothed estimate: RMS and mean error of SOG (m/s), RMS error of COG (rad), shares inside
+    the 95 % intervals, the least σ of SOG, and the floor that this σ must reach; NaN without a course."""
 
     sog: float
     bias: float
@@ -146,7 +146,7 @@ def cells(seed: int = 0, progress=None) -> dict[tuple[str, float], list[tuple[Ca
 
 
 def bias(of_cell, which: int) -> float:
-    """Largest |mean error| of SOG over the speed, of a cell's straight records that resolve it; 0 if none does."""
+    """Largest |mean error| of SOG over the speed, among a cell's straight records that resolve it; 0 if none does."""
     shares = [0.0]
     for case, verdicts in of_cell:
         if case.motion.startswith("straight"):

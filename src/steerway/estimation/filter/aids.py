@@ -2,7 +2,7 @@
 
 heading = χ − crab angle, speed through water = U − current along the course, yaw rate = course rate + gyro bias. The
 crab angle, the current and the bias may be states, each called the companion of its aid. The receiver's SOG and COG
-have slow errors as companions, since receivers filter velocity. Together they form a vector, defined at rest too.
+have slow errors as companions, since receivers filter velocity. SOG and COG together are a vector, defined at rest too.
 """
 
 import math
@@ -17,7 +17,7 @@ from steerway.estimation.filter.weigh import DECADES, LEAST_OUTLIER
 from steerway.estimation.vessel.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 
 _OUTLIER_RATE = 1e-3
-"""Share of aids that are outliers: equal to the prior median of this share for fixes."""
+"""Share of the measurements of an aid that are outliers. It equals the prior median of the share for fixes."""
 _LEAST_SPEED = 0.1
 """Least speed, m/s, at which a heading is used: its Jacobian is 1/U."""
 

@@ -3,7 +3,7 @@
 H. A. P. Blom and Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8), 1988. Modes change in continuous time, so that the
 same tuning holds at any rate of fixes and across gaps. Archives of AIS reports are filtered with one mode, over
 intervals of seconds to minutes, in as few steps as the motion allows (`parts_of`). Compared with steps of 1 s, 99.99 %
-of these estimates differ by less than 0.01 of their standard deviations.
+of these estimates differ by less than 0.01 σ.
 """
 
 import math
@@ -17,21 +17,21 @@ from steerway.estimation.filter.motion import predict
 from steerway.estimation.filter.relative import from_likeliest, shifted
 
 LONGEST_STEP = 3.0
-"""Longest single step, s: about the duration of a yaw manoeuvre (prior median 2 s). Longer intervals are predicted in
-several steps: up to 12 s in equal ones of at most this length. Beyond, they double from both ends towards the middle,
-where the probabilities of the modes are nearly steady. Short steps just before a fix let a manoeuvre begin shortly
-before it."""
+"""Longest single step, s: about the duration of a yaw manoeuvre (prior median 2 s). Intervals up to 12 s are predicted
+in equal steps of at most this length. In longer intervals, the steps double from both ends towards the middle, where
+the probabilities of the modes are nearly steady. Short steps just before a fix let a manoeuvre begin shortly before
+it."""
 _LOST = 2.0
-"""Variance of the course, rad², above which the course is lost. Uniform directions have π²/3."""
+"""Variance of the course, rad², above which the course is lost. A uniformly distributed course has π²/3."""
 SAME_STEP = 1e-4
 """Relative difference up to which two steps count as equal: far below the error of the time of a fix."""
 START_SPEED_STD = 10.0
 """1σ of the velocity along either axis after the first fix, m/s. Two σ are 39 kn."""
 
 LEAST_SHARE = 1e-3
-"""Small shares of modes in the mixture from which a mode starts a step are reduced: this share counts half, smaller
-ones less. Otherwise an improbable mode of large covariance (an emergency) would widen all others at every step; the
-likelihood would be lower, and errors of SOG 2 % larger on steady courses. With 0.01, manoeuvres are followed late."""
+"""Share of a mode, in the mixture from which another starts a step, that is halved; smaller shares are reduced more.
+Otherwise an improbable mode of large covariance (an emergency) would widen all others at every step: the likelihood
+would be lower, and errors of SOG 2 % larger on steady courses. With 0.01, manoeuvres are followed late."""
 
 
 @called_kernel
@@ -183,7 +183,7 @@ def take_step(bank: Bank, model: Model, step: float) -> None:
 
 @called_kernel
 def loses_course(x: Floats, p: Floats) -> bool:
-    """Whether the variance of the course of a mode exceeds _LOST, relative to its mean square speed."""
+    """Whether a mode's variance of the velocity across the course exceeds _LOST times its mean square speed."""
     return p[COURSE, COURSE] > _LOST * (x[SPEED] ** 2 + p[SPEED, SPEED])
 
 
@@ -192,7 +192,7 @@ def forget_direction(x: Floats, p: Floats) -> None:
     """Give a mode that has lost its course a velocity of equal variance in all directions.
 
     A covariance linear in the course would spread the velocity along a line across the course. A normal course of
-    variance σ² leaves exp(−σ²/2) of the mean velocity. The position follows by its regression on the velocity across.
+    variance σ² leaves exp(−σ²/2) of the mean velocity. The position changes by its regression on the velocity.
     """
     speed, across = x[SPEED], p[COURSE, COURSE]
     power = speed * speed + p[SPEED, SPEED]
@@ -216,22 +216,22 @@ def forget_direction(x: Floats, p: Floats) -> None:
 
 
 SHORT = 1.0
-"""Step, s, up to which no step is divided, since its turn stays well below a radian."""
+"""Step, s, up to which no step is divided. The turn in such a step stays well below a radian."""
 _LONGEST, _LARGEST_TURN, _LARGEST_CHANGE = 30.0, 0.03, 0.05
 """Longest step of a vessel under way, s; its largest turn, rad; and its largest relative change of speed.
 `tests/test_estimate.py` compares the estimates with steps of 1 s on generated reports."""
 _SLACK = 1e-3
 """Fraction of a step by which an interval may exceed a whole number of steps."""
 _DRIFTS = 0.1
-"""Fraction of the drift speed below which motion is linear: all noise acts in any direction."""
+"""Speed, as a fraction of the drift speed, below which motion is linear: all noise acts in any direction."""
 
 
 @called_kernel
 def parts_of(x: Floats, p: Floats, mode: Mode, dt: float) -> int:
     """Number of equal steps for the prediction of a mode, x (n,) and p (n, n), over dt > 0 seconds.
 
-    A step assumes a constant turn rate and, for noise across the course, a constant speed. Where the course may be
-    lost, steps of 1 s find when.
+    A step assumes a constant turn rate and, for noise across the course, a constant speed. If the course may be lost,
+    steps of 1 s show when.
     """
     most = max(math.ceil(dt / SHORT - _SLACK), 1)
     if most == 1 or x[SPEED] < _DRIFTS * mode.drift_speed:

@@ -1,10 +1,10 @@
-"""Rounded fixes: a position of few digits means a cell, a rectangle as wide as its last digit north and east.
+"""Rounded fixes: a position of few digits stands for a cell, a rectangle as wide as its last digit north and east.
 
 The density of a cell is an integral of the normal distribution. Where the noise is small beside the digit q, the usual
-added variance of q²/12 would be far too wide, and no added variance far too narrow. Moments are those of a truncated
-normal distribution (N. L. Johnson, S. Kotz and N. Balakrishnan, Continuous Univariate Distributions, vol. 1, 1994,
-§10.1), north first, then east given north. Cells serve for good fixes, and for the density of a step. Outliers, poor
-fixes, the correction by a step and the NIS use the added variance.
+added variance of q²/12 would be far too wide, and no added variance far too narrow. The moments of the position within
+a cell are those of a truncated normal distribution (N. L. Johnson, S. Kotz and N. Balakrishnan, Continuous Univariate
+Distributions, vol. 1, 1994, §10.1), north first, then east given north. Cells are used for good fixes, and for the
+density of a step. Outliers, poor fixes, the correction by a step and the NIS use the added variance.
 """
 
 import math
@@ -17,11 +17,11 @@ _NARROW, _FAR = 0.2, 25.0
 """Least width of a cell, and largest distance of its near end, in σ of the predicted fix. For other cells the added
 variance is used. The density hardly changes within a narrow cell, and is below 10⁻¹³⁰ in a far one."""
 REGULAR = 0.03
-"""Variance added to a predicted fix, over q²/12 (σ of 0.05 q): without noise, it keeps the covariance regular."""
+"""Variance added to a predicted fix, over q²/12; its σ is 0.05 q. It keeps a covariance without noise regular."""
 
 
 class Interval(NamedTuple):
-    """A normal variable within an interval: its mean density there, its conditional mean and variance."""
+    """A normal variable within an interval: its mean density in the interval, its conditional mean and variance."""
 
     density: float
     mean: float
@@ -34,7 +34,7 @@ class Cell(NamedTuple):
     density: float
     mean: Vec2
     spread: Sym2
-    s: Sym2  # its expected covariance, m²
+    s: Sym2  # expected covariance of the innovation, m²
 
 
 @lean_kernel

@@ -29,7 +29,7 @@ _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss–Legendre rule with three nodes on an interval of length 1."""
 _SHORT = 0.1
-"""Length of a step times |pole| up to which the rule is used. There it errs by 4e-6, the closed form by 1e-10."""
+"""Length of a step times |pole| up to which the rule is used. There the rule errs by 4e-6, the closed form by 1e-10."""
 
 
 @lean_kernel
@@ -259,13 +259,13 @@ def set_noise(step: Step, rate: Response, mode: Mode, unit: Floats) -> None:
 def hold_speed(step: Step, decay: float, density: float) -> None:
     """Set in a step what remains of a unit of speed, the distance that it covers, and the noise of the held speed."""
     step.left, step.way, _ = decaying(decay, step.dt)
-    unit = noise(decay, step.dt)  # speed and distance decay as rate and course do
+    unit = noise(decay, step.dt)  # speed and distance have the equations of rate and course
     step.held_ll, step.held_lu, step.held_uu = density * unit.xx, density * unit.xw, density * unit.ww
 
 
 @called_kernel
 def exponential(out: Floats, product: Floats, generator: Floats, dt: float) -> None:
-    """out ← e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; product: workspace."""
+    """out ← e^{G dt} of a generator (m, m): Taylor's series of a fraction, squared repeatedly; product: workspace."""
     m, fastest = len(generator), 0.0
     for i in range(m):
         fastest = max(fastest, -generator[i, i] * dt)

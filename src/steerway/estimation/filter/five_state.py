@@ -10,13 +10,13 @@ The filter differs from the paper in four ways. The first makes the estimate ind
 
 - Instead of Euler's method (18)–(22), a step follows an arc at the mean speed and turn rate of (13)–(15), integrated
   exactly. The noise w1 and w2 has spectral densities S_U and S_ω; the paper adds E_d Q_d E_dᵀ at every step.
-- The covariance P belongs to the error [δx^n δy^n δU δs δω_χ] with δs = U δχ, the velocity across the course (m/s). It
-  stays regular at rest, where the course is undefined. Functions read and write its upper triangle.
+- The covariance P belongs to the error [δx^n δy^n δU δs δω_χ] with δs = U δχ, the velocity across the course (m/s). P
+stays regular at rest, where the course is undefined. Functions read and write its upper triangle.
 - Below `drift_speed`, w1 also acts across the course.
 - A fix is weighted by the probability β that it is not an outlier. Table 1 has β = 1.
 
 `filter.row` is the general filter, with several modes of motion, further states, poor fixes and receiver steps. For one
-mode without these, this module gives the same numbers faster. It leaves runs of outliers to `filter.row`.
+mode without these, this module gives the same numbers faster. Runs of outliers are left to `filter.row`.
 """
 
 import math
@@ -124,7 +124,7 @@ class Innovation(NamedTuple):
 def innovate(x: Floats, p: Floats, fix: Vec2, variance: float, clock: float, outlier_rate: float) -> Innovation:
     """Innovation ν of a fix (m), its covariance S, and how probable the fix is.
 
-    R_d = `variance` I + `clock` v vᵀ: white noise (m²), and a time of the fix of variance `clock` (s²) at velocity v.
+    R_d = `variance` I + `clock` v vᵀ: white noise (m²), and a time error of variance `clock` (s²) at velocity v.
     """
     off, s = Vec2(fix.n - x[NORTH], fix.e - x[EAST]), Sym2(p[0, 0] + variance, p[0, 1], p[1, 1] + variance)
     if clock > 0.0:
@@ -189,7 +189,7 @@ def advance(bank: Bank, model: Model, h: float) -> None:
 def take_fix(bank: Bank, model: Model, fix: Vec2, excess: float) -> Taken:
     """Correct by a fix. For a probable outlier nothing is changed, and the returned numbers are NaN.
 
-    excess: variance of the white noise over the usual one.
+    excess: factor on the usual variance of the white noise.
     """
     x, p, run, receiver = bank.x[0], bank.p[0], bank.run[0], model.receiver[0]
     variance = excess * receiver.fix_variance

@@ -46,9 +46,9 @@ NODES = 48
 """Points of the midpoint rule. With 96, mean and covariance of the voyages of `tests/test_prediction.py`, which
 compares them with Monte Carlo, change by less than 10⁻⁴ of the spread."""
 SPEED_SHARE, SPEED_ROOM = 0.5, 1.0
-"""Bound of the 1σ that accelerations add to a speed: this share of the speed, plus this many m/s. A random walk would
-have no bound. Compared on AIS of the Solent, for vessels at 2.5 m/s or more, ten minutes ahead: 95 % ellipses contain
-94 % (even MMSI) and 88 % (odd MMSI) of the positions with 0.3 and 0.5 m/s, and 96 and 95 % with 0.5 and 1 m/s."""
+"""Bound of the 1σ that accelerations add to a speed: a share of the speed, plus m/s. A random walk would have no bound.
+Compared on AIS of the Solent, for vessels at 2.5 m/s or more, ten minutes ahead: with 0.3 and 0.5 m/s, 95 % ellipses
+contain 94 % of the positions for even MMSI and 88 % for odd MMSI; with 0.5 and 1 m/s, 96 and 95 %."""
 DRIFT_TIME = 200.0
 """Time constant of the velocity of a drifting vessel, s: gusts and eddies last some minutes."""
 _NO_PROCESS = np.zeros(1, PROCESS)
@@ -65,7 +65,7 @@ class Outlook(NamedTuple):
 def forecasts(
     record: Rows, model: Model, on_average: Model, horizons: Floats, rows: Sequence[int] | None = None
 ) -> Floats:
-    """Forecasts (rows, horizons, MOMENTS) in the plane, `horizons` seconds after these rows of a record, or the last.
+    """Forecasts (rows, horizons, MOMENTS) in the plane, `horizons` seconds after these rows of a record, or its end.
 
     model: filters the record. on_average: one mode with the same states and the same asymptotic diffusion, since
     future changes of mode are unknown. NaN before the first fix.
@@ -151,8 +151,8 @@ def drift(x: Floats, p: Floats, outlook: Outlook, horizon: float, out: Floats) -
 def integral_moments(rate: float, t: float) -> tuple[float, float]:
     """Variance after t (s) of the integral of a process, and its covariance with the process.
 
-    The process decays at `rate` (1/s) and starts from 0 under white noise of density 1. Times S_ω these are the
-    variance of the course, and its covariance with the course rate.
+    The process decays at `rate` (1/s) and starts from 0 under white noise of density 1. Multiplied by S_ω, they are the
+    variance of the course and its covariance with the course rate.
     """
     _, once, twice = decaying(rate, t)
     both = 0.5 * once * once
@@ -165,7 +165,7 @@ def integral_moments(rate: float, t: float) -> tuple[float, float]:
 def course_covariance(
     p: Floats, speed: float, gain: float, later_gain: float, mode: Mode, t: float, later: float
 ) -> float:
-    """Covariance (rad²) of the course at the times t and t + later (s), for a course rate of these gains (s) there."""
+    """Covariance (rad²) of the course at the times t and t + later (s); gains: response (s) to the present rate."""
     area, mixed = integral_moments(mode.rate_decay, t)
     known = p[COURSE, COURSE] / speed**2 + (gain + later_gain) * p[COURSE, RATE] / speed
     known += gain * later_gain * p[RATE, RATE]
@@ -174,7 +174,7 @@ def course_covariance(
 
 @kernel
 def sail(x: Floats, p: Floats, outlook: Outlook, horizon: float, out: Floats) -> None:
-    """Moments of a vessel with a course: those of ∫ U e^{iχ}, by midpoints that are dense at first."""
+    """Moments of a vessel with a course: those of ∫ U e^{iχ}, by the midpoint rule with denser points at the start."""
     s, w = np.empty(NODES), np.empty(NODES)
     speed, left, gain = np.empty(NODES), np.empty(NODES), np.empty(NODES)
     course, course_gain, course_variance = np.empty(NODES), np.empty(NODES), np.empty(NODES)

@@ -1,4 +1,4 @@
-"""One estimate from all modes: mean and variance of the mixture, plus motion that is too fast for the fixes."""
+"""One estimate from all modes: mean and variance of the mixture, plus the variance of motion too fast for the fixes."""
 
 import math
 
@@ -56,9 +56,9 @@ def mean_speed(x: Floats, p: Floats, mode: Mode) -> float:
 _VAGUE = 0.4
 """1σ, m/s, below which a velocity without direction is that of a vessel at rest: just above `STEERAGEWAY`."""
 LEAST_COUNTED = 0.003
-"""Least probability of a mode that counts in the variances; for m² pairs of modes, 1/m of it. A 95 % interval need not
-contain less probable modes: if they count, the σ of the rate is 1.5 times as large in the scene `circles`. In the scene
-`spins`, the interval contains 78 % of the rates with 0.01, and 90 % with 0.003."""
+"""Least probability of a mode that counts in the variances; for m² pairs of modes, 1/m of this value. A 95 % interval
+need not contain less probable modes: if they count, the σ of the rate is 1.5 times as large in the scene `circles`. In
+the scene `spins`, the interval contains 78 % of the rates with 0.01, and 90 % with 0.003."""
 
 
 @called_kernel
@@ -104,7 +104,7 @@ def fuse(x: Floats, p: Floats, probability: Floats, model: Model, h: Floats, out
 
 @called_kernel
 def add_unresolved_speed(processes: Records, apart: float, out: Floats) -> None:
-    """Add to the variance of the speed in `out` (FUSED) the motion between fixes that are `apart` (s) from each other.
+    """Add to the variance of the speed in `out` (FUSED) that of motion which fixes `apart` (s) do not resolve.
 
     The fit sees only wander slow enough for the fixes to resolve. Faster wander is assumed to have its usual size
     (QUICK_SPEED); the part that the structure's own wander contributes is subtracted.

@@ -3,7 +3,7 @@
 Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the held course rate. Further
 states are shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., §8.2 and
 §10.2). Each is a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts on a
-quantity below. Waves act on the course, about which they swing a vessel; on the rate, they would change its mean.
+quantity below. Waves act on the course: they swing a vessel about it. Acting on the rate, they would change its mean.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course (m/s). It
 stays regular at rest, where the course is undefined.
@@ -60,12 +60,12 @@ class Receiver(Protocol):
     fix_variance: float  # white noise north or east, m²
     outlier_rate: float  # share of fixes that are outliers
     poor_rate: float  # share of fixes that are poor
-    poor_noise: float  # standard deviation of a poor fix over that of a good one
+    poor_noise: float  # ratio of the standard deviation of a poor fix to that of a good one
     poor_time: float  # s for which fixes stay poor; 0 if fixes are poor independently of one another
-    time_variance: float  # of the time at which a fix was measured, s²
+    time_variance: float  # variance of the time at which a fix was measured, s²
     late_variance: float  # further variance of that time for a poor fix, s²
-    step_rate: float  # steps of the error in a second
-    step_variance: float  # of a step north or east, m²
+    step_rate: float  # rate of steps of the error, 1/s
+    step_variance: float  # variance of a step north or east, m²
     followed_after: float  # least time, s, for which outliers that agree are refused
     quantum_north: float  # last digit of a written fix, m; 0 where fixes are not rounded
     quantum_east: float
@@ -74,7 +74,7 @@ class Receiver(Protocol):
 class Aid(Protocol):
     """An instrument of `vessel.aids.TABLE`."""
 
-    variance: float  # for COG that of the velocity across the course, m²/s²; NaN for an aid that is not used
+    variance: float  # of the noise; for COG of the velocity across the course, m²/s²; NaN for an aid that is not used
     companion: int  # state of its slow error, 0 for none
 
 
@@ -93,7 +93,7 @@ class Step(Protocol):
     held_ll: float  # noise of the held speed alone
     held_lu: float
     held_uu: float
-    sideways: float  # as of the mode
+    sideways: float  # see `Mode`
     drift_speed: float
 
 
@@ -117,20 +117,20 @@ class Run(Protocol):
     since: float  # s since the last fix
     apart: float  # s between the last two fixes
     outliers: float  # how many outliers in a row agree
-    lasted: float  # s for which they agree
-    outlier_north: float  # their mean innovation, m
+    lasted: float  # s for which these outliers have agreed
+    outlier_north: float  # mean innovation of these outliers, m
     outlier_east: float
     was_outlier: float  # probability that the last fix was an outlier
     step_north: float  # the step that was followed last, m
     step_east: float
     was_poor: float  # probability that the last fix was poor
-    learnt: float  # degrees of freedom that the fixes of an obstruction add to the variance of poor fixes
-    level: float  # the variance of poor fixes over its usual value
+    learnt: float  # degrees of freedom of `level` that stem from earlier fixes of the same obstruction
+    level: float  # ratio of the variance of poor fixes to its usual value
     started: int  # 1 after the first fix
 
 
 def _record(kind: type) -> np.dtype[np.void]:
-    """Records with the fields of a class, which are attributes in Python too, where kernels run without compilation."""
+    """Record type with the fields of a class. Fields are attributes in Python too, where kernels run uncompiled."""
     fields = [(name, np.int64 if each is int else np.float64) for name, each in kind.__annotations__.items()]
     return np.dtype((np.record, fields))
 

@@ -16,7 +16,7 @@ _SLOW = 1e-6
 """Least speed, m/s, in the ratio of speeds by which a prediction scales the velocity across the course."""
 _SPINS_BELOW = 2.0
 """Speed, m/s, above which the noise of the course rate in an emergency is reduced. Otherwise it would accelerate a
-vessel more across the course than along it (the speed is `structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
+vessel more across the course than along it. The value is `structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`."""
 
 
 class Arc(NamedTuple):
@@ -71,7 +71,7 @@ def arc_of(x: Floats, responses: Records, step: Step, driving: int) -> Arc:
 
 @lean_kernel
 def set_rates(rates: Floats, was: float, arc: Arc, responses: Records, step: Step, driving: int) -> None:
-    """Fill the rows (4, n) of F − I for north, east and the velocity along and across; columns 0 and 1 are not written.
+    """Fill the rows (4, n) of F − I for north, east and the velocity along and across; columns 0 and 1 are not set.
 
     was: speed (m/s) at the beginning of the step.
     """

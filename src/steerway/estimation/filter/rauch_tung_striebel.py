@@ -49,7 +49,7 @@ def smoothing_step(
 
 @called_kernel
 def apply_gain(p: Floats, p_next: Floats, x_excess: Floats, p_later: Floats, room: Room) -> None:
-    """Smooth P (upper triangle) and write the correction of x into `room.error`, where `room.gain` = P Fᵀ before."""
+    """Smooth P (upper triangle) and write the correction of x into `room.error`, from `room.gain` = P Fᵀ."""
     n, gain = len(p), room.gain
     factor(p_next, room.scale, room.lower)
     solve_rows(room.lower, room.scale, gain)
@@ -69,14 +69,14 @@ def apply_gain(p: Floats, p_next: Floats, x_excess: Floats, p_later: Floats, roo
 
 @lean_kernel
 def ignore(k: int, x_later: Floats, x_next: Floats, p_next: Floats) -> None:
-    """Use no information on state k from the later row, where a position or a course rate was reset."""
+    """Use no information on state k (a position or the course rate) from the later row, at which it was reset."""
     x_later[k] = x_next[k]
     p_next[k, k] *= _UNKNOWN
 
 
 @called_kernel
 def carry(covariance: Floats, bank: Bank, model: Model, room: Room) -> None:
-    """C ← C Fᵀ over the next step of a bank of one mode; C (n, n): covariance of an earlier state with the bank's."""
+    """C ← C Fᵀ over the next step of a bank of one mode; C (n, n): covariance of an earlier state with the present."""
     x, responses, rates = bank.x[0], bank.responses[0], room.rates
     arc = arc_of(x, responses, bank.steps[0], model.driving)
     set_rates(rates, x[SPEED], arc, responses, bank.steps[0], model.driving)

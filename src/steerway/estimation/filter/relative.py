@@ -11,18 +11,18 @@ from steerway.estimation.filter.motion import turn_pair
 
 _STEADY = 3.0
 """Speed over its σ, or over the σ across the course, above which velocities are compared, averaged and corrected as
-speeds and courses, not as vectors. A course of this limit has a σ of a third of a radian."""
+speeds and courses, not as vectors. At this limit the course has a σ of a third of a radian."""
 _ROUND, _SMALL = 0.5, 5.0
-"""Ratio of the variances along and across the course above which a velocity is corrected as a vector, as after a start.
-Second: speed over its σ across the course above which it is nevertheless corrected as speed and course. The course then
-has a σ of a fifth of a radian, and the two corrections differ by a tenth of a σ."""
+"""First: ratio of the variances along and across the course above which a velocity is corrected as a vector, as after a
+start. Second: speed over its σ across the course above which it is nevertheless corrected as speed and course. The
+course then has a σ of a fifth of a radian, and the two corrections differ by a tenth of a σ."""
 
 
 @lean_kernel
 def is_steady(speed: float, along: float, across: float) -> bool:
     """Whether velocities near this one are compared as speeds and courses, not as vectors.
 
-    The mean vector of velocities of one speed on different courses is slower. along, across: variances (m²/s²).
+    The mean vector of equal speeds on different courses is slower than these. along, across: variances (m²/s²).
     """
     way = speed * speed
     return way > _STEADY**2 * across or way > max(_STEADY**2 * along, across)
@@ -98,8 +98,8 @@ def corrected(x: Floats, p: Floats, error: Floats, alone: bool) -> None:
     leave the line through these fixes.
 
     alone: whether there is no other mode. If so, a corrected speed keeps the variance of the course, as in the
-    five-state filter, and scales that of the velocity across. Several modes keep the variance of the velocity: errors
-    of the course are then 4 % smaller in turns and 8 % after an emergency stop (five modes).
+    five-state filter, and scales that of the velocity across. With several modes, the variance of the velocity is kept:
+    errors of the course are then 4 % smaller in turns and 8 % after an emergency stop (five modes).
     """
     speed, along, across = x[SPEED], error[SPEED], error[COURSE]
     for i in range(len(x)):

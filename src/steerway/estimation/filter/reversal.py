@@ -1,9 +1,9 @@
 """A model backwards in time: a vessel that sails the track from its end, on the opposite course.
 
-Backwards, stationary processes are the same, except that rates and displacements athwart change their sign; so is a
-random walk with an unknown start. The chain of modes is reversed by its stationary probabilities (J. R. Norris, Markov
-Chains, 1997, §1.9). The held rate, which decays on a held course, would grow backwards without bound. It is replaced by
-a stationary process of the same decay, see _LEFT_BY_TURNS.
+Stationary processes, and random walks with an unknown start, are the same backwards, except that rates and
+displacements athwart change their sign. The chain of modes is reversed by its stationary probabilities (J. R. Norris,
+Markov Chains, 1997, §1.9). The held rate, which decays on a held course, would grow backwards without bound. It is
+replaced by a stationary process of the same decay, see _LEFT_BY_TURNS.
 """
 
 from typing import NamedTuple
@@ -70,7 +70,7 @@ def reversal_of(model: Model) -> Reversal:
     for aid, measured in zip(model.aids, STATE_OF, strict=True):
         if measured == RATE and aid.companion > 0:
             sign[aid.companion] = -1.0
-    reversed_ = np.ascontiguousarray(reversed_)  # else all is compiled for its layout too
+    reversed_ = np.ascontiguousarray(reversed_)  # otherwise every kernel is compiled for its layout too
     return Reversal(model._replace(modes=modes, generator=reversed_), sign, share, variance, is_normal, kind)
 
 

@@ -24,15 +24,15 @@ class Row(NamedTuple):
     dt: float  # s, ≥ 0
     north: float  # m, NaN for a row without a fix
     east: float
-    excess: float  # variance of the white noise of the fix over the usual one
+    excess: float  # factor on the usual variance of the white noise of the fix
 
 
 class Taken(NamedTuple):
     """Statistics of a row."""
 
-    nis: float  # of the fix for the mean of all modes; NaN without a fix and for the first
+    nis: float  # of the fix for the mean of all modes; NaN without a fix and for the first one
     log_density: float  # of the fix and the aids, given all rows before
-    wrong: float  # probability that the fix is an outlier; NaN without a fix and for the first
+    wrong: float  # probability that the fix is an outlier; NaN without a fix and for the first one
 
 
 @inlined_kernel
@@ -58,7 +58,7 @@ class Rows(NamedTuple):
     time: Floats  # (n,) s
     north: Floats  # (n,) m, NaN for a row without a fix
     east: Floats
-    excess: Floats  # (n or 0,) variance of the white noise of a fix over the usual one
+    excess: Floats  # (n or 0,) factor on the usual variance of the white noise of a fix
     aids: Floats  # (n or 0, aids), NaN where unknown
     restarts: Ints  # (r,) rows at which the filter starts again
     quantum: tuple[float, float] = (0.0, 0.0)  # last digit of a fix north and east, m; 0: not rounded
@@ -128,7 +128,7 @@ def state_row(bank: Bank, model: Model, out: Floats) -> None:
 
 @called_kernel
 def take_sense(x: Floats, p: Floats, processes: Records, out: Floats) -> None:
-    """Where a state is the acceleration along the course, allow in `out` (FUSED) for a vessel that may run backwards.
+    """If the acceleration along the course is a state, allow in `out` (FUSED) for a vessel that may run backwards.
 
     Such a vessel may have any speed along a line. SOG is then that of the mean velocity, and the variance of the course
     includes the probability of the opposite direction.

@@ -192,7 +192,7 @@ def compare(filtered_x: Floats, filtered_p: Floats, bank: Bank, room: Room) -> b
 
 @called_kernel
 def agreement(before: Floats, after: Floats, steady: bool, room: Room, q: int) -> float:
-    """Log density of the difference of the states (n,) of a pair; NaN for a joint information not positive definite.
+    """Log density of the difference of the states (n,) of a pair; NaN if its information is not positive definite.
 
     For `join`, p and x of the pair receive the Cholesky factor and the information vector of the error at `before`.
     """
@@ -262,9 +262,9 @@ def forwards(reversal: Reversal, x: Floats, out: Floats) -> None:
 def step_between(x: Floats, p: Floats, reversal: Reversal, bank: Bank, room: Room) -> float:
     """Variance (m²) that a possible step of the receiver adds between the positions of the two filters at a row.
 
-    The step may be one of the receiver's error, or one that only one of the filters has followed so far. Its size is
-    the excess of the distance between both positions over the expected one. The result is a harmonic mean between no
-    step and a step.
+    Either the receiver's error steps at this row, or only one of the filters has followed an earlier or later step. The
+    size of the step is the excess of the distance between both positions over the expected distance. The result is a
+    harmonic mean between no step and a step.
     """
     m, weight, receiver = len(bank.x), room.weight, reversal.model.receiver[0]
     happens, size = 1.0 - math.exp(-receiver.step_rate * bank.run[0].since), receiver.step_variance

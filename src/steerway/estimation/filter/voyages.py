@@ -25,16 +25,16 @@ from steerway.estimation.log.run import Track
 from steerway.estimation.vessel.flat import Weighed
 
 VOYAGES = 500
-"""Number of voyages of all structures: σ errs by 3 %, the mean by 4 % of σ, and a forecast of ten minutes takes 0.04
-s."""
+"""Number of voyages, which all structures share. σ errs by 3 %, the mean by 4 % of σ, and a forecast of ten minutes
+takes 0.04 s."""
 STEP = 1.0
-"""Longest step of a voyage, s, which is straight at its mean speed and course. Short yaws last about as long."""
+"""Longest step of a voyage, s. A step is straight, at its mean speed and course. Short yaws last about as long."""
 SHORTEST_RETURN = 60.0
 """Least time constant, s, of the return to a speed of the record. On the developing half of the logs of `steerway study
 unseen-logs`, 95 % regions five minutes ahead contain 88 % of the positions without this limit and 92 % with it."""
 RECORD_TIME = 600.0
-"""Weight of the prior of the speed to which voyages return, as the length of a record, s. The prior is uniform between
-rest and twice the present speed. With half an hour, no coverage changes by 1 %."""
+"""Weight of the prior of the speed to which voyages return, expressed as the length of a record, s. The prior is
+uniform between rest and twice the present speed. With half an hour, coverages change by less than 1 %."""
 
 
 def forecasts(
@@ -76,7 +76,7 @@ def mixed(moments: Floats, weights: Floats) -> Floats:
 
 
 class Stages(NamedTuple):
-    """The steps of voyages from each horizon to the next: how many, and the numbers of one."""
+    """The steps of voyages from each horizon to the next: the number of steps, and the numbers of a single step."""
 
     counts: Ints  # (horizons,)
     steps: Records  # (horizons, m) STEP
@@ -179,7 +179,7 @@ def one_of(probability: Floats, u: float) -> int:
 
 @called_kernel
 def square_root(p: Floats, out: Floats) -> None:
-    """out (k, k) ← Cholesky factor L of the first k rows and columns of P; 0 in columns of states of no variance."""
+    """out (k, k) ← Cholesky factor L of the first k rows and columns of P; columns of states without variance are 0."""
     for i in range(len(out)):
         for j in range(i + 1):
             value = p[i, j]
@@ -205,7 +205,7 @@ def draw_start(mean: Floats, root: Floats, responses: Records, z: Floats, x: Flo
 
 @called_kernel
 def swing_of(x: Floats, responses: Records) -> float:
-    """Deviation of the speed from the held one (m/s): the sum of the processes that act on it, as wander and waves."""
+    """Deviation of the speed from the held speed (m/s): the sum of the processes that act on it (wander, waves)."""
     swing, i = 0.0, RATE
     while i < len(x):
         if responses[i].gain != 0.0:

@@ -38,7 +38,7 @@ STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
 """Variance of Student's t distribution with FREEDOM, at unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
 """If the variance of a predicted fix is above DIFFUSE times that of its white noise, a fix with an outlier probability
-below RARE is no outlier at all. Otherwise the remaining share of the vague prediction would outweigh the fix."""
+below RARE counts as no outlier at all. Otherwise the remaining share of the vague prediction would outweigh the fix."""
 OUTLIERS_LAST = 0.5
 """Probability that the fix after an outlier is an outlier too: even odds, as in `SAME_OFFSET` and `RETURNS`."""
 SAME_OFFSET = 0.5
@@ -58,9 +58,9 @@ class Expected(NamedTuple):
     poor: float
     step: float
     wrong: float  # an outlier
-    noise: float  # further variance of a poor fix over its usual size
+    noise: float  # ratio of the further variance of a poor fix to its usual value
     freedom: float  # degrees of freedom of `noise`
-    learnt: float  # how many of these stem from earlier fixes
+    learnt: float  # degrees of freedom that stem from earlier fixes
 
 
 @lean_kernel
@@ -107,7 +107,7 @@ def take_fix(bank: Bank, model: Model, north: float, east: float, excess: float)
     A fix is good, poor (with several times the usual noise), the first after a step of the receiver, which moves the
     position but not the motion, or an outlier. The correction of a mode is the mean over these hypotheses, see
     `take_shares`. The variance of a rounded fix includes that of its last digit, except where it counts as a cell, see
-    `cells`. excess: variance of the white noise of this fix over the usual one.
+    `cells`. excess: factor on the usual variance of the white noise.
     """
     run, receiver, probability, density_of = bank.run[0], model.receiver[0], bank.probability, bank.shares[0]
     fix, width = Vec2(north, east), Vec2(receiver.quantum_north, receiver.quantum_east)
@@ -166,7 +166,7 @@ def weigh(seen: Seen, cell: Cell, expected: Expected, run: Run, receiver: Receiv
 
 @lean_kernel
 def whole_of(seen: Seen, weighed: Weighed, variance: float) -> float:
-    """Sum (1/m²) over the hypotheses of a fix, without that of an outlier where it is left out (see DIFFUSE)."""
+    """Sum (1/m²) over the hypotheses of a fix, without the outlier hypothesis where DIFFUSE excludes it."""
     known = weighed.good + weighed.poor + weighed.step
     whole = known + weighed.wrong
     return known if trace(seen.s) > DIFFUSE * variance and weighed.wrong < RARE * whole else whole
@@ -246,8 +246,8 @@ def usual_spread(seen: Seen, expected: Expected, receiver: Receiver, variance: f
 def step_position(x: Floats, p: Floats, size: float, probability: float, own: Share, mean: Vec2, rows: Floats) -> None:
     """Move the position of a mode, E of x, by a step of variance d = `size` (m²) and probability β.
 
-    x ← x + d E b and P ← P − d (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β d I − d² (J + b bᵀ)) Eᵀ. J and b are the step's
-    `own` contribution, s̄ is the sum over all hypotheses. `correct` does the rest.
+    x ← x + d E b and P ← P − d (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β d I − d² (J + b bᵀ)) Eᵀ. J and b are the
+    step's `own` contribution, and s̄ is the sum over all hypotheses. `correct` does the rest.
     """
     j, b = own.information, own.s
     x[NORTH] += size * b.n
@@ -270,7 +270,7 @@ def step_position(x: Floats, p: Floats, size: float, probability: float, own: Sh
 
 @lean_kernel
 def noise_seen(seen: Seen, expected: Expected, receiver: Receiver, variance: float) -> float:
-    """Mean square of the further noise of a poor fix over its usual variance, given the innovation."""
+    """Ratio of the mean square of the further noise of a poor fix, given the innovation, to its usual variance."""
     noise = poor_noise(seen, expected, receiver, variance)
     added = 2.0 * expected.noise * (receiver.poor_noise**2 - 1.0) * variance
     spread = trace(plus(seen.s, noise))
@@ -280,7 +280,7 @@ def noise_seen(seen: Seen, expected: Expected, receiver: Receiver, variance: flo
 
 @lean_kernel
 def learn_noise(run: Run, expected: Expected, poor: float, seen: float) -> None:
-    """Update the expected noise of poor fixes by a fix that was poor with a probability; seen: see `noise_seen`."""
+    """Update the expected noise of poor fixes by a fix that is poor with probability `poor`; seen: see `noise_seen`."""
     run.was_poor, run.learnt = poor, expected.learnt
     if expected.freedom < NORMAL and poor > 0.0:
         told = 2.0 * poor  # a fix has two coordinates
@@ -329,7 +329,7 @@ def shift(bank: Bank, north: float, east: float, variance: float) -> None:
 def return_step(bank: Bank, model: Model, fix: Vec2, variance: float) -> tuple[float, float]:
     """Undo the step that was followed last, if a return makes the fix more probable.
 
-    Returns the prior probability of the choice made (to return or not), and prior times density (1/m²) of the other.
+    Returns the prior probability of the choice (to return or not), and prior times density (1/m²) of the other choice.
     """
     run, processes, outlier_rate = bank.run[0], model.processes, model.receiver[0].outlier_rate
     if run.step_north == 0.0 and run.step_east == 0.0:

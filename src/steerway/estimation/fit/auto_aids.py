@@ -1,8 +1,8 @@
 """`--aid auto`: the receiver's own SOG and COG are used if a log shows that they carry information.
 
-SOG and COG do if they improve the prediction of the fixes: the density of every fix given the fixes and velocities
-before it (C. W. J. Granger, Econometrica 37(3), 1969). A velocity that the receiver differenced from the same positions
-improves no prediction. The inference then estimates the noise and the lasting error of SOG and COG.
+They carry information if they improve the prediction of the fixes: the density of every fix given the fixes and
+velocities before it (C. W. J. Granger, Econometrica 37(3), 1969). A velocity that the receiver differenced from the
+same positions improves no prediction. The inference then estimates the noise and the lasting error of SOG and COG.
 """
 
 import math
@@ -30,13 +30,13 @@ _NOISES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
 _NO_ERROR = {"sog_error_std": 1e-3, "sog_error_time": 2.0, "cog_error_std": 1e-3, "cog_error_time": 2.0}
 """Numbers of a negligible lasting error: its σ is a twentieth of the least of `_NOISES`."""
 _BLOCKS, _BLOCK = 4, 400
-"""Pieces of the log that are compared, and fixes in each. They bound the time of the comparison."""
+"""Number of pieces of the log that are compared, and of fixes in each piece. Both bound the time of the comparison."""
 
 
 class Velocity(NamedTuple):
     """The receiver's velocity as an aid: its noise along and across the course (m/s), and the gain of log density.
 
-    The gain is the log of a ratio of densities of the fixes: with the velocity, averaged over `_NOISES`, and without.
+    The gain is the log of the density of the fixes with the velocity, averaged over `_NOISES`, less that without it.
     """
 
     noise: float
@@ -84,7 +84,7 @@ def _density(structure: Structure, rows: Rows, judged: Bools) -> float:
 
 
 def _pieces(record: Rows) -> tuple[Rows, Bools]:
-    """Pieces from all over a record, each row twice (its fix, then its velocity); and (n,) which fixes count."""
+    """Pieces of a record, with each row twice (its fix, then its velocity); and (n,) bool, which fixes count."""
     fixed = np.flatnonzero(np.isfinite(record.north))
     starts = np.unique(np.linspace(0, max(len(fixed) - _BLOCK, 0), _BLOCKS).astype(int))
     own = [np.arange(fixed[begin], fixed[min(begin + _BLOCK, len(fixed)) - 1] + 1) for begin in starts]

@@ -15,7 +15,7 @@ _ANGLES = ("wander_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid
 
 @dataclass(frozen=True)
 class Tuned:
-    """A profile fitted to a log, and how well the same fit without the last fixes predicts these."""
+    """A profile fitted to a log, and how well a fit without the last fixes predicts these fixes."""
 
     profile: Profile
     default: Profile
@@ -24,7 +24,7 @@ class Tuned:
     moving: int
     rejected: int
     nis_mean: float
-    """Over all fixes; 2 if the noise is as inferred and no fix is an outlier."""
+    """Mean NIS of all fixes; 2 if the noise is as inferred and no fix is an outlier."""
     nis_within_pct: float
     """Share (%) of fixes within the predicted 95 % region."""
     held_back: int

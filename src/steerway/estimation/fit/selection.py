@@ -1,6 +1,6 @@
 """Selection of the structures that explain a record: they are fitted, and compared by evidence on the same rows.
 
-On few rows each optional part is tried alone, then the best together with every other part that beats the plain
+On few rows each optional part is tried alone. The best part is then combined with every other part that beats the plain
 structure. Structures far behind are given up; the others are fitted to many rows and compared there.
 """
 
@@ -23,20 +23,20 @@ FEW, MANY = 500, 1500
 """Rows of the first and the last fits: a few minutes and half an hour of fixes. They bound the time of an inference."""
 FEWEST = 200
 """Least number of rows for a fit: ten for each number of the plain structure. With 150, one of four simulated logs with
-fixes 20 and 30 s apart loses 12 of log evidence. With 300, a fit takes 1.7 times as long and gains nothing."""
+fixes 20 and 30 s apart has a log evidence lower by 12. With 300, a fit takes 1.7 times as long and gains nothing."""
 OPEN = 10_000
 """Most fixes of a record for which posterior samples (`posterior.DRAWS`) replace the fitted numbers; they cost time
 with every fix. Without them, 95 % intervals of a boat at constant speed in 1,001 fixes cover 79 to 89 %."""
 START_VESSELS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS, OTHER_ROUNDS = 3, 5, 1, 4, 3
-"""Number of vessels that a fit starts from, and most rounds of a fit: of the plain structure, of the others on few
-rows, of the best on many, of the others on many. A round costs one to two runs of the filter for every number."""
+"""Number of vessels that a fit starts from; then most rounds of a fit: plain structure on few rows; others on few rows;
+best structure on many rows; others on many rows. A round costs one to two runs of the filter for every number."""
 FAR_BEHIND, BEHIND = 20.0, 5.0
-"""Log evidence by which a structure may trail the best before it is given up: on few rows, and on many rows before it
-is fitted to them. In five logs and scenes the eventual best trailed by up to 6 on few rows, and fits to many rows
+"""Log evidence by which a structure may trail the best before it is given up: first on few rows, then on many rows
+before the fit to them. In five logs and scenes the eventual best trailed by up to 6 on few rows, and fits to many rows
 gained 3 to 60."""
 USUAL_STATES = 12
 """Largest number of states, times predictions per row, of a structure that is fitted to MANY rows; larger ones get
-fewer rows. The plain structure with two errors of the receiver or with waves has 11 states. With 9 in place of 12, the
+fewer rows. The plain structure with two errors of the receiver or with waves has 11 states. With 9 instead of 12, the
 COG error of the scene `rolling-antenna` is 9 and 24 % larger."""
 FINALISTS = 3
 """Most structures that are fitted to many rows; each takes 0.1 to 1 s."""
@@ -45,13 +45,13 @@ BETTER = 3.0
 UNRESOLVED_SURGE = 1e-3
 """1σ of the surge, m/s, of waves whose surge the log does not show: too small to change an estimate."""
 _BY_ROUNDING, _OF_ROUNDED = 2.0, ("error", "steps")
-"""Up to this ratio of the variance of fixes to that of their rounding, only these parts are tried. Other parts fit the
-pattern of rounding as motion or obstructions: in 140 generated records SOG errs by 0.19 m/s with, 0.06 without."""
+"""Ratio of the variance of fixes to that of their rounding, and the only parts tried up to this ratio. Other parts fit
+the pattern of rounding as motion or obstructions: in 140 generated records SOG errs by 0.19 m/s with, 0.06 without."""
 _OTHERWISE = ("error", "steps")
 """Errors of the receiver that the plain structure fits as motion: their fits start from the second best vessel too."""
 LEAST_WEIGHT = 0.02
-"""Share of the total weight below which a structure is left out. A mean moves by at most this part of the distance to
-that structure, well below the σ of the mean."""
+"""Share of the total weight below which a structure is left out. Without it a mean moves by at most this share of the
+distance to that structure, well below the σ of the mean."""
 
 
 class Inference(NamedTuple):
@@ -91,8 +91,8 @@ def refitted(few: dict[Parts, Fit], rows: Rows, shortest: float, effort: int, dr
     """The best structures of `few` (fits to few rows, the best first), fitted to `rows`.
 
     Every structure of `few` competes as it is, and with its parts added to the best: many rows may show what few do
-    not. A fit starts from the likelier of its own and the best fit's values of the numbers that both have. A structure
-    whose start is far behind is not fitted.
+    not. A fit starts from its own values, or from those of the best fit for the numbers that both have, if these are
+    likelier. A structure whose start is far behind is not fitted.
     """
     first = next(iter(few))
     fits = {first: fitted(first, rows, few[first].values, effort * LAST_ROUNDS, shortest, draws)}
@@ -217,7 +217,7 @@ def searched(parts: Parts, rows: Rows, values: Values, scales: Scales) -> tuple[
     """The likeliest start for fitting `parts`, and its log posterior: the numbers of the last part are searched on its
     grid, those of the others are `values` (for obstructions, those of typical vessels too)."""
     begun, log = [values], -math.inf
-    if parts[-1] == "obstructions":  # without which the fit may show manoeuvres instead
+    if parts[-1] == "obstructions":  # a fit without obstructions may contain manoeuvres instead
         begun += vessels(scales.noise)
     stages = PARTS[parts[-1]].begin
     for stage in stages(scales, values) if stages else ():

@@ -19,7 +19,7 @@ _RESOLVED = 2.0
 """Shortest period that fixes resolve, in usual intervals between them (the sampling theorem)."""
 _HALVES = np.array(
     # Offsets of the plain structure's numbers, all but the first, from their prior medians, in half prior standard
-    # deviations: of the fits to recorded logs and scenes the thirteen from which fits to the others climb farthest.
+    # deviations: the thirteen fits to recorded logs and scenes from which fits to the others climb farthest.
     [
     (-1, 0, -1, 0, 1, 2, 0, 5, 0, -1, 0, 0, 2, -2, 1, 2, 2, 0, 1, -1),
     (3, -1, -1, 5, -2, 2, 1, 1, 0, 0, 0, 0, 1, 0, 0, 5, 0, 0, 3, -5),
@@ -37,8 +37,8 @@ _HALVES = np.array(
     ]
 )  # fmt: skip
 _FAR_HALVES = np.array(
-    # The same for manoeuvres that begin and end between two fixes: of the fits to simulated logs of pilot vessels,
-    # ships and others, with fixes 20 s to 5 min apart, the three numbers with which the others are likeliest.
+    # The same for manoeuvres that begin and end between two fixes: three fits to simulated logs of pilot vessels,
+    # ships and others, with fixes 20 s to 5 min apart. Under these three, the other logs are likeliest.
     [
         (0, 0, -3, 1, -3, 3, 3, -1, -1, 3, 5, 3, 7, 5, 1, 0, 0, 0, 0, 0),
         (0, 0, -2, -2, -2, -2, 4, 0, -1, 5, 3, 0, 7, 5, 2, 0, 3, 1, -1, -1),
@@ -59,7 +59,7 @@ _COMPLETE = 0.7
 _SHORTEST, _LONGEST = 1.4, 40.0
 """Range (s) of the periods: from the roll of small craft to the longest swell in following seas."""
 _MOST, _BESIDE = 3, 6
-"""Most periods in a direction; least number of frequencies on either side of a line, whose median is its background."""
+"""Most periods in a direction; least number of frequencies on either side of a line; their median is its background."""
 
 
 def scales_of(record: Rows) -> Scales:
@@ -119,7 +119,7 @@ def periods_of(time: Floats, north: Floats, east: Floats) -> Periods:
             continue
         quick = (velocity - usual) * np.exp(-1j * course)
         both = np.column_stack((quick.real + speed, quick.imag + np.median(speed) * course))
-        both -= np.vander(moment, 2) @ np.polyfit(moment, both, 1)  # a steady acceleration and turn
+        both -= np.vander(moment, 2) @ np.polyfit(moment, both, 1)  # without a steady acceleration and turn
         power = np.abs(np.fft.rfft(window * both, axis=0)) ** 2
         total += np.log(power + 1e-6 * power.max(axis=0) + 1e-12)
         segments += 1

@@ -25,7 +25,7 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.estimation.vessel.structures import Structure
 
 _HELD_BACK = 0.2
-"""Share of the fixes that is held back: one part of the usual five (T. Hastie, R. Tibshirani and J. Friedman, The
+"""Share of the fixes that is held back: one fold of the usual five (T. Hastie, R. Tibshirani and J. Friedman, The
 Elements of Statistical Learning, 2nd ed., §7.10)."""
 _FEWEST = 60
 """Least number of fixes with a course: three for each number of the plain structure. Fewer determine no motion."""

@@ -30,15 +30,15 @@ _UNORDERED = 0.1
 """1σ of the change of speed in 1 s, as a share of the usual speed, while no speed is ordered. After 100 s the σ of the
 change is the usual speed."""
 _LEAST_SPEED = 0.1
-"""Share of the usual speed below which the boat's speed is not proportional to the ordered one: there its thrust, which
-grows with the square of the speed, is a hundredth of the usual one and less than the force of wind."""
+"""Share of the usual speed below which the boat's speed is not proportional to the ordered speed. Thrust grows with the
+square of the speed: here it is a hundredth of the usual thrust and less than the force of wind."""
 _SLIP, _SLIP_TIME = 0.2, 3.0
 """Sideslip in the sharpest turn, rad (11°), and the time for which it lasts, s."""
 _MISJUDGED = 0.5
 """1σ of the error of an ordered change of speed, as a share of the change: the boat's speed table may err by half."""
 _MISTURNED, _MISTURNED_TIME = 0.5, 1.0
-"""1σ of the error of the modelled yaw rate, as a share of it, and the time for which the error lasts, s. Drag grows
-with the square of the rate and halves the rate of a sharp turn; a compass shows this within a second."""
+"""1σ of the error of the modelled yaw rate, as a share of this rate, and the time for which the error lasts, s. Drag
+grows with the square of the rate and halves the rate of a sharp turn; a compass shows this within a second."""
 _HARMONICS = 0.1
 """Random walk (°/√s) of the sine and cosine terms of the compass's deviation. It covers the higher harmonics, which
 change with the heading. Chosen among 0.02 to 0.2 by the share of errors within 2σ in six runs."""
@@ -63,10 +63,10 @@ class HeadingAboard:
 
     kind: "aided" (compass, orders, GNSS velocity), "composite" (compass, orders) or "interval" (compass, orders; bounds
     over all deviations within two `deviation_std`, and the heading at `weight` between them, P4 (19)). yaw: see
-    `model_of`. limit: the largest output of the autopilot, and slew: its largest change a second, in its unit. speed:
-    the usual speed through the water, m/s; speed_time: the time constant with which it follows an ordered speed, s,
-    infinite if none is ordered. compass_std: 1σ of a reading's noise; deviation_std: 1σ of the sine and cosine terms of
-    the deviation, rad. Raises InputError for a kind or a number that is not possible.
+    `model_of`. limit: the largest output of the autopilot; slew: the largest change of this output in a second. speed:
+    the usual speed through the water, m/s; speed_time: the time constant with which the boat follows an ordered speed,
+    s, infinite if none is ordered. compass_std: 1σ of a reading's noise; deviation_std: 1σ of the sine and cosine terms
+    of the deviation, rad. Raises InputError for a kind or a number that is not possible.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class HeadingAboard:
         return self.heading, self.yaw_rate
 
     def _slip(self, velocity: float, dt: float) -> float:
-        """1σ (m/s) of the sway in a turn; larger for velocities within `_SLIP_TIME`, since their errors are alike."""
+        """1σ (m/s) of the sway in a turn; larger for velocities within `_SLIP_TIME`: their errors are correlated."""
         self._since += dt
         if math.isnan(velocity):
             return 0.0

@@ -1,8 +1,8 @@
 """Heading from propellers, an uncalibrated compass and GNSS velocity, for boats whose models are known roughly.
 
-P4 bounds the effect of a wrong compass model. Most of the error of a compass model is a scale and a deviation, most of
-that of a vehicle model is a bias of the propellers. Scale, deviation and bias are states here. GNSS velocity, which
-does not depend on the compass, makes them observable:
+P4 bounds the effect of a wrong compass model. Most of the error of a compass model is a scale and a deviation. Most of
+the error of a vehicle model is a bias of the propellers. Scale, deviation and bias are states here. GNSS velocity,
+which does not depend on the compass, makes them observable:
 
     x = [v1 v2 c1 c2 | bias of n_d | compass scale, sine and cosine of its deviation | current north, east | speed].
 
@@ -56,7 +56,7 @@ STATES = WATER_SPEED + 1
 APART = math.radians(30.0)
 """Spacing of the start headings of the filters that seek an unknown heading; half the spacing is their 1σ."""
 FARTHEST = 2.0 * math.pi
-"""Start headings extend this far either way, rad. −45° and 315° are different starts, because the compass's scale acts
+"""Largest start heading in either direction, rad. −45° and 315° are different starts, because the compass's scale acts
 on the total turn since north."""
 UNLIKELY = 1e-6
 """Probability below which a filter is given up: it would take two readings of NIS 14 to become likely again."""
@@ -68,7 +68,7 @@ _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
 class HeadingTuning:
     """Noise of every state; pairs are (1σ at first, random walk in 1σ per √s). A pair of zeros holds a state fixed."""
 
-    vehicle_std: float = 2e-4  # of each vehicle state a second
+    vehicle_std: float = 2e-4  # process noise of each vehicle state, 1σ in a second
     vehicle_start_std: float = 1e-5
     bias: tuple[float, float] = (20.0 * RPM, 0.2 * RPM)  # rad/s
     scale: tuple[float, float] = (0.3, 1e-4)
@@ -77,7 +77,7 @@ class HeadingTuning:
     velocity_std: float = 0.1  # of GNSS velocity, north and east, m/s
     speed: float = SPEED  # through the water at first, m/s
     water_speed: tuple[float, float] = (0.1, 1e-4)  # m/s
-    compass_std_deg: float = math.sqrt(STATE_VARIANCE)  # of each state of the compass a tick, as in P4 (7)
+    compass_std_deg: float = math.sqrt(STATE_VARIANCE)  # process noise of each compass state, 1σ in a tick, P4 (7)
     reading_std_deg: float = math.sqrt(READING_VARIANCE_DEG2)  # of one reading
 
     def __post_init__(self) -> None:
@@ -105,11 +105,11 @@ SCALE_ONLY = HeadingTuning(1e-7, 1e-6, (0.0, 0.0), (0.3, 0.0), (0.0, 0.0), (0.0,
 class AidedHeadingFilter(FilterBank):
     """An extended Kalman filter of heading; see the module.
 
-    heading: at the start, rad; None for unknown. Headings are unwrapped: they count turns from there.
+    heading: at the start, rad; None for unknown. Headings are unwrapped: they count turns from the start.
 
-    At the end of the last step: heading, heading_std (rad), scale (the compass's gain over the model's) with scale_std,
-    bias (rad/s), current (north, east; m/s), water_speed (m/s) and deviation (rad; sine and cosine terms). While
-    several start headings are possible, these are values of the likeliest, and heading_std covers all. An unknown
+    At the end of the last step: heading, heading_std (rad), scale (ratio of the compass's gain to the model's) with
+    scale_std, bias (rad/s), current (north, east; m/s), water_speed (m/s) and deviation (rad; sine and cosine terms).
+    While several start headings are possible, these are values of the likeliest, and heading_std covers all. An unknown
     heading is NaN until the first measurement.
     """
 
@@ -194,8 +194,8 @@ class AidedHeadingFilter(FilterBank):
         times: ArrayLike | None = None,
         slip: float = 0.0,
     ) -> float:
-        """Take a GNSS velocity (north, east, m/s; NaN for none) of now, the readings of the next dt s (rad, any number)
-        and advance by n_d (rad/s); returns the heading (rad).
+        """Take the present GNSS velocity (north, east, m/s; NaN for none) and the readings of the next dt s (rad, any
+        number), and advance by n_d (rad/s). Returns the heading (rad).
 
         slip: 1σ (m/s) of the component of the velocity through the water that is not along the bow. `readings`, `times`
         and errors: see `readings.Ticks.parts`.
@@ -239,7 +239,7 @@ def _begin(model: Floats, variances: Floats, heading: float, speed: float) -> tu
     state[3] = model[AT.shift] * state[2]
     state[SCALE], state[WATER_SPEED] = 1.0, speed
     p = np.diag(variances)
-    # Its states have the uncertainty of heading, scale and deviation, on which they settle.
+    # The compass's states are as uncertain as the heading, scale and deviation on which they settle.
     slope = np.zeros(STATES)
     slope[0], slope[SCALE] = gain * model[AT.output], gain * math.degrees(heading)
     slope[SINE], slope[COSINE] = gain * math.sin(heading), gain * math.cos(heading)

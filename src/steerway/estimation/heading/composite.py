@@ -1,7 +1,7 @@
 """Heading from propellers and compass: a Kalman filter on [vehicle; compass], P4 §3.1 completed.
 
-The paper's compass model has the heading as its input, which is the unknown. Here the vehicle model, driven by the
-propeller difference, predicts the heading, and the compass corrects it at 40 Hz: x = [v1 v2 c1 c2], heading = C v.
+The input of the paper's compass model is the heading, which is unknown. Here the vehicle model, driven by the propeller
+difference, predicts the heading, and the compass corrects it at 40 Hz: x = [v1 v2 c1 c2], heading = C v.
 
 `model` is a vector of `Parameters`; compass states and readings are in degrees as in the paper, the
 rest is SI. Readings reach the kernels as the (2, ticks) tables of `readings`.
@@ -261,8 +261,8 @@ def predict_compass(x: Floats, p: Floats, row: Floats, model: Floats) -> None:
 
 @lean_kernel
 def observe(p: Floats, pc: Floats, model: Floats, number: float) -> float:
-    """Variance of the innovation of the mean of `number` readings of one tick, P4 (6); its covariance with the state
-    into pc (n,)."""
+    """Variance of the innovation of the mean of `number` readings of one tick, P4 (6); pc (n,) receives its covariance
+    with the state."""
     for j in range(len(pc)):
         pc[j] = model[AT.k] * p[2, j]
     return model[AT.k] * pc[2] + model[AT.reading_noise] / number

@@ -44,7 +44,7 @@ PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
 
 @kernel
 def held(pole: float, step: float) -> tuple[float, float]:
-    """(pole^h, effect of an input held for h s over that of 1 s): exact for poles of steps of 1 s, 1 included."""
+    """(pole^h, effect of an input held for h s relative to 1 s): exact for poles of steps of 1 s, 1 included."""
     kept = pole**step
     return kept, step if pole == 1.0 else (kept - 1.0) / (pole - 1.0)
 
@@ -73,7 +73,7 @@ class CompassModel(NamedTuple):
 
     @property
     def gain(self) -> float:
-        """Steady reading of the compass over a constant heading."""
+        """Ratio of the steady reading of the compass to a constant heading."""
         return self.k * self.b / (1.0 - self.a1 - self.shift * self.a2)
 
     @property

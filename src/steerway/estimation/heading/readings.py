@@ -18,7 +18,7 @@ from steerway.core.errors import InputError
 from steerway.estimation.heading.models import TICK
 
 LARGEST_READING = 1e6
-"""Largest reading, rad, with the turns that it counts: 10° a second for two months."""
+"""Largest reading, rad, including the turns that it counts. At 10 °/s a boat reaches it in two months."""
 LARGEST_DIFFERENCE = 1e3
 """Largest propeller difference, rad/s, 10,000 revolutions a minute: no propeller turns faster."""
 LONGEST_STEP = 3600.0

@@ -20,7 +20,7 @@ USUAL, COUNT = range(2)
 _MEANINGLESS = 2.0
 """Ratio to the usual report up to which a report is ignored. See the logs above."""
 _FIRST = 20.0
-"""Number of fixes, those of some seconds, whose mean is the first usual value."""
+"""Number of fixes (some seconds) whose mean is the first usual value."""
 _RISE, _FALL = 3e-4, 1e-3
 """Largest change per fix of the usual value's log, up and down. The usual value thus converges to about the lower
 quartile (0.3/1.3 = 0.23): half an hour under trees does not become usual, and a start under trees is forgotten."""

@@ -181,7 +181,7 @@ def _averaged(table: Table, span: float) -> Table:
 
 
 class _Differences(NamedTuple):
-    """Of one vessel, at every lag (l,): number of known differences, sum of squares, sum of clipped squares; and the
+    """For one vessel, at every lag (l,): number of known differences, sum of squares, sum of clipped squares; and the
     differences at lag 0 (k,)."""
 
     counts: Floats
@@ -217,7 +217,7 @@ def _nearest(time: Floats, moments: Floats) -> Ints:
 def _differences(
     time: Floats, values: Floats, moments: Floats, reported: Floats, is_angle: bool = False
 ) -> _Differences:
-    """Differences of `values` at `moments` − lag from `reported`, for every lag; one at a time, to save memory."""
+    """Differences of `values` at `moments` − lag from `reported`, for every lag; one lag at a time, to save memory."""
     counts, squares, usual = np.zeros((3, len(_LAGS)))
 
     def at(lag: float) -> Floats:

@@ -59,9 +59,10 @@ def _under_way(north: Floats, east: Floats, digits: tuple[float, float]) -> Bool
 
 
 _STEPS_BESIDE = 2, 3, 4
-"""Numbers of steps before and after a repeat over which a vessel has to move; in more it may stop and go."""
+"""Numbers of steps before and after a repeat over which a vessel has to move; over more steps it may stop and go."""
 REST, REST_SPEED = 10.0, 0.3
-"""Time, s, and speed, m/s (`course.STEERAGEWAY`): at rest, a vessel moves no faster in this time before and after."""
+"""Time, s, and speed, m/s (`course.STEERAGEWAY`): at rest, a vessel is no faster in this time before and after a
+repeat."""
 HELD = 1.0
 """Longest time, s, for which repeats at the end of a record count as copies. Loggers repeat for less; a boat that stays
 at one place for longer has stopped."""
@@ -69,4 +70,4 @@ TURNED = 1e-4
 """Ratio of a step along one axis to that along the other below which it is 0. As meridians converge, a step due north
 goes a little east in the plane: by this ratio after 0.7 km at 60° of latitude."""
 FEW_STEPS = 2.5
-"""Largest step of a vessel that hardly moves, in units of the resolution: one or two, and rounding."""
+"""Largest step of a vessel that hardly moves, in units of the resolution: one or two, plus rounding."""

@@ -24,10 +24,10 @@ STEERAGEWAY = 0.3
 """Speed, m/s, above which the course of every receiver is output if its σ is small. Below it, the slow error of a
 receiver at rest looks like motion."""
 _PER_NOISE, _WHILE = 3.0, 10.0
-"""For a receiver with little noise, course is output above a speed of 3/s times its noise: that of a fix, and the
-change of its slow error within 10 s. For 0.1 m, the least noise of low-cost receivers, this is 0.3 m/s. Compared on a
-log at a berth (positions of six digits, SOG of 0.03 m/s by the receiver): 0.7 % of the rows have a course with a limit
-of 0.3 m/s, 67 % without."""
+"""For a receiver with little noise, course is output above a speed of 3/s times its noise. This noise is that of a fix
+plus the change of the slow error within 10 s. For 0.1 m, the least noise of low-cost receivers, this is 0.3 m/s.
+Compared on a log at a berth (positions of six digits, SOG of 0.03 m/s by the receiver): 0.7 % of the rows have a course
+with a limit of 0.3 m/s, 67 % without."""
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 
@@ -47,7 +47,7 @@ def least_course_speed(structures: Sequence[Weighed], steerageway: float = STEER
 def _noise_variance(model: Model) -> float:
     """Variance (m²) of the change of a fix's error within seconds, rounding included.
 
-    The displacement in 1 s by an acceleration that persists counts too: a vessel at rest moves to and fro by it.
+    The displacement in 1 s by an acceleration that persists counts too, because it moves a vessel at rest to and fro.
     """
     receiver = model.receiver[0]
     rounding = (receiver["quantum_north"] ** 2 + receiver["quantum_east"] ** 2) / 24.0
@@ -78,7 +78,7 @@ def add_unresolved(processes: np.ndarray, apart: Floats, outs: Floats) -> None:
 
 
 def fixes_apart(time: Floats, north: Floats) -> Floats:
-    """(n,) s between the fixes around every row, for a fix the shorter interval; 0 with fewer than two fixes."""
+    """(n,) s between the fixes around every row; at a fix, the shorter interval; 0 with fewer than two fixes."""
     fixed = time[np.isfinite(north)]
     if len(fixed) < 2:
         return np.zeros(len(time))

@@ -25,10 +25,10 @@ _SHARP = 0.9
 """A lag is determined if removing it multiplies the RMS difference by less than this factor. For SOG, the remaining RMS
 must also be below this share of the SOG's standard deviation. By chance, an RMS of the fewest rows is off by 7 %."""
 _SPANS = 1.0, 2.0, 4.0, 8.0
-"""Spans, s, on either side of a fix for its velocity. Noise favours long ones, turns short ones: the best match in COG
-counts."""
+"""Spans, s, on either side of a fix for its velocity. Noise favours long spans, turns favour short ones. The span with
+the best match in COG is used."""
 _POINTS = 10
-"""Points of a line on either side of a fix; with fewer, its noise depends on whether they are at fixes or between."""
+"""Points of a line on either side of a fix. With fewer, its noise depends on whether they are at fixes or between."""
 
 
 @dataclass(frozen=True)

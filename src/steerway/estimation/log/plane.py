@@ -16,10 +16,10 @@ from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
 
 LONG_STEP = 50e3
-"""Step between fixes, m, after which a fix near the place before the step is reached from there. By way of an outlier
-in another ocean it would be displaced by metres, since the angles of a triangle on the Earth do not add up to π. An
-estimate farther than this from its fix is placed by the fix before the step: over 50 km the plane errs by 3 m, over an
-ocean by a degree."""
+"""Least length, m, of a long step between fixes. A fix that returns near the place before a long step is placed from
+there. Placed by way of an outlier in another ocean, it would be displaced by metres, since the angles of a triangle on
+the Earth do not add up to π. An estimate farther than this from its fix is placed by the fix before the step: over 50
+km the plane errs by 3 m, over an ocean by a degree."""
 
 
 class Plane(NamedTuple):
@@ -42,10 +42,10 @@ def step_between(
 ) -> tuple[float, float, float]:
     """North and east (m) of a fix from the one before, and the convergence of meridians (rad).
 
-    The chord in the tangent planes of both ends: the same there and back.
+    The step is the mean of the chord in the tangent planes of both ends: the step back has the same length.
     """
     if latitude == latitude_there and longitude == longitude_there:
-        return 0.0, 0.0, 0.0  # exactly, which products and sums rounded at once would miss
+        return 0.0, 0.0, 0.0  # exactly 0, which fused multiply–add operations would miss
     x, y, z = _place(latitude, longitude)
     x_there, y_there, z_there = _place(latitude_there, longitude_there)
     x, y, z = x_there - x, y_there - y, z_there - z
@@ -84,7 +84,7 @@ def laid_out(latitude: Floats, longitude: Floats) -> Plane:
 def _returned(
     latitude: Floats, longitude: Floats, north: Floats, east: Floats, convergence: Floats
 ) -> tuple[Ints, Ints]:
-    """Let long steps that lead back home begin there, in place.
+    """Let long steps that lead back home begin at the home, in place.
 
     Returns the fix (n − 1,) at which every step begins, and the home (n,) of every fix.
     """

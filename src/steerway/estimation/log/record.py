@@ -95,7 +95,7 @@ _ANTENNAS, _SURE, _CHORD = 0.2, 6.0, 10
 """Least offset that shows two antennas, in m, and in standard errors; and number of intervals before and after a fix
 over which its course is computed. Antennas nearer than 0.2 m, treated as one, change SOG by less than 0.02 m/s in a
 turn of 10 °/s. The offset of a single receiver is up to 2.5 standard errors in scenes and 0.7 in 14 recorded logs; in a
-table that repeats every fix it is 29, but 7 mm. For two receivers 1.1 m apart it is 60."""
+table that repeats every fix it is 29, but only 7 mm. For two receivers 1.1 m apart it is 60."""
 _OF_MEDIAN = 2.0
 """Standard error of the median of n departures, times √n over their σ: √(π/2) for a median, times √(8/3) because
 successive departures, with alternating sign, share white noise."""
@@ -137,7 +137,7 @@ def of_other_receiver(time: Floats, north: Floats, east: Floats, digit: float = 
 LONG, _LONG_FOR = 60.0, 5.0
 """A fit restarts after a gap of more than 60 s and 5 usual intervals: one fix after it determines no number."""
 _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
-"""Of a long record: number of pieces; number of bursts; share of the rows in bursts; rows between changes of phase."""
+"""For a long record: number of pieces; number of bursts; share of the rows in bursts; rows between changes of phase."""
 
 
 _HELD = 0.5
@@ -332,5 +332,5 @@ def predictions(record: Rows) -> Ints:
     """Number of predictions from each row to the next, (n - 1,)."""
     intervals = np.diff(record.time)
     intervals[record.restarts - 1] = 0.0
-    different, places = np.unique(intervals, return_inverse=True)  # a receiver has few different ones
+    different, places = np.unique(intervals, return_inverse=True)  # a receiver has few different intervals
     return np.array([steps_in(interval) for interval in different], np.int64)[places]

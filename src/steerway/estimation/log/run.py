@@ -60,8 +60,8 @@ from steerway.estimation.vessel.structures import Structure, medians_of
 UNKNOWN_SPEED = 3.0
 """Largest 1σ, m/s, of a speed that is output after a start: about a third of the prior 1σ, `bank.START_SPEED_STD`."""
 _BLOCK, _OVERLAP = 20_000, 2_000
-"""Predictions in a block, which bounds the memory, and predictions after it from which the smoother starts: minutes,
-long enough to forget every motion."""
+"""Number of predictions in a block, which bounds the memory, and number of predictions after the block from which the
+smoother starts: minutes, long enough to forget every motion."""
 _NONE = np.empty(0)
 
 

@@ -25,7 +25,7 @@ of the fixed point, for a fix at 1.5σ within 10⁻⁶."""
 
 @kernel
 def saturated(speed: float, low: float, high: float) -> float:
-    """|speed| held between `low` and `high`: the intention of (20); as printed it is 0.25 for every speed."""
+    """|speed| held between `low` and `high`: the intention of (20). As printed, (20) is 0.25 for every speed."""
     return min(max(abs(speed), low), high)
 
 
@@ -105,7 +105,7 @@ def learn(x: Floats, p: Floats, north: float, east: float, shape: Floats, scale:
 
 
 class VariationalNoise:
-    """A `FixNoise` (see `vessel_filter`) that estimates the variances of fixes, north and east apart.
+    """A `FixNoise` (see `vessel_filter`) that estimates the variances of fixes, north and east separately.
 
     `memory`: number of fixes over which the evidence decays; `confidence`: weight of the initial variance in fixes.
     Raises InputError for a memory that is not above 1.

@@ -62,7 +62,7 @@ class ObserverGains:
     def of_inertia(cls, inertia: ArrayLike) -> Self:
         """Gains for fixes about a second apart and a compass at 10 Hz, without a wave filter.
 
-        They are proportional to the diagonal of M (3, 3), by factors with the least error of CyberShip II in a varying
+        They are proportional to the diagonal of M (3, 3). The factors minimise the error of CyberShip II in a varying
         force.
         """
         surge, sway, yaw = array_of("inertia", inertia, (3, 3)).diagonal().tolist()
@@ -73,7 +73,7 @@ class ObserverGains:
         )
 
     def out_of_order(self) -> str:
-        """What violates 1/T_b ≪ K3/K4 < ω₀ < ω_c, the condition of a passive observer; empty if it holds.
+        """The violation of 1/T_b ≪ K3/K4 < ω₀ < ω_c, the condition of a passive observer, in words; empty if it holds.
 
         ≪ means a fifth or less.
         """

@@ -116,7 +116,7 @@ class VesselNoise:
         return WITH_WAVES if self.wave_std else WITH_FORCE if any(self.force_std) else BODY
 
     def densities(self) -> Floats:
-        """Spectral densities of all states: a process of 1σ σ with time constant T is driven by 2σ²/T."""
+        """Spectral densities of all states: a process of standard deviation σ and time constant T has 2σ²/T."""
         force = [2.0 * std**2 / self.force_time for std in self.force_std]
         wave = 4.0 * self.wave_damping * self.wave_frequency * self.wave_std**2
         return np.array([0.0, 0.0, 0.0, *self.acceleration, *force, 0.0, 0.0, wave, wave])[: self.states]
@@ -178,11 +178,10 @@ class VesselFilter:
     """The Kalman filter of this module, with the interface `Observer`.
 
     Args:
-        inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² and their like per second.
-        noise: of the vessel and its environment.
-        gate: on the NIS of a fix; inf takes every fix.
-        fix_noise: a `FixNoise` in place of `noise.position_std`.
-        scheduled: densities of the acceleration from the estimated (surge, sway), see `changing_noise`.
+        inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² for M and the same per second for D. noise: of
+        the vessel and its environment. gate: on the NIS of a fix; inf takes every fix. fix_noise: a `FixNoise` in place
+        of `noise.position_std`. scheduled: densities of the acceleration from the estimated (surge, sway), see
+        `changing_noise`.
 
     Raises InputError for matrices that are not (3, 3).
     """

@@ -4,7 +4,7 @@ A conflict is a mean difference of the two, over a short or a long window, that 
 instrument is the one whose offset to the others has changed, by the likelihood of the changes. Over a short lag,
 offsets are to a speed integrated from an accelerometer; over a long lag, to a third instrument: the speed of a model,
 which errs most while the speed changes. The 1σ of the model's drift is the change that both offsets have lately shared,
-or a part of the change of speed if that is larger.
+or a share of the change of speed if that is larger.
 """
 
 import math
@@ -55,9 +55,9 @@ class _Record(NamedTuple):
 
 
 class FaultVote:
-    """Compares instruments 0 and 1 with white errors of `stds`.
+    """Compares instruments 0 and 1, whose white errors have the 1σ `stds`.
 
-    `excluded` is the faulty one, or None; `conflict` whether they differ and the faulty one cannot be identified.
+    `excluded` is the faulty instrument, or None; `conflict`: they differ, and the faulty one cannot be identified.
     """
 
     def __init__(self, stds: tuple[float, float]) -> None:
@@ -125,7 +125,7 @@ def _difference(record: _Record, window: float, explained: float) -> tuple[float
 def _judge(
     record: _Record, excluded: int, since: float, explained: float, drift: float
 ) -> tuple[int, bool, float, float]:
-    """(excluded or NONE, whether a conflict is unsettled, mean difference and window as of `FaultVote.judge`)."""
+    """(excluded or NONE, whether a conflict is unsettled, mean difference and window as in `FaultVote.judge`)."""
     if excluded != NONE:
         # Readmitted only when the long mean, made of readings since, is well within what noise explains.
         difference, most = _difference(record, LONG, explained)
@@ -146,7 +146,7 @@ def _judge(
 
 @kernel
 def _change(record: _Record, which: int, window: float, lag: float, column: int) -> tuple[float, float]:
-    """(change of an offset over a lag, its variance in units of one reading's); NaN where it is not known."""
+    """(change of an offset over a lag, its variance relative to that of one reading); NaN where it is not known."""
     now, n = _mean(record, which, window, 0.0, column)
     before, m = _mean(record, which, window, lag, column)
     if min(n, m) < 2:

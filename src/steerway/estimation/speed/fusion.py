@@ -27,7 +27,7 @@ class FaultEvent:
 
 
 class SurgeFusion(SurgeFilter):
-    """A `SurgeFilter` with fault detection: `step` runs at the accelerometer's rate; others measure at theirs.
+    """A `SurgeFilter` with fault detection: `step` runs at the accelerometer's rate; other instruments have their own.
 
     `events`: exclusions and readmissions; `excluded`: the aid that is left out now, or None.
     """
@@ -75,7 +75,7 @@ class SurgeFusion(SurgeFilter):
 
     @property
     def filter(self) -> SurgeFilter:
-        """The fusion itself, as in scripts for earlier versions."""
+        """The fusion itself, for scripts written for earlier versions."""
         return self
 
     @property
@@ -102,7 +102,7 @@ class SurgeFusion(SurgeFilter):
             measured[self._vote.excluded] = math.nan
 
     def _watch(self) -> None:
-        """Time rejections; after `UNBROKEN_REJECTION` s of them reset the accelerometer's errors, or the current."""
+        """Note when rejections began; after `UNBROKEN_REJECTION` s reset the accelerometer's errors, or the current."""
         for which, nis in enumerate(self.nis):
             if math.isnan(nis):
                 continue

@@ -33,9 +33,9 @@ _STATE = STATES
 class SurgeTuning:
     """1σ of everything, in m/s and m/s²; times in s.
 
-    Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` of
-    a Gauss–Markov bias over `bias_time` (a random walk with its growth at first), `leak_std` of gravity over
-    `leak_time`; `unmeasured` the density in m/s²/√Hz of accelerations while none is measured. `current_std` at the
+    Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` of a
+    Gauss–Markov bias over `bias_time` (modelled as a random walk with the same growth at first), `leak_std` of gravity
+    over `leak_time`; `unmeasured` the density in m/s²/√Hz of accelerations while none is measured. `current_std` at the
     start, `current_walk` m/s/√s after; `scale_std` of the log's scale error and `scale_walk` 1/√s after, 0 for a log
     without one. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. Defaults: P3 Table III's
     instruments, with the scale error that data sheets of Doppler logs state.
@@ -108,7 +108,7 @@ class SurgeFilter:
         water_speed: float = math.nan,
         propeller_speed: float = math.nan,
     ) -> tuple[float, float, float, float]:
-        """Take measured speeds of now (m/s, along the hull, NaN for none). Returns their NIS: above 10.8 rejected."""
+        """Take present speeds (m/s, along the hull, NaN for none). Returns their NIS; those above 10.8 are rejected."""
         return _aid(self._filter_state, sog, bottom_speed, water_speed, propeller_speed, self._model)
 
     def open(self, state: int, variance: float) -> None:

@@ -34,15 +34,15 @@ metres."""
 MANOEUVRES = 60.0
 """Mean time, s, between manoeuvres that no order explains. The value is chosen."""
 _LARGEST_GAIN = 2.5
-"""Largest estimated gain over the declared one; the least is its inverse. Chosen: beyond it, the boat is not the
-declared one."""
+"""Largest ratio of the estimated gain to the declared gain; the least ratio is its inverse. Chosen: beyond it, the boat
+is not the declared one."""
 _SHORTEST, _LONGEST = 0.05, 2.5
-"""Bounds of the estimated time constant over the declared one. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
+"""Bounds of the ratio of estimated to declared time constant. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
 _LONGEST_SLIP = 2.0
 """Largest time constant of the sway, s. Chosen: small boats slip for 0.2 to 1 s."""
 _ASTERN = 2.0
 """A negative speed through the water beyond this many of its σ counts as motion astern. By chance, a speed of 0 is
-beyond them once in 44 times (normal, one tail)."""
+beyond this limit once in 44 times (normal, one tail)."""
 GOOD, MANOEUVRED, REFUSED = range(3)
 
 

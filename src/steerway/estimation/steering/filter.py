@@ -28,15 +28,15 @@ from steerway.estimation.steering.start import (
 )
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
-"""Least time (s), least number of fixes and longest time (s) of the first straight line. Chosen: in longer a boat
-turns."""
+"""Least time (s), least number of fixes and longest time (s) of the first straight line. Chosen: in a longer time a
+boat turns."""
 _START_STD = 0.1
 """The filter starts when 1σ of the first velocity is below this share of the usual speed. Chosen: the direction is then
 known to 6°."""
 _CHANGES = 0.15
 """1σ of the difference between the velocity at the end of the first line and the mean along it, as a share of the usual
-speed. For vehicles with a speed loop of their own or a known throttle. Chosen: a boat that starts gains a share of 0.1
-in 1 s."""
+speed. It applies to vehicles with a speed loop of their own or a known throttle. Chosen: a boat that starts gains a
+tenth of the usual speed in 1 s."""
 _LOST = 3.0
 """Time, s, of unbroken refusals after which the fixes are used: the receiver's position has jumped. Chosen: longer than
 `core.statistics.UNBROKEN_REJECTION`, because the orders determine the motion meanwhile."""
@@ -54,7 +54,7 @@ _REST, _UNKNOWN_STD = 0.25, 1.5
 time constants of its speed); and least 1σ of the heading at rest, rad. Chosen: uniform directions have π/√3 = 1.8.
 """
 _GATHERED = 1.4
-"""A driven boat counts as moving after this many time constants of its speed. Chosen: it then has 75 % of its speed."""
+"""A driven boat counts as moving after this many time constants of its speed. Chosen: 75 % of the final speed."""
 _UNSTEADY, _SETTLING = 0.25, 5.0
 """1σ of the speed about the modelled response while a vehicle's own speed loop settles, as a share of the usual speed,
 and the settling time, s. Chosen: ArduPilot's Rover begins without thrust; a motorboat loses a third of its speed."""
@@ -62,7 +62,7 @@ _DRIVEN_NOISE = 0.12
 """1σ of the speed about the one that the throttle yields, as a share of the usual speed. The value is chosen."""
 _FULL = 0.95
 """Share of the top speed above which a throttle counts as full. Chosen: without it, orders that a vehicle cannot carry
-out in a current taught a wrong gain of the speed, 0.78 for 1."""
+out in a current gave a wrong gain of the speed, 0.78 instead of 1."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
 """1σ of a measured yaw rate, rad/s, and the error of its time, s. Chosen: the latter is half the interval at which
 vehicles send the yaw rate.
@@ -101,7 +101,7 @@ class SteeringFilter:
         self._at_first = response._replace(speed_noise=unsteady).packed
         self._driven = response._replace(speed_noise=_DRIVEN_NOISE, over_ground=False).packed
         self._is_by_throttle = False  # whether the last ordered speed is the one that the throttle yields
-        self._forgets = False  # whether the gain of the speed is learned anew with the next order of a speed
+        self._forgets = False  # whether the gain of the speed is reset at the next order of a speed
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
         self._misfit = 2.0  # mean NIS of the latest fixes
@@ -151,7 +151,7 @@ class SteeringFilter:
 
     @property
     def _oldest(self) -> float:
-        """Orders before this time have no further effect."""
+        """The time before which orders have no further effect."""
         return self._time - 1.0 if self.started else math.inf
 
     def fix(
@@ -221,7 +221,7 @@ class SteeringFilter:
         self._larger[what] += _LEARNED * (min(larger * nis, _WORST) - self._larger[what])
 
     def _way(self, time: float) -> float:
-        """1σ (m/s) of the speed through the water of a boat at rest with an idling motor; inf if it is not."""
+        """1σ (m/s) of the speed through the water of a boat at rest with an idling motor; inf for any other boat."""
         if math.isfinite(self._orders[-1][1]):
             return math.inf
         left = math.exp(min((self.idle_since - time) / self.response.speed_time, 0.0))
@@ -245,7 +245,7 @@ class SteeringFilter:
     def _forget_heading(self) -> None:
         """Make the heading unknown if the boat has no order and no gyro and is at rest in the water: no fix shows it.
 
-        The current hardly changes. If the velocity over ground does, the boat is under way: hypotheses are made again.
+        The current hardly changes. If the velocity over ground changes, the boat moves: hypotheses are made again.
         """
         slow = _REST * self.response.speed
         if math.isfinite(self._orders[-1][1]) or np.any(self._mixture.states[:, WATER_SPEED] > slow):

@@ -28,8 +28,8 @@ from steerway.estimation.steering.motion import (
 )
 
 _IMPROBABLE = -9.0
-"""Log weight, relative to the most probable hypothesis, below which one is dropped: a ratio of 1.2·10⁻⁴. Chosen:
-without it, the mean moves by less than this share of the distance to it."""
+"""Log weight, relative to the most probable hypothesis, below which a hypothesis is dropped: a ratio of 1.2·10⁻⁴.
+Chosen: dropping it moves the mean by less than this share of the distance to it."""
 _RATE_SHARE = 0.15
 """1σ of the course rate that the hull's changing slip adds at the beginning and end of a turn, as a share of the course
 rate. Chosen on ten seeds of `otter-mission`: in turns of 5 °/s and more the error was 1.1 °/s RMS, but σ 0.3."""

@@ -2,23 +2,23 @@
 
 States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c ρ]: position (m); current (m/s); speed through the
 water along the bow (m/s); heading of the bow (rad); yaw rate (rad/s); gain of its response to orders (1: as declared);
-bias of the yaw rate, and what the wind adds to it (rad/s); linear damping minus the declared one; time constant over
-the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of the
-gyro (rad/s); deviation of the compass (rad); share of the current that the vehicle's own speed loop compensates.
+bias of the yaw rate, and what the wind adds to it (rad/s); linear damping minus, and time constant over, the declared
+one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of the gyro (rad/s);
+deviation of the compass (rad); share of the current that the vehicle's own speed loop compensates.
 
 The yaw rate answers an ordered rate u by Nomoto's first-order model with Norrbin's damping (Fossen, Handbook of Marine
 Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3), with d = d_0 − m U_r²:
 τ T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ.
 The Munk moment of a slender hull grows with the square of the speed, hence m. The moment of wind and leeway keeps its
 direction in the earth: its estimate from one leg holds on the next. A vehicle's own yaw-rate loop may have an integral
-i, which compensates errors of the rate: ḃ = i (u − r). After a turn it turns the boat on. The bias is as uncertain as
-the integral. The rate becomes more uncertain in an ordered turn, as the response is uncertain, and not between turns.
+i, which compensates errors of the rate: ḃ = i (u − r). After a turn, the integral turns the boat further. The bias is
+as uncertain as the integral. The rate becomes more uncertain in ordered turns only, because the response is uncertain.
 
 The speed tends to k times an ordered one, minus ρ times the current along the bow. For a loop that holds the speed over
 ground ρ is 1, for one that holds the throttle 0. In a turn, a hull keeps its motion until the water turns it,
 v̇ = −v/s − U_r r: the boat slips outwards by s U_r r. The position is that of the pivot point, whose only motion across
-the bow is this sway. It includes errors of the receiver that are slower than the slow error. The deviation of the
-compass changes with the heading. Covariances are full matrices, not upper triangles.
+the bow is this sway. The position includes errors of the receiver that are slower than the slow error. The deviation of
+the compass changes with the heading. Covariances are full matrices, not upper triangles.
 """
 
 import math

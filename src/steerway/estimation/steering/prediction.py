@@ -51,7 +51,7 @@ yaw-rate loop of its own this is 0. Chosen: in corners of 120° to 150° a boat 
 to 7 °/s less than estimated, and left the corner by 0.2 m more."""
 _BEHIND = 1.0
 """Time, s, by which a vehicle's yaw rate lags its order. What the integral of its own yaw-rate loop adds in this time
-is uncertain: the integral may be absent or twice as large as declared. Chosen: four times as long gains nothing."""
+is uncertain: the integral may be absent or twice as large as declared. Chosen: 4 s gains nothing."""
 DEVIATION_STD = math.radians(10.0)
 """1σ of the deviation of a compass, rad. Chosen: equal to that of the crab angle in `estimation.vessel.aids.TABLE`."""
 _DEVIATES = 1.0
@@ -60,7 +60,7 @@ have terms in ψ and in 2ψ."""
 _GYRO_WALK = math.radians(0.01)
 """Random walk of the bias of a gyro, rad/s per √s. The value is chosen."""
 _UNLIKE = 0.2
-"""1σ of the error of the modelled sway, as a share of it. The value is chosen."""
+"""1σ of the error of the modelled sway, as a share of this sway. The value is chosen."""
 
 
 @lean_kernel
@@ -265,7 +265,7 @@ def predict_bank(
 ) -> None:
     """All states (m, 21) and covariances (m, 21, 21) from time start to stop, in place.
 
-    orders: (k, 3), rows of time, and the yaw rate and speed in force from then on. The first also holds before.
+    orders: (k, 3), rows of time, and the yaw rate and speed in force from then on. The first row also holds before.
     """
     f, work = np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
     k = 0

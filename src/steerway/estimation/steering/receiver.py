@@ -11,8 +11,8 @@ from collections.abc import Collection
 import numpy as np
 
 _KEPT, _LEAST = 200, 12
-"""Number of third differences of which the median is taken, and the least number. Chosen: the noise is then known to 5
-and 21 % at best, 1/(2 ln 2 √n)."""
+"""Number of third differences of which the median is taken, and the least number. Chosen: at best, the noise is known
+to 5 % with the first number and to 21 % with the second, 1/(2 ln 2 √n)."""
 _REGULAR = 0.2
 """Relative difference of intervals above which fixes are unevenly spaced. Chosen: one lost fix is a difference of 1."""
 _SPREAD = 20.0 * 2.0 * math.log(2.0)
@@ -24,7 +24,7 @@ _PATH, _EVERY, _PATHS = 10.0, 2.0, 15
 most stretches of 38 s are straight."""
 _SURE = 1.2
 """Ratio of the residuals to the white noise above which there is a slow error. In 30 records of 60 s of white noise
-alone, 1 at 1 Hz and none at 5 Hz shows a slow error; with a ratio of 1, 14 and 12 do."""
+alone, 1 at 1 Hz and none at 5 Hz shows a slow error; with a ratio of 1, 14 at 1 Hz and 12 at 5 Hz do."""
 _LEFT = 0.3
 """Share of the variance of a slow error that remains in the residuals. For a first-order Gauss–Markov process of 5 s it
 is 0.23 with fixes at 1 Hz and 0.17 at 10 Hz (trace of residual projection times covariance). Chosen above both, so that

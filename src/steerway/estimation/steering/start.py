@@ -48,11 +48,11 @@ it is 0.10, 0.11 and 0.14 m/s, 92 % within 2σ.
 _GYRO_STD = math.radians(0.3)
 """1σ of the bias of a gyro at the start, rad/s. Chosen: vehicles calibrate their gyros when they are switched on."""
 _MADE_UP_STD = 0.5
-"""1σ, at the start, of the share of the current that a vehicle's own speed loop compensates. Chosen: some vehicles hold
-their throttle, which compensates nothing."""
+"""1σ, at the start, of the share of the current that a vehicle's own speed loop compensates. Chosen: the share is 0 for
+a vehicle that holds its throttle."""
 _DRIFTS, _STANDS = 1.0, 3.0
 """Costs (−log probability) of a boat that moves with the current alone, and of one that stands still over ground by
-stemming it. Chosen: weights of 0.37 and 0.05."""
+stemming the current. Chosen: weights of 0.37 and 0.05."""
 
 
 def straight_line(

@@ -22,9 +22,9 @@ _DEG = math.pi / 180.0
 class Aid(NamedTuple):
     """Declaration of an aid.
 
-    priors: of the numbers that are inferred from a log: the noise, then standard deviation and time constant of the
-    companion. Each is a median, which is also a profile's default, and the σ of the logarithm (0.7: a factor of 2; 1.2:
-    one of 3.3). They are chosen for instruments on the market.
+    priors: those of the numbers that are inferred from a log: the noise, then standard deviation and time constant of
+    the companion. Each is a median, which is also a profile's default, and the σ of the logarithm (0.7: a factor of 2;
+    1.2: one of 3.3). They are chosen for instruments on the market.
     """
 
     name: str  # column of `Fixes`

@@ -29,7 +29,7 @@ _LARGEST_START_RATE = math.radians(20.0)
 """Largest 1σ (rad/s) of the course rate at the start: a small craft in a hard turn."""
 _AGES, _AGES_SMOOTHED = (0.8,), (0.8, 0.3, 0.1)
 """Mean durations, in mean turns, of the modes of a course just taken up, the youngest last. A course just taken up is
-uncertain; in one mode with courses held for long, it would keep them uncertain too. The duration is about one turn, in
+uncertain; in one mode with courses held for long, it would keep those uncertain too. The duration is about one turn, in
 which the rest of the turn dies away. A smoother sees a course from both sides, so that one mode for all ages loses
 more: held courses then err by 14 % more at 2.5 m of noise, and by 4 % more at 0.5 m. Ages of turns improve nothing.
 Judged by `steerway study estimator-limits`."""

@@ -28,7 +28,7 @@ bound, yaw with the period of the roll was fitted as course."""
 _SHORTEST_WAVE = 2.0
 """Shortest period (s) of waves in a fit: shorter ones, under 6 m long (g T²/2π), move no vessel to and fro."""
 _WAVE = 3.0
-"""Shortest period (s) of a line across the track from which the fit of yaw starts; without one it starts from
+"""Shortest period (s) of a line across the track from which the fit of yaw starts; without such a line it starts from
 `UNKNOWN_PERIODS`. Faster lines are tried as roll of the antenna. If yaw starts from all lines, a roll of 2.5 s is
 fitted as yaw, and the log evidence is 1,100 lower. Surge starts from all lines above `_SHORTEST_WAVE`, even strokes of
 oars."""

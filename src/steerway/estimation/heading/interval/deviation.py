@@ -2,8 +2,8 @@
 
 The interval filter of P4 (11)–(15) with a box of deviations δ in ± D instead of coefficients, for a compass without
 memory that reads ψ + δ + υ. Its gain (13) and covariance (12), (15) do not depend on δ and are plain numbers. The
-filter is linear: the middle of the bounds is the estimate for δ = 0, and half their distance follows absolute values.
-The bounds stay some 2 D apart, whereas bounds over coefficients diverge.
+filter is linear: the middle of the bounds is the estimate for δ = 0; half their distance is propagated with the
+absolute values of the coefficients. The bounds stay some 2 D apart, whereas bounds over coefficients diverge.
 
 The heading has two parts, ψ = h1 + h2, P4 (2). The filter keeps intervals of ψ and of q = h2 − ρ ψ, with ρ the
 regression of h2 on ψ. A reading corrects h2 by ρ times as much as ψ, so that q does not change and ψ contracts.
@@ -44,9 +44,9 @@ class _Part(NamedTuple):
 class DeviationBounds:
     """Bounds `low` and `high` (rad) of the Kalman filter's heading over all deviations in the box.
 
-    yaw: the boat. deviation: D; reading_std: 1σ of a reading's noise; start_std: 1σ of the first heading, which is 0;
-    all rad. vehicle_std: process noise of each of the boat's states, rad/√s. Readings are modulo a turn. Raises
-    InputError for numbers below 0, and for a reading_std of 0.
+    yaw: model of the boat. deviation: D; reading_std: 1σ of a reading's noise; start_std: 1σ of the first heading,
+    which is 0; all rad. vehicle_std: process noise of each of the boat's states, rad/√s. Readings are modulo a turn.
+    Raises InputError for numbers below 0, and for a reading_std of 0.
     """
 
     def __init__(

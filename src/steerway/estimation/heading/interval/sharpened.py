@@ -49,7 +49,8 @@ SETTLING = 400
 
 @kernel
 def coordinates(box: Floats) -> Floats:
-    """(4,) coordinates for a box, by the Kalman filter of its middle. Any give valid bounds; these keep them close."""
+    """(4,) coordinates for a box, by the Kalman filter of its middle. Any coordinates are valid; these keep the bounds
+    close."""
     a1, a2, shift, b, k = box[AT.a1].mean(), box[AT.a2].mean(), box[AT.shift].mean(), box[AT.b].mean(), box[AT.k].mean()
     noise, extra = box[AT.compass_noise].mean(), box[AT.reading_noise].mean() / k**2
     p_11, p_12, p_22 = noise, 0.0, noise

@@ -1,7 +1,8 @@
 """One heading from bounds: inf + w (sup − inf), P4 (19), and a network that estimates w from a filter's innovations.
 
 The network is P4's idea (§6): innovations of the nominal filter depend on the error of its compass model. Inputs are
-means of the innovation over the last 1 to 200 s and its sum, and the same of the heading: a gain's error grows with it.
+means of the innovation over the last 1 to 200 s and its sum, and the same of the heading: the effect of a wrong gain
+grows with it.
 """
 
 import math
@@ -21,7 +22,7 @@ from steerway.estimation.heading.model_bank import ModelBank, corners
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
 """Time constants of the means, s. The networks of this package were trained with them."""
 WEIGHTS = {"weight": "weight.npz", "innovations": "weight_innovations.npz", "correction": "correction.npz"}
-"""Networks: of the weight; of the weight by innovations alone; of a correction of the nominal heading."""
+"""Network files: the weight; the weight from innovations alone; a correction of the nominal heading."""
 
 
 def weighted(low: float, high: float, weight: float) -> float:
