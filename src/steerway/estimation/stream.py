@@ -312,7 +312,7 @@ class FiveStateFilter:
 
     @property
     def gyro_bias(self) -> float:
-        """Estimated bias of the yaw gyro, rad/s; NaN where the profile and the aids make no such state."""
+        """Estimated bias of the yaw gyro, rad/s; NaN if profile and aids give no such state."""
         return self._running.gyro_bias()
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:

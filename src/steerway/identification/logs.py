@@ -42,9 +42,9 @@ def read_steering(path: str | PathLike[str], rudder: str | None = None, angle: s
 
     Args:
         path: the file.
-        rudder: the column of the rudder; None: found by its name. If its name has no unit, a rudder is in degrees and a
-        moment in N·m; a column `yaw` is not converted. angle: the column of heading or course; None: the heading, else
-        the course, if there is one.
+        rudder: the column of the rudder; None: found by its name. If its name has no unit, a rudder is in degrees
+            and a moment in N·m; a column `yaw` is not converted.
+        angle: the column of heading or course; None: the heading, else the course, if there is one.
 
     Raises InputError if the file cannot be read or a column that is needed is missing.
     """

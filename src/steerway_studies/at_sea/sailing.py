@@ -102,7 +102,8 @@ def all_cases() -> list[Case]:
 
 
 GATE = 0.75, 1.5
-"""Bounds, s, of the time of unbroken rejections, three intervals of the fixes, after which the autopilot stops."""
+"""Bounds, s, of the time of unbroken rejections after which the autopilot stops. The time is three intervals of the
+fixes."""
 
 
 class JudgedRun(NamedTuple):

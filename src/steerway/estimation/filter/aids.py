@@ -2,7 +2,8 @@
 
 heading = χ − crab angle, speed through water = U − current along the course, yaw rate = course rate + gyro bias. The
 crab angle, the current and the bias may be states, each called the companion of its aid. The receiver's SOG and COG
-have slow errors as companions, since receivers filter velocity. SOG and COG together are a vector, defined at rest too.
+have slow errors as companions, since receivers filter velocity. SOG and COG together are a vector, also defined at
+rest.
 """
 
 import math

@@ -17,7 +17,8 @@ _NARROW, _FAR = 0.2, 25.0
 """Least width of a cell, and largest distance of its near end, in σ of the predicted fix. For other cells the added
 variance is used. The density hardly changes within a narrow cell, and is below 10⁻¹³⁰ in a far one."""
 REGULAR = 0.03
-"""Variance added to a predicted fix, over q²/12; its σ is 0.05 q. It keeps a covariance without noise regular."""
+"""Variance added to a predicted fix, as a share of q²/12 (σ of 0.05 q). Without noise, it keeps the covariance
+regular."""
 
 
 class Interval(NamedTuple):

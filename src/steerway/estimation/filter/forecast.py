@@ -46,9 +46,9 @@ NODES = 48
 """Points of the midpoint rule. With 96, mean and covariance of the voyages of `tests/test_prediction.py`, which
 compares them with Monte Carlo, change by less than 10⁻⁴ of the spread."""
 SPEED_SHARE, SPEED_ROOM = 0.5, 1.0
-"""Bound of the 1σ that accelerations add to a speed: a share of the speed, plus m/s. A random walk would have no bound.
-Compared on AIS of the Solent, for vessels at 2.5 m/s or more, ten minutes ahead: with 0.3 and 0.5 m/s, 95 % ellipses
-contain 94 % of the positions for even MMSI and 88 % for odd MMSI; with 0.5 and 1 m/s, 96 and 95 %."""
+"""Bound of the 1σ that accelerations add to a speed: a share of the speed, plus a constant (m/s). A random walk would
+have no bound. Compared on AIS of the Solent, for vessels at 2.5 m/s or more, ten minutes ahead: with 0.3 and 0.5 m/s,
+95 % ellipses contain 94 % of the positions for even MMSI and 88 % for odd MMSI; with 0.5 and 1 m/s, 96 and 95 %."""
 DRIFT_TIME = 200.0
 """Time constant of the velocity of a drifting vessel, s: gusts and eddies last some minutes."""
 _NO_PROCESS = np.zeros(1, PROCESS)

@@ -3,7 +3,8 @@
 Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the held course rate. Further
 states are shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., §8.2 and
 §10.2). Each is a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts on a
-quantity below. Waves act on the course: they swing a vessel about it. Acting on the rate, they would change its mean.
+quantity below. Waves act on the course: they swing a vessel about it. Acting on the rate, they would change the mean
+course.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course (m/s). It
 stays regular at rest, where the course is undefined.
@@ -79,7 +80,7 @@ class Aid(Protocol):
 
 
 class Step(Protocol):
-    """A prediction in one mode. Noise is given for every m/s of speed where it acts across the course."""
+    """A prediction in one mode. Noise that acts across the course is given per m/s of speed."""
 
     dt: float  # length, s
     way: float  # distance that a unit of speed covers

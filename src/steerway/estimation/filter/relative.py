@@ -22,7 +22,7 @@ course then has a σ of a fifth of a radian, and the two corrections differ by a
 def is_steady(speed: float, along: float, across: float) -> bool:
     """Whether velocities near this one are compared as speeds and courses, not as vectors.
 
-    The mean vector of equal speeds on different courses is slower than these. along, across: variances (m²/s²).
+    The mean of velocity vectors of one speed on different courses is slower. along, across: variances (m²/s²).
     """
     way = speed * speed
     return way > _STEADY**2 * across or way > max(_STEADY**2 * along, across)

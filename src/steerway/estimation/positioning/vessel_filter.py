@@ -178,10 +178,11 @@ class VesselFilter:
     """The Kalman filter of this module, with the interface `Observer`.
 
     Args:
-        inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² for M and the same per second for D. noise: of
-        the vessel and its environment. gate: on the NIS of a fix; inf takes every fix. fix_noise: a `FixNoise` in place
-        of `noise.position_std`. scheduled: densities of the acceleration from the estimated (surge, sway), see
-        `changing_noise`.
+        inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² for M and the same per second for D.
+        noise: of the vessel and its environment.
+        gate: on the NIS of a fix; inf takes every fix.
+        fix_noise: a `FixNoise` in place of `noise.position_std`.
+        scheduled: densities of the acceleration from the estimated (surge, sway), see `changing_noise`.
 
     Raises InputError for matrices that are not (3, 3).
     """

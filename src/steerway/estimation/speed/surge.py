@@ -196,7 +196,7 @@ def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats
 
 @kernel
 def _take_log(x: Floats, p: Floats, work: Floats, reading: float, through_water: bool, variance: float) -> float:
-    """A reading (1 + k)(u − c), c only through the water. Returns its NIS.
+    """Take a log's reading (1 + k)(u − c); c = 0 over the ground. Returns its NIS.
 
     Through the water scale and current can hardly be distinguished: the scale's uncertainty counts, but the scale is
     not corrected (Schmidt's consider filter).

@@ -10,13 +10,13 @@ class Response(NamedTuple):
     `rate`: the largest ordered one; `wander`: 1σ about the response; `bias_std`: of its bias; `wind_std`: of what the
     wind adds to the bias, north and east; `manual`: 1σ under an unknown helmsman. These four are shares of `rate`.
     Speed through the water: `speed`: the usual one, and `top_speed`: the largest; `speed_time`: its time constant (s);
-    `speed_noise`: 1σ about the response, as a share of `speed`; `slip`: the same 1σ in a turn at `rate`; `loss`: share
-    of the speed that such a turn takes, in proportion to the square of the yaw rate, if no speed loop restores it.
-    `over_ground`: whether an ordered speed is one over ground along the bow, as for vehicles with a speed loop of their
-    own. `time_std`: of T, and of an ordered speed above the largest, both as shares. Current: `current`: 1σ of its
-    components at the start, as a share of `speed`; `current_noise`: spectral density of its changes (m²/s³). Sway:
-    `slip_time`: its time constant (s), with `slip_std`. `pivot`: distance (m) from the point whose position is measured
-    forward to the point that moves along the bow.
+    `speed_noise`: 1σ about the response, as a share of `speed`; `slip`: this 1σ in a turn at `rate`; `loss`: share of
+    the speed that such a turn takes, in proportion to the square of the yaw rate, if no speed loop restores it.
+    `over_ground`: whether an ordered speed is one over ground along the bow, as for vehicles with a speed loop of
+    their own. `time_std`: of T, and of an ordered speed above the largest, both as shares.
+    Current: `current`: 1σ of its components at the start, as a share of `speed`; `current_noise`: spectral density of
+    its changes (m²/s³). Sway: `slip_time`: its time constant (s), with `slip_std`.
+    `pivot`: distance (m) from the point whose position is measured forward to the point that moves along the bow.
     """
 
     time: float

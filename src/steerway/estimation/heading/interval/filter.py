@@ -1,6 +1,6 @@
 """IntervalFilter: bounds of the estimates of all Kalman filters whose compass lies in a box.
 
-They bound the estimates. The true heading may lie outside by the error of the filter with the true compass.
+The true heading may lie outside the bounds by the error of the filter with the true compass.
 """
 
 import math
