@@ -8,13 +8,13 @@ from steerway.core.settings import NotNegative, Positive, Table
 
 
 class HeadingEstimatorTable(Table):
-    """The filter of the heading. "tracker": compass, smoothed; "composite": compass and orders; "aided": orders, GNSS
-    velocity and, if on board, the compass; "interval": the lowest and the highest heading over all deviations within
+    """The filter of the heading. "tracker": compass, smoothed. "composite": compass and orders. "aided": orders, GNSS
+    velocity and, if on board, the compass. "interval": the lowest and the highest heading over all deviations within
     ± 2 `deviation_std_deg`; the heading used is lowest + `weight` × (highest − lowest).
     """
 
     kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
-    """Filter of the heading, by the measurements that it uses."""
+    """Filter of the heading; the filters differ in the measurements that they use."""
     compass_std_deg: Positive = 1.0
     """1σ of the noise of a compass reading."""
     deviation_std_deg: NotNegative = 4.0
@@ -37,9 +37,9 @@ class SpeedEstimatorTable(Table):
     kind: Literal["course", "fusion"] = "course"
     """Source of the speed: the filter of the course, or a combination of receiver, logs and accelerometer."""
     sog_std: Annotated[Positive, "m/s"] = 0.05
-    """1σ of a SOG reading of the receiver; 0.1 on board."""
+    """1σ of a SOG reading of the receiver. The default on board is 0.1."""
     bottom_std: Annotated[Positive, "m/s"] = 0.002
-    """1σ of a reading of speed over ground by a Doppler log; 0.02 on board."""
+    """1σ of a reading of speed over ground by a Doppler log. The default on board is 0.02."""
     water_std: Annotated[Positive, "m/s"] = 0.05
     """1σ of a reading of speed through the water."""
     scale_std: Annotated[NotNegative, "1"] = 0.003

@@ -71,11 +71,10 @@ class Running:
     Attributes:
         state: one array of a header (see `stream_row`), the weights and the banks.
         set, weights, banks: the structures, their present weights (structures,) and banks; views of `state`.
-        plain: the model of a single structure that the paper's Table 1 serves, else None.
-        least_speed: m/s, below which no course is stated.
-        room: the estimate (9,), up to date where `is_current` is true.
+        plain: the model of a single structure that runs by the paper's Table 1, else None. least_speed: m/s, below
+        which no course is stated. room: the estimate (9,), up to date where `is_current` is true.
 
-    steerageway: of the profile, m/s. may_be_plain: whether Table 1 may serve: only without aids and lag.
+    steerageway: of the profile, m/s. may_be_plain: whether Table 1 may be used, which excludes aids and lag.
     """
 
     def __init__(self, running: Set, steerageway: float, may_be_plain: bool):

@@ -79,7 +79,7 @@ def step(
 def step_plain(
     banks: Floats, models: Floats, dt: float, first: float, second: float, excess: float, aids: Floats, outs: Floats
 ) -> None:
-    """As `step`, for structures that Table 1 serves; aids are ignored and `state_row` is not written."""
+    """As `step`, for structures that run by Table 1; aids are ignored and `state_row` is not written."""
     for k in range(len(outs)):
         model, out = model_in(models[k]), outs[k]
         taken = five_state.take(bank_in(banks[k], 1, 5), model, Row(dt, first, second, excess))
@@ -88,7 +88,7 @@ def step_plain(
 
 @lean_kernel
 def predict_plain(state: Floats, numbers: Floats, dt: float) -> None:
-    """Advance a single structure that Table 1 serves by dt (s)."""
+    """Advance a single structure that runs by Table 1, by dt (s)."""
     bank = bank_in(state[_ONE_BANK:], 1, 5)
     if dt > LONGEST_GAP:
         state[KNOWN], bank.run[0].started = 0.0, 0
@@ -102,7 +102,7 @@ def predict_plain(state: Floats, numbers: Floats, dt: float) -> None:
 def take_plain(
     state: Floats, numbers: Floats, first: float, second: float, reported: float, steerageway: float, estimate: Floats
 ) -> float:
-    """Correct a single structure that Table 1 serves by a fix, and fill the estimate (9,). Returns the NIS."""
+    """Correct a single structure that runs by Table 1, by a fix, and fill the estimate (9,). Returns the NIS."""
     bank, model = bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers)
     excess = variance_scale(state[USUAL : USUAL_COUNT + 1], reported)
     note_interval(state, 0.0)
@@ -159,7 +159,7 @@ def doubt_slide(state: Floats, estimate: Floats) -> None:
 
 @lean_kernel
 def read_plain(state: Floats, numbers: Floats, steerageway: float, estimate: Floats) -> None:
-    """Fill the estimate (9,) of a single structure that Table 1 serves."""
+    """Fill the estimate (9,) of a single structure that runs by Table 1."""
     five_state.write_estimate(bank_in(state[_ONE_BANK:], 1, 5), model_in(numbers), steerageway, estimate)
 
 

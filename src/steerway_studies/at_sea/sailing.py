@@ -42,7 +42,7 @@ CRAFT = {
 }
 SHIP_LENGTH = 160.93
 DIRECTIONS, SHARES, SHAPES = 16, (0.0, 0.25, 0.5, 0.8), ("square", "lawnmower")
-"""Number of directions of the current, its speed in shares of the boat's speed, and routes."""
+"""Number of directions of the current; its speeds, as shares of the boat's speed; shapes of the routes."""
 
 
 class Receiver(NamedTuple):

@@ -37,7 +37,7 @@ ROTATION_SEEDS = 1
 ROTATIONS = tuple(range(0, 360, 15))
 """Degrees."""
 LOW_PASSES = (20.0, 40.0, 100.0, 200.0)
-"""T_lp, s."""
+"""Time constants T_lp of the low-pass of the course command, s."""
 FILTERS = {"printed": "printed filter", "product": "Steerway's filter"}
 
 

@@ -26,7 +26,7 @@ SWITCH_RADIUS = 50.0
 LOOKAHEAD = 800.0
 BANDWIDTH = 0.05
 LOW_PASS = 40.0
-"""T_lp, s. P1's rule (44) asks for 100 to 200 s."""
+"""Time constant T_lp of the low-pass of the course command, s. P1's rule (44) asks for 100 to 200 s."""
 
 CORRELATION_TIME = 1100.0
 PRINTED_NOISE, STATED_NOISE = 0.21, 0.0634

@@ -119,7 +119,7 @@ def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, see
     pilot = Pilot(
         FilterEstimator(FiveStateFilter(product_profile(noise))),
         Ordered(orders, SPEED),
-        LineOfSight(1.0),  # orders come before it
+        LineOfSight(1.0),  # not used, because orders take precedence
         Autopilot(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
         OTTER_PROPELLERS,
         SteadyForce(FORCE),

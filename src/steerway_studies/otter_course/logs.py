@@ -35,7 +35,7 @@ class PublishedLog:
     instead_of: str
     source: str | None
     process_noise: tuple[float, float]
-    start: float = 0.0  # s from the beginning of the log to that of the shown part
+    start: float = 0.0  # s, time in the log at which the shown part begins
 
 
 LOGS = (

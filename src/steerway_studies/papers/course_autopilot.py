@@ -71,7 +71,7 @@ GAIN = 0.0111
 """k in kg·m, P0 (60)."""
 
 ARM = 0.395
-"""m; l_1 = −0.395 belongs to the port propeller, l_2 = 0.395 to the starboard one."""
+"""Lever arm of a propeller, m; l_1 = −0.395 belongs to the port propeller, l_2 = 0.395 to the starboard one."""
 
 
 def propeller_speeds(surge_force, yaw_moment):

@@ -11,7 +11,7 @@ import numpy as np
 from steerway.sensors import TCM2, CompassModel
 
 STATE_VARIANCE, READING_VARIANCE = 1.0, 2.0
-"""deg², (7)."""
+"""Variances, deg², P4 (7): of each compass state in a tick, and of a reading."""
 
 
 class PrintedCompassKalman:

@@ -67,7 +67,7 @@ def inclusion(voyage, models: int, seed: int) -> dict[str, float]:
 
 
 def widths(voyage) -> dict[str, np.ndarray]:
-    """By key of WIDTHS, (n, 2) widths over time, degrees: of the bounds, and of the hull of 17 filters."""
+    """Widths (n, 2) over time, degrees, of the bounds and of the hull of 17 filters, by key of WIDTHS."""
     traces = {}
     for key, (tolerance, parts) in WIDTHS.items():
         bounds, bank = IntervalFilter(interval_box(tolerance), parts=parts), ModelBank(corners(tolerance))

@@ -96,7 +96,7 @@ def mix(bank: Bank, modes: Records) -> None:
 
 @lean_kernel
 def add_second_moments(moments: Floats, p: Floats) -> None:
-    """Write the second moments P + e eᵀ (n, n) behind the mean error e (n,) in `moments`."""
+    """Write the second moments P + e eᵀ (n, n) after the mean error e (n,) in `moments`."""
     n = len(p)
     second = shaped(moments[n:], (n, n))
     for a in range(n):

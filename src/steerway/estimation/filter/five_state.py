@@ -296,7 +296,7 @@ def write_estimate(bank: Bank, model: Model, steerageway: float, estimate: Float
 
 
 def is_plain(model: Model, aids: Floats) -> bool:
-    """Whether this filter serves a model and a table of aids: one mode, five states, no poor fixes, steps or aids."""
+    """Whether this filter can run a model with these aids: one mode, five states, no poor fixes, steps or aids."""
     receiver, mode = model.receiver[0], model.modes[0]
     extras = receiver.poor_rate, receiver.step_rate, mode.sideways
     return len(model.modes) == 1 and model.states == 5 and not any(extras) and len(aids) == 0

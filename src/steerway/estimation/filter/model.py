@@ -64,7 +64,7 @@ class Receiver(Protocol):
     poor_noise: float  # ratio of the standard deviation of a poor fix to that of a good one
     poor_time: float  # s for which fixes stay poor; 0 if fixes are poor independently of one another
     time_variance: float  # variance of the time at which a fix was measured, s²
-    late_variance: float  # further variance of that time for a poor fix, s²
+    late_variance: float  # further variance of this time for a poor fix, s²
     step_rate: float  # rate of steps of the error, 1/s
     step_variance: float  # variance of a step north or east, m²
     followed_after: float  # least time, s, for which outliers that agree are refused
@@ -146,7 +146,7 @@ class Model(NamedTuple):
     """Modes of motion, shaping filters, receiver and aids."""
 
     modes: Records  # (m,) MODE
-    generator: Floats  # (m, m) rates of change from the mode of a row to that of a column, 1/s; rows sum to 0
+    generator: Floats  # (m, m) rates (1/s) of change from the mode of the row to the mode of the column; rows sum to 0
     processes: Records  # (f,) PROCESS
     receiver: Records  # (1,) RECEIVER
     aids: Records  # (aids,) AID
@@ -165,7 +165,7 @@ def has_two_states(acts_on: int, frequency: float) -> bool:
 
 
 class Bank(NamedTuple):
-    """A filter: one Gaussian for every mode, what is kept between steps, and workspace."""
+    """A filter: one Gaussian for every mode, its memory between steps, and workspace."""
 
     x: Floats  # (m, n)
     p: Floats  # (m, n, n), symmetric

@@ -28,7 +28,7 @@ class Arc(NamedTuple):
     turn: float  # change of course, rad
     c: float  # cosine and sine of the direction of the chord
     s: float
-    ratio: float  # length of the chord over that of the arc
+    ratio: float  # ratio of the length of the chord to that of the arc
     bend: float  # derivative of the length of the chord by the turn, m/rad
 
 

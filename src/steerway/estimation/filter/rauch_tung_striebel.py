@@ -1,8 +1,8 @@
 """Fixed-interval smoothing by Rauch, Tung and Striebel, AIAA Journal 3(8), 1965.
 
 The two-filter smoother (`filter.smoother`) divides by the prior of the states, which is exact only for constant noise.
-This smoother serves where the noise changes at every row, and for other kinds of model. Its backward pass predicts
-every row again, so that only the filtered state after every row is kept.
+This smoother is for noise that changes at every row, and for other kinds of model. Its backward pass predicts every row
+again, so that only the filtered state after every row is kept.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""A mode relative to another: its mean as an error at the state of the other, its covariance in that frame."""
+"""One mode relative to another: its mean as a difference from the other's mean, its covariance in the other's frame."""
 
 import math
 

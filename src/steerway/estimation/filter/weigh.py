@@ -25,8 +25,8 @@ from steerway.estimation.filter.vectors import (
 )
 
 LEAST_OUTLIER, DECADES = 10.0, 10.0
-"""The error ρ of an outlier is of any size from a = LEAST_OUTLIER σ of a fix to kilometres, equally probable in every
-decade: its density is 1/(2π (ρ² + a²) L) with L = ln (km / a), about 10 for any receiver."""
+"""Least error a of an outlier, in σ of a fix; and L = ln (km / a), about 10 for any receiver. The error ρ is equally
+probable in every decade up to kilometres: its density is 1/(2π (ρ² + a²) L)."""
 LEAST_PROBABILITY = 1e-6
 """Least probability of a hypothesis in the correction: a less probable one changes no state by 0.001 σ."""
 NORMAL = math.inf

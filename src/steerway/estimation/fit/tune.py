@@ -1,7 +1,7 @@
 """`tune`: the inference of `estimate` with more effort, checked on a part of the log that it has not seen.
 
-The last fifth of the fixes is held back. It is nearly chance whether a quick or a thorough inference from the rest
-predicts these fixes better. The mean of both predicts better than either, as averages over models do (J. A. Hoeting, D.
+The last fifth of the fixes is held back. Whether a quick or a thorough inference from the rest predicts these fixes
+better is nearly random. The mean of both predicts better than either, as averages over models do (J. A. Hoeting, D.
 Madigan, A. E. Raftery and C. T. Volinsky, Statistical Science 14(4), 1999). The result is this mean if it predicts the
 fixes held back better than the quick inference, by strong evidence (`BETTER`). Otherwise it is the profile that
 `estimate` infers from the whole log.

@@ -18,7 +18,7 @@ from steerway.estimation.heading.interval.weighting import weighted
 from steerway.estimation.heading.models import RPM, CompassModel, HeadingModel
 
 KINDS = ("tracker", "aided", "composite", "interval")
-"""The first is `estimation.aboard.HeadingTracker`, which has no model of the boat."""
+"""Kinds of heading filter. The first is `estimation.aboard.HeadingTracker`, which has no model of the boat."""
 PLAIN_COMPASS = CompassModel(0.0, 0.0, 1.0, 1.0, 0.0)
 """A compass that reads the heading of its last tick."""
 _VEHICLE_STD = math.radians(0.5)

@@ -10,8 +10,8 @@ from steerway.core.statistics import last_digit
 from steerway.estimation.log.record import white_std
 
 _FINE, _COARSE = 0.02, 20.0
-"""Bounds of a last digit, m. A finer one counts as none, unless all fixes are at one place; a coarser one is chance
-(0.01 minutes are 18.5 m). With cells of 1 cm some logs of good receivers are estimated better, and one worse."""
+"""Bounds of a last digit, m. A finer one counts as none, unless all fixes are at one place; a coarser one is accidental
+(0.01 minutes are 18.5 m). With cells of 1 cm, errors of good receivers fall in some logs and rise in one."""
 _APART = 10.0
 """Time, s, between the fixes that are kept of a run of equal ones. In generated records of 5 Hz with 4 decimals, 95 %
 intervals cover 93 % of the courses with 3 s and 95 % with 10 s. With none, a boat moored in one cell moves in it."""

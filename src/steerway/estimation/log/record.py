@@ -135,7 +135,7 @@ def of_other_receiver(time: Floats, north: Floats, east: Floats, digit: float = 
 
 
 LONG, _LONG_FOR = 60.0, 5.0
-"""A fit restarts after a gap of more than 60 s and 5 usual intervals: one fix after it determines no number."""
+"""A fit restarts after a gap of more than 60 s and 5 usual intervals: one fix after the gap determines no number."""
 _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
 """For a long record: number of pieces; number of bursts; share of the rows in bursts; rows between changes of phase."""
 
@@ -167,7 +167,8 @@ with 200 (400 records of white noise)."""
 
 
 def excerpt(record: Rows, most: int, apart: float) -> Rows:
-    """About `most` rows: means of fixes, fixes thinned to `apart` s or pieces of the record; and bursts of all fixes.
+    """About `most` rows: bursts of all fixes; and either means of fixes, fixes thinned to `apart` s, or pieces of the
+    record.
 
     Means (of records without aids) and thinned fixes determine motion with longer time constants as well as all fixes
     do. If a receiver's random walk hides motion, fixes are thinned more. Bursts determine the rest. The phase of

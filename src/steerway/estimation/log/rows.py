@@ -52,7 +52,7 @@ def repeat_status(status: NDArray[np.uint8], repeats: Bools) -> None:
 
 
 def distinct_rows(fixes: Fixes, aid: tuple[str, ...]) -> Fixes:
-    """The rows that are no duplicates: those with a value that the row before, of the same time and vessel, lacks."""
+    """The rows that are no duplicates: each has a value that the row before does not have for this time and vessel."""
     latitude, _, aids = without_duplicates(fixes, aid)
     new = np.isfinite(latitude)
     if aid:

@@ -310,9 +310,9 @@ def _going_on(record: Rows, begin: int, end: int) -> Rows:
 
 
 def _filtered(part: Rows, model: Model, memory: Floats, end: int, keep: bool) -> tuple[Floats, Kept]:
-    """`fuse`, NIS and outlier probability of the rows before `end`, and what is kept of all rows if `keep`.
+    """`fuse`, NIS and outlier probability of the rows before `end`, and, if `keep`, the modes after all rows.
 
-    memory: the filter's bank, advanced to `end`. The rows from `end` on are filtered only for what is kept.
+    memory: the filter's bank, advanced to `end`. The rows from `end` on are filtered only to keep modes.
     """
     shape, n = (len(model.modes), model.states), len(part.time)
     out, kept = np.empty((end, FUSED + 2)), room_to_keep(n if keep else 0, model)

@@ -20,7 +20,7 @@ HEADING = 2
 FORCE = 6
 WAVE_INTEGRAL, WAVE = 9, 11
 BODY, WITH_FORCE, WITH_WAVES = 6, 9, 13
-"""Numbers of states."""
+"""Numbers of states: of the vessel alone, with the force, and with force and waves."""
 
 DAMPING, FORCE_DECAY, WAVE_STIFFNESS, WAVE_DRAG = 9, 18, 19, 20
 """Indices in the model vector. M⁻¹ comes first, row by row; then D, row by row, 1/T_b, ω₀² and 2λω₀."""

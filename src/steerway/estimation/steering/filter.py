@@ -64,7 +64,7 @@ _FULL = 0.95
 """Share of the top speed above which a throttle counts as full. Chosen: without it, orders that a vehicle cannot carry
 out in a current gave a wrong gain of the speed, 0.78 instead of 1."""
 _GYRO_STD, _GYRO_LATE = math.radians(0.5), 0.05
-"""1σ of a measured yaw rate, rad/s, and the error of its time, s. Chosen: the latter is half the interval at which
+"""1σ of a measured yaw rate, rad/s, and the error of its time, s. Chosen: this error is half the interval at which
 vehicles send the yaw rate.
 """
 _COMPASS_STD = math.radians(2.0)

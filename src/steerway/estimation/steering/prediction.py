@@ -50,8 +50,8 @@ _IN_TURN = 0.2
 yaw-rate loop of its own this is 0. Chosen: in corners of 120° to 150° a boat whose motor had little thrust turned by 3
 to 7 °/s less than estimated, and left the corner by 0.2 m more."""
 _BEHIND = 1.0
-"""Time, s, by which a vehicle's yaw rate lags its order. What the integral of its own yaw-rate loop adds in this time
-is uncertain: the integral may be absent or twice as large as declared. Chosen: 4 s gains nothing."""
+"""Time, s, by which a vehicle's yaw rate lags its order. The effect of the integral of its own yaw-rate loop in this
+time is uncertain: the integral may be absent or twice the declared one. Chosen: 4 s gains nothing."""
 DEVIATION_STD = math.radians(10.0)
 """1σ of the deviation of a compass, rad. Chosen: equal to that of the crab angle in `estimation.vessel.aids.TABLE`."""
 _DEVIATES = 1.0

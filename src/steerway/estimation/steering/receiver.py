@@ -33,7 +33,8 @@ records of 60 s); with a share of 0.2 it is 0.74 and 0.34."""
 
 
 class ReceiverNoise:
-    """Estimates `white` and `slow` of white noise and slow error: 1σ of one axis, m, NaN until fixes are enough."""
+    """Estimates 1σ of white noise (`white`) and slow error (`slow`) in one axis, m; NaN until there are enough
+    fixes."""
 
     def __init__(self) -> None:
         self.white = self.slow = math.nan

@@ -142,7 +142,7 @@ def forget_speed_gain(states: Floats, covariances: Floats, response: Response) -
 
 
 def any_heading(x: Floats, p: Floats, response: Response, way: float = math.inf) -> tuple[Floats, Floats, Floats]:
-    """(states, covariances, log weights) as of `hypotheses`, for a state (21,) and covariance (20, 21) at rest.
+    """(states, covariances, log weights) as in `hypotheses`, for a state (21,) and covariance (20, 21) at rest.
 
     The velocity over ground becomes the current, unless the boat drifts already. The response stays as estimated.
     """

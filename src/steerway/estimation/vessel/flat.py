@@ -171,7 +171,7 @@ def _mode(numbers: Numbers, start: float) -> np.ndarray:
     stationary = math.sqrt(0.5 * noise / decay) if decay > 0.0 else math.inf
     mode["start"], mode["start_rate"] = start, min(stationary, _LARGEST_START_RATE) ** 2
     mode["least_share"] = LEAST_SHARE
-    mode["drift_speed"] = numbers.steerageway  # with a tenth of it SOG of a boat that stops and goes is 10 % worse
+    mode["drift_speed"] = numbers.steerageway  # at a tenth of this, SOG of a boat that stops and goes errs 10 % more
     return mode
 
 

@@ -57,11 +57,11 @@ def _either_form(schema: dict[str, Any]) -> None:
 
 
 class Profile(Numbers, Table):
-    """How a vessel moves and how its receiver errs, as the filter takes it.
+    """Model of the motion of a vessel and of the errors of its receiver.
 
-    Either flat keys give one structure; the first two noises and position_std are then required. Or `structures` has
-    several, each a bank of modes, with their weights. Of the flat keys there is then only steerageway; position_std is
-    the mean over the structures.
+    A profile has one of two forms. Either flat keys give one structure, and the first two noises and position_std are
+    required. Or `structures` lists several, each a bank of modes with a weight. Then steerageway is the only flat one,
+    and position_std is the mean over the structures.
     """
 
     model_config = ConfigDict(json_schema_extra=_either_form)
