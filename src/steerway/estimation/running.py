@@ -46,8 +46,8 @@ FADE = 10.0
 """Time, s, in which the estimate blends from one set of structures to the next: a few fixes of a usual receiver."""
 _LEAST_SPEED = 1e-6  # m/s: least divisor for a speed
 LEAST_LOG_WEIGHT = -40.0
-"""Least log weight of a structure whose weight is learned, so that none is ever excluded: a structure may predict fixes
-badly now and well later. e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
+"""Least log weight of a structure whose weight is learned. No structure is excluded for ever, since it may predict
+fixes badly now and well later. e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
 
 
 class Set(NamedTuple):
@@ -71,8 +71,9 @@ class Running:
     Attributes:
         state: one array of a header (see `stream_row`), the weights and the banks.
         set, weights, banks: the structures, their present weights (structures,) and banks; views of `state`.
-        plain: the model of a single structure that runs by the paper's Table 1, else None. least_speed: m/s, below
-        which no course is stated. room: the estimate (9,), up to date where `is_current` is true.
+        plain: the model of a single structure that runs by the paper's Table 1, else None.
+        least_speed: m/s, below which no course is stated.
+        room: the estimate (9,), up to date where `is_current` is true.
 
     steerageway: of the profile, m/s. may_be_plain: whether Table 1 may be used, which excludes aids and lag.
     """

@@ -1,9 +1,9 @@
 """Identify the response of heading to steering from a manoeuvre: a pseudo-random binary sequence is best.
 
 The model is that of P4 (2)–(4): two poles from the input to the heading. The input's bias and the first heading are
-unknown too. Linear least squares at a few time constants give starting points for the least error of the whole run
-(output error; Ljung, System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is 1: the heading
-of a boat that does not turn is constant.
+unknown too. Linear least squares at a few time constants give starting points. From these, the error of the whole run
+is minimised (output error; Ljung, System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is
+1: the heading of a boat that does not turn is constant.
 """
 
 import math

@@ -1,12 +1,12 @@
 """The surge model u̇ = −d u − b u|u| + g K_t(J) n|n|, P3 (13), from a log of speed and shaft speed.
 
-Output error: the model is simulated with the log's shaft speeds from an unknown first speed, and d, b, g and that speed
-minimise the squared error. The propeller's diameter and curve give the fall of thrust with the advance ratio
-J = u/(n D). If they are unknown, K_t falls linearly from 1 at rest to 0 at u = p n, and the pitch p is identified too;
-n may then be a command in any unit, if thrust is quadratic in it. A lag of the shaft behind the logged values is
-identified if the log determines it.
+Output error: the model is simulated with the log's shaft speeds from an unknown first speed. d, b, g and the first
+speed minimise the squared error. The propeller's diameter and curve give the fall of thrust with the advance ratio J =
+u/(n D). If they are unknown, K_t falls linearly from 1 at rest to 0 at u = p n, and the pitch p is identified too. Then
+n may be a command in any unit, if thrust is quadratic in it. A lag of the shaft behind the logged values is identified
+if the log determines it.
 
-Parameters that the log does not determine are reported as such: a log at one speed gives only the ratio of drag to
+Parameters that the log does not determine are reported as such. A log at one speed gives only the ratio of drag to
 thrust, and a log without quick changes does not separate drag from the fall of thrust with speed.
 """
 

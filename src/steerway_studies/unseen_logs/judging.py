@@ -122,8 +122,8 @@ def verdict(recording: JudgedLog, said: Reported, rows) -> Verdict:
 def right_refused(recording: JudgedLog, refused) -> tuple[int, int]:
     """(number that were right, number judged) of the rejected fixes, by the reference.
 
-    A rejected fix was right if its displacement from the last used fix agrees with the reference's velocity at least as
-    well as 99 of 100 steps between used fixes do, times the root of the number of intervals in between.
+    A rejected fix was right if its displacement from the last used fix agrees with the reference's velocity. The limit
+    of the difference is its 99 % quantile over steps between used fixes, times the root of the number of intervals.
     """
     time = recording.fixes.time
     rows = np.flatnonzero(refused)

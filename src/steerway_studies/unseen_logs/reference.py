@@ -169,8 +169,8 @@ _CLIP = 3.0
 _FEWEST = 30
 _SURE, _BLOCK = 4.0, 10.0
 """Gain, in standard errors, above which a lag of the rate is used; and length of a block, s. Compared: for rates
-without lag the best of 200 lags gains up to 2.5 standard errors, in recorded turns of a motor boat 3.3 at −2.05 s; a
-true lag of 1 s gains 6 in the scene `sea` and 4 in `tacks`."""
+without lag, the best of 200 lags gains up to 2.5 standard errors, and 3.3 (at −2.05 s) in recorded turns of a motor
+boat. A true lag of 1 s gains 6 in the scene `sea` and 4 in `tacks`."""
 
 
 def velocity_lag(reference: VelocityReference, time, places) -> float:

@@ -112,8 +112,8 @@ def add_process(
 ) -> tuple[float, float, float]:
     """Set the responses of a process with first state j over dt (s), and the noise of this density that it takes up.
 
-    Returns the variance that this noise adds to the distance along the course (or, for every m/s, across it), the
-    covariance with the speed (or the course), and the variance of the speed (or the course).
+    Returns what this noise adds to three numbers: the variance of the distance along the course (or, for every m/s,
+    across it); its covariance with the speed (or the course); the variance of the speed (or the course).
     """
     whole, first, second = phi(pole, dt)
     complex_, integrates = pole.imag != 0.0, acts_on == ON_RATE or acts_on == ON_ACCELERATION

@@ -122,7 +122,7 @@ def inform(filtered_p: Floats, loose: float, reversal: Reversal, bank: Bank, roo
     """Fill `before`, `after`, `known` and the log determinants for the modes of pairs that have a weight.
 
     The prior variance of a state is at least that of the backward mode, since mixing widens a mode. Where the held rate
-    is not normally distributed about 0, its prior information is subtracted and its mean is kept: far from 0, dividing
+    is not normally distributed about 0, its prior information is subtracted and its mean is kept. Far from 0, dividing
     by a normal prior would favour the modes that seldom turn so fast. loose: see `step_between`.
     """
     m, n = bank.x.shape

@@ -27,7 +27,7 @@ third of a record. In simulated logs of 4 to 29 fixes, fits have 0.4 and 0.7 tim
 DRAWS, _WIDTH = 6, 0.6
 """Number of posterior samples that represent the parameter uncertainty of a short record, and their spread relative to
 the normal approximation. The 95 % interval of the course rate covers 90 to 96 % of the rows of the scenes `drifting`,
-`docking` and `circles` without samples, 92 to 96 % with a spread of 0.6, 95 % with 1 (errors 1 % larger)."""
+`docking` and `circles` without samples, 92 to 96 % with a spread of 0.6, and 95 % with 1 (1 % larger errors)."""
 _DIFFERENCE = 1e-3
 """Step of the finite differences, in prior standard deviations. With a curvature of 50 the slope of the log posterior
 is off by 0.025, and rounding (1e-10) changes it less. With 0.05, fits end up to 50 below the maximum."""

@@ -214,8 +214,8 @@ def weighed(fits: dict[Parts, Fit], quantum: tuple[float, float] = (0.0, 0.0), d
 
 
 def searched(parts: Parts, rows: Rows, values: Values, scales: Scales) -> tuple[Values, float]:
-    """The likeliest start for fitting `parts`, and its log posterior: the numbers of the last part are searched on its
-    grid, those of the others are `values` (for obstructions, those of typical vessels too)."""
+    """The likeliest start for fitting `parts`, and its log posterior. The numbers of the last part are searched on its
+    grid; the others are `values` (for obstructions, also those of typical vessels)."""
     begun, log = [values], -math.inf
     if parts[-1] == "obstructions":  # a fit without obstructions may contain manoeuvres instead
         begun += vessels(scales.noise)

@@ -1,5 +1,5 @@
 """Heading of a boat under way from a poor compass, the autopilot's orders and GNSS velocity: filters of this package
-behind one interface, for any boat whose response to its autopilot is known.
+behind one interface. They suit any boat with a known response to its autopilot.
 
 The boat is the model of P4 (2) with a response as in `control.HeadingResponse`; its input is the ordered share of the
 autopilot's limit. The compass has no dynamics, and its readings are modulo a turn.

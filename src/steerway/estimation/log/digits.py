@@ -26,7 +26,7 @@ def ends_of_repeats(time: Floats, north: Floats, east: Floats) -> Floats:
     """North (n,) of rounded fixes; in a run of equal fixes all but the first, the last and some between are NaN.
 
     The first fix of a run shows when the vessel entered the cell, the last when it left. If noise is small beside the
-    digit, the others add nothing; a filter that takes them would narrow its distribution by the same cell again and
+    digit, the others add nothing. A filter that took them would narrow its distribution by the same cell again and
     again, and two filters from either end would do so twice.
     """
     fixed = np.flatnonzero(np.isfinite(north))

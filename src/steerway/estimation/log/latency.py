@@ -1,8 +1,8 @@
 """Latency: records stamped on reception, and receivers whose own SOG and COG are late.
 
 A velocity from the positions before and after a fix is no later than the positions. Compared with it, a receiver's own
-SOG and COG show the delay of their filtering. The delay of the positions themselves is an input: only an instrument on
-the same clock that is not late itself could show it, and no compass or gyro in the logs here is one.
+SOG and COG show the delay of their filtering. The delay of the positions themselves is an input. Only an instrument on
+the same clock that is not late itself could show it; no compass or gyro in the recorded logs is such an instrument.
 """
 
 import math

@@ -32,7 +32,7 @@ vessel's: it may have turned meanwhile."""
 
 @lean_kernel
 def is_outage(interval: float, usual: float) -> bool:
-    """Whether an interval (s) between fixes is an outage; usual: the last one shorter than SHORTEST, 0 for none."""
+    """Whether an interval (s) between fixes is an outage; usual: the last interval below SHORTEST, 0 for none."""
     return SHORTEST <= interval <= LONGEST_GAP and interval >= _INTERVALS * usual > 0.0
 
 

@@ -226,7 +226,7 @@ _MEDIAN, _MEDIAN_OF_TWO = 3.357, 2.0 * math.log(2.0)
 
 
 def grouped(time: Floats, north: Floats, east: Floats, most: int) -> Ints:
-    """Index of the first fix of every group of 1, 2, 4 … fixes that its mean can represent.
+    """Index of the first fix of every group; a group has as many fixes (1, 2, 4 …) as its mean can represent.
 
     If four successive groups lie evenly on a line, within white noise, the first two and the last two are joined. This
     ends at `most` groups, or when the groups of the whole record scatter more or less than white noise.

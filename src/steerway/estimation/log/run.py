@@ -60,8 +60,8 @@ from steerway.estimation.vessel.structures import Structure, medians_of
 UNKNOWN_SPEED = 3.0
 """Largest 1σ, m/s, of a speed that is output after a start: about a third of the prior 1σ, `bank.START_SPEED_STD`."""
 _BLOCK, _OVERLAP = 20_000, 2_000
-"""Number of predictions in a block, which bounds the memory, and number of predictions after the block from which the
-smoother starts: minutes, long enough to forget every motion."""
+"""Number of predictions in a block, which bounds the memory; and number of predictions after the block from which the
+smoother starts. These are minutes, long enough to forget every motion."""
 _NONE = np.empty(0)
 
 
@@ -146,8 +146,8 @@ class Track:
     time, wanted: (n,) time of every row (Unix s), and whether it is output.
     extrapolated, of_other_receiver: numbers of fixes left out as extrapolated and as those of another receiver (see
         `log.record`).
-    recognises: whether the whole record is searched for copies of fixes, extrapolated ones, those of another receiver
-        and irregular stamps; otherwise, with the flat numbers of a profile, every fix is used as it is.
+    recognises: whether the whole record is searched for copies of fixes, extrapolated fixes, fixes of another receiver
+        and irregular stamps. Otherwise (flat numbers of a profile) every fix is used as it is.
     slow: (n,) 1σ (m) of the receiver's slow error at every row, see `core.slow_error`.
     repeats: (n,) bool, rows that duplicate the row before and have its status.
     regular: whether regular times replace the stamps of the fixes, see `stamps.regular_times`.
@@ -301,7 +301,7 @@ def _in_blocks(record: Rows, structures: Sequence[Weighed], least_speed: float, 
 
 
 def _going_on(record: Rows, begin: int, end: int) -> Rows:
-    """The rows from `begin` to before `end`, after a row without measurements from which a filter continues."""
+    """The rows from `begin` to before `end`, preceded by a row without measurements, from which a filter continues."""
     part = part_of(record, max(begin - 1, 0), end)
     if begin:
         part.north[0] = np.nan

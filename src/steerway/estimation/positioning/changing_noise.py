@@ -1,9 +1,9 @@
-"""Noise that changes: noise of process and fixes that depends on the estimated velocity, P2 (19)–(20) and the text
-beside them; and noise of fixes estimated from their innovations by variational Bayes.
+"""Noise that changes. Noise of process or fixes may depend on the estimated velocity, P2 (19)–(20) and the text beside
+them. Noise of fixes may also be estimated from their innovations, by variational Bayes.
 
 S. Särkkä and A. Nummenmaa (2009), Recursive noise adaptive Kalman filtering by variational Bayesian approximations,
-IEEE Transactions on Automatic Control 54(3), algorithm 1: the variance of each direction is inverse-gamma; between
-fixes its evidence decays, at a fix state and variance are estimated in turn.
+IEEE Transactions on Automatic Control 54(3), algorithm 1. The variance of each direction is inverse-gamma. Between
+fixes its evidence decays; at a fix, state and variance are estimated in turn.
 """
 
 import math

@@ -99,7 +99,7 @@ def jacobian(x: Floats, model: Floats, out: Floats) -> None:
 def advance_mean(x: Floats, force: Floats, model: Floats, dt: float, middle: Floats) -> None:
     """x ← x after dt by Runge and Kutta's fourth-order method; middle ← x after dt/2. No angle is wrapped.
 
-    The mean follows f itself; the printed x ← A x + B u (26) with a continuous A is not a step in time.
+    The mean is integrated by f itself. The printed x ← A x + B u (26) with a continuous A is not a step in time.
     """
     n = len(x)
     k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)

@@ -2,9 +2,9 @@
 
 A conflict is a mean difference of the two, over a short or a long window, that their noise does not explain. The faulty
 instrument is the one whose offset to the others has changed, by the likelihood of the changes. Over a short lag,
-offsets are to a speed integrated from an accelerometer; over a long lag, to a third instrument: the speed of a model,
-which errs most while the speed changes. The 1σ of the model's drift is the change that both offsets have lately shared,
-or a share of the change of speed if that is larger.
+offsets are relative to a speed integrated from an accelerometer. Over a long lag, they are relative to a third
+instrument: the speed of a model, which errs most while the speed changes. The 1σ of the model's drift is the larger of
+two values: the recent change that both offsets have in common, and a share of the change of speed.
 """
 
 import math

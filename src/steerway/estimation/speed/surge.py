@@ -2,10 +2,10 @@
 computed from shaft speed.
 
 State [u b g c k]: speed over ground along the hull, the accelerometer's bias, the component of gravity along a hull
-that is not level, the speed of the current along the hull, and the log's scale error. g is first-order Gauss–Markov, b,
-c and k are random walks: u̇ = a − b − g. P3 (22)–(30) treats the accelerometer as a speed sensor; here it is the input.
-The receiver measures u, the propeller u − c, and the log (1 + k) u or (1 + k) (u − c): over the ground, comparison with
-the receiver's speed determines its scale. Every reading must pass `AID_GATE`.
+that is not level, the speed of the current along the hull, and the log's scale error. u̇ = a − b − g; g is first-order
+Gauss–Markov; b, c and k are random walks. P3 (22)–(30) treats the accelerometer as a speed sensor; here it is the
+input. The receiver measures u, the propeller u − c, and the log (1 + k) u or (1 + k) (u − c): over the ground,
+comparison with the receiver's speed determines its scale. Every reading must pass `AID_GATE`.
 """
 
 import math

@@ -2,9 +2,9 @@
 
 States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e v s γ c ρ]: position (m); current (m/s); speed through the
 water along the bow (m/s); heading of the bow (rad); yaw rate (rad/s); gain of its response to orders (1: as declared);
-bias of the yaw rate, and what the wind adds to it (rad/s); linear damping minus, and time constant over, the declared
-one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of the gyro (rad/s);
-deviation of the compass (rad); share of the current that the vehicle's own speed loop compensates.
+bias of the yaw rate, and what the wind adds to it (rad/s); linear damping less the declared one; time constant relative
+to the declared one; gain of the speed; slow error of the receiver (m); sway (m/s) and its time constant (s); bias of
+the gyro (rad/s); deviation of the compass (rad); share of the current that the vehicle's own speed loop compensates.
 
 The yaw rate answers an ordered rate u by Nomoto's first-order model with Norrbin's damping (Fossen, Handbook of Marine
 Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3), with d = d_0 − m U_r²:
@@ -139,8 +139,8 @@ def along(x: Floats) -> float:
 
 @lean_kernel
 def fastest_of(x: Floats, response: Response) -> float:
-    """The highest speed through the water that an order over ground may lead to, m/s: the declared top speed, or the
-    present speed if it is higher, because a vehicle with a speed loop of its own may have power to spare.
+    """The highest speed through the water that may follow from an order over ground, m/s. It is the declared top speed,
+    or the present speed if higher: a vehicle with a speed loop of its own may have power to spare.
     """
     return max(response.top_speed, x[WATER_SPEED])
 

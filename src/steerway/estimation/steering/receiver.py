@@ -16,8 +16,8 @@ to 5 % with the first number and to 21 % with the second, 1/(2 ln 2 √n)."""
 _REGULAR = 0.2
 """Relative difference of intervals above which fixes are unevenly spaced. Chosen: one lost fix is a difference of 1."""
 _SPREAD = 20.0 * 2.0 * math.log(2.0)
-"""Ratio of the median of the squared third difference, summed over two axes, to the variance of the white noise: the
-sum of the squared binomial coefficients, 20, times the median of χ²₂.
+"""Ratio of the median of the squared third difference, summed over two axes, to the variance of the white noise. It is
+the sum of the squared binomial coefficients, 20, times the median of χ²₂.
 """
 _PATH, _EVERY, _PATHS = 10.0, 2.0, 15
 """Length of a path, s, which is a parabola in either axis; time between two paths, s; and number of paths kept. Chosen:
@@ -28,8 +28,8 @@ alone, 1 at 1 Hz and none at 5 Hz shows a slow error; with a ratio of 1, 14 at 1
 _LEFT = 0.3
 """Share of the variance of a slow error that remains in the residuals. For a first-order Gauss–Markov process of 5 s it
 is 0.23 with fixes at 1 Hz and 0.17 at 10 Hz (trace of residual projection times covariance). Chosen above both, so that
-`slow` is low: for 0.25 m beside white noise of 0.05 m it is 0.6 of the true value at 5 Hz and 0.3 at 1 Hz (median of 30
-records of 60 s); with a share of 0.2 it is 0.74 and 0.34."""
+`slow` is low. For 0.25 m beside white noise of 0.05 m, `slow` is 0.6 of the true value at 5 Hz and 0.3 at 1 Hz (median
+of 30 records of 60 s); with a share of 0.2, 0.74 and 0.34."""
 
 
 class ReceiverNoise:

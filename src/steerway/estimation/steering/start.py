@@ -42,8 +42,8 @@ speed. Chosen: the number of σ is that of `course.steerageway.COURSE_GAINED`.""
 _REST_STD, _CURRENT_STD = 0.05, 0.1
 """For a boat at rest: 1σ of its speed through the water, and 1σ of the difference between current and drift, as shares
 of the usual speed. Chosen for a boat of 2 m/s that drifts at 1 m/s, of which 0, 0.1 or 0.2 m/s is due to wind. 5 s
-after it departs, the error of the current is 0.12, 0.12 and 0.13 m/s RMS, always within 2σ. With half of both values,
-it is 0.10, 0.11 and 0.14 m/s, 92 % within 2σ.
+after the boat departs, the error of the current is 0.12, 0.12 and 0.13 m/s RMS, always within 2σ. With half of both
+values, it is 0.10, 0.11 and 0.14 m/s, 92 % within 2σ.
 """
 _GYRO_STD = math.radians(0.3)
 """1σ of the bias of a gyro at the start, rad/s. Chosen: vehicles calibrate their gyros when they are switched on."""

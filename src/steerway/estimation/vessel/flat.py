@@ -198,8 +198,8 @@ def _yaw(numbers: Numbers) -> Shaping:
     """Yaw about a mean course that follows it, ω̇ = −α2 ω − κ d + w2 and ḋ = ω − β d, as one complex process.
 
     The second-order shaping filter of waves (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
-    2nd ed., §10.2). Its poles and the stationary variance of the deviation d are those of the two equations; over more
-    than a period d is white noise, which the mean course follows (`_under_waves`).
+    2nd ed., §10.2). Its poles and the stationary variance of the deviation d are those of the two equations; over
+    longer times than a period, d is white noise, which the mean course follows (`_under_waves`).
     """
     decay, follows = numbers.course_rate_decay, 1.0 / numbers.yawing_time
     stiffness = (2.0 * math.pi / numbers.yawing_period) ** 2

@@ -1,8 +1,8 @@
 """Interval arithmetic with guaranteed outward rounding, on pairs (low, high) of floats.
 
-Every operation rounds to nearest and then widens by 2.3e-16 |x| + 1e-300: half a unit in the last place is at most
-1.11e-16 |x| (2⁻⁵³), the subtraction that widens errs by as much again, and 1e-300 covers what underflows. No rounding
-mode is switched, so nothing else in the process is touched. NaN and infinite bounds mean that nothing is known.
+Every operation rounds to nearest and then widens by 2.3e-16 |x| + 1e-300. Half a unit in the last place is at most
+1.11e-16 |x| (2⁻⁵³); the subtraction that widens errs by as much again; 1e-300 covers underflow. No rounding mode is
+switched, so nothing else in the process is touched. NaN and infinite bounds mean that nothing is known.
 
 The operations are those of Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), chapter 2.
 """
