@@ -60,7 +60,7 @@ def test_parts_of_earlier_versions_are_left_out_and_named(inferred, log, tmp_pat
     text = inferred.read_text().replace('"wander"]', '"wander", "slips", "quick_error"]')
     old.write_text(text.replace("fix_std =", "slip_std = 0.1\nquick_std = 0.1\nquick_time = 2.0\nfix_std ="))
     assert load_profile(old) == load_profile(inferred)
-    assert caplog.messages == [f"profile {old}: read without quick_error, slips, which this version does not have"]
+    assert caplog.messages == [f"profile {old}: without the parts quick_error, slips, which this version no longer has"]
     tables = []
     for profile in (inferred, old):
         code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", profile)

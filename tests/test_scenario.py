@@ -83,7 +83,7 @@ WRONG = {
     "route.waypoints[1] gives north, expected north and east in m, or latitude_deg and longitude_deg": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 5 }]"
     ),
-    "route.waypoint[1] is 3 m from waypoint 0, expected more than its acceptance radius of 4 m": (
+    "route.waypoint[1] is 3 m from waypoint 0, expected more than the acceptance radius of route.waypoint[1], 4 m": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 3, east = 0 }]"
     ),
     "speed.cruise is 0 m/s, expected more than 0.5 m/s: below steerageway course is undefined": (

@@ -221,7 +221,10 @@ def _by_track(mmsi: NDArray[np.int64], track: NDArray[np.int64]) -> tuple[np.nda
 def _smoothed(
     rows: UnitRows, found: Found, following: pl.DataFrame, filters: Filters, state: BucketState, work: Work
 ) -> np.ndarray:
-    """The estimate smoothed, also with LOOKAHEAD s of the next day. Pieces end at gaps and where a ship moved."""
+    """The smoothed estimate, for which the first LOOKAHEAD s of the next day are used too.
+
+    A track is smoothed in pieces, which end at long gaps and where a ship went on at another place (MOVED).
+    """
     ahead = _rows(following, work)
     later = _with_vessels(state, np.unique(ahead.mmsi), filters)
     beyond = _filtered(ahead, filters, BucketState(*(np.copy(each) for each in vars(later).values())), True)

@@ -138,7 +138,9 @@ def advise(
     speed: float | None = option("M/S", "Lowest speed over ground, m/s."),
     rate: float = option("HZ", "Rate of the fixes, Hz.", 5.0),
     position_std: float | None = option("M", "Standard deviation of a fix per axis, m; by default the profile's."),
-    nomoto_time: float | None = option("S", "Nomoto time constant T, s: also check the damping of the closed loop."),
+    nomoto_time: float | None = option(
+        "S", "Nomoto time constant T, s; if given, the damping of the closed loop is checked too."
+    ),
     strict: bool = flag("--strict", "Exit with an error if the autopilot is too fast."),
 ) -> None:
     """Check that an autopilot is not too fast for the course estimate.

@@ -104,7 +104,7 @@ def progress_line(what: str) -> Iterator[Progressed]:
 class _Lines:
     """Progress as one line per minute, with the time left at the pace so far.
 
-    A share reported in the first seconds comes from an interrupted run and does not count for the pace.
+    Progress reported in the first seconds is that of an earlier, interrupted run. It does not count for the pace.
     """
 
     def __init__(self, what: str) -> None:

@@ -46,7 +46,7 @@ def last_digit(angles: np.ndarray) -> float:
 
 
 def decimal_step(values: np.ndarray, steps: Sequence[float], tolerance: float, share: float = 1.0) -> float:
-    """The first of `steps` of which at least `share` of the values (n,) are whole multiples; NaN if none is.
+    """The first of `steps` such that at least `share` of the values (n,) are whole multiples of it; NaN without one.
 
     tolerance: in steps; larger than rounding errors, and so small that few other values are within it by chance.
     """

@@ -139,8 +139,8 @@ class Route:
                 raise InputError(f"{place} repeats waypoint {index - 1}, expected another point")
             if length <= self.acceptance[index]:
                 raise InputError(
-                    f"{place} is {length:g} m from waypoint {index - 1}, expected more than its acceptance radius "
-                    f"of {self.acceptance[index]:g} m"
+                    f"{place} is {length:g} m from waypoint {index - 1}, expected more than the acceptance "
+                    f"radius of {place}, {self.acceptance[index]:g} m"
                 )
             if length > LONGEST_LEG:
                 raise InputError(

@@ -120,7 +120,7 @@ class Streams:
 class StartupBuffer:
     """Holds rows until a source can be chosen. `wanted` as in `SourceChoice`; `chosen` is "" until then.
 
-    `refusal` lists the sources with positions if no wanted one is among them after `LONGEST`, else "".
+    `refusal` is "", unless no wanted source has given a position within `LONGEST`. It then names those that have.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):

@@ -203,7 +203,7 @@ def _positioning(scenario: Scenario) -> None:
     if not holds and kind in POSITIONING_KINDS:
         raise InputError(f'estimator.kind "{kind}" needs positions to hold, expected [[orders]] with north and east')
     if not holds and scenario.positioning.model_fields_set:
-        raise InputError("positioning has no effect, expected [[orders]] with north and east")
+        raise InputError("[positioning] has no effect, expected [[orders]] with north and east")
     if kind in POSITIONING_KINDS and scenario.compass is None:
         raise InputError(f'estimator.kind "{kind}" needs a compass, expected a table [compass]')
     for index, each in enumerate(scenario.orders):

@@ -17,7 +17,7 @@ STATE_VARIANCE, READING_VARIANCE = 1.0, 2.0
 class PrintedCompassKalman:
     """Filter of the compass, with a step every 1/40 s; angles in degrees. `covariance` (2, 2) is of the two states.
 
-    variances: what a step adds to each state, and that of a reading, deg².
+    variances: the variance that a step adds to each state, and the variance of a reading, deg².
     """
 
     def __init__(self, model: CompassModel = TCM2, variances: tuple[float, float] = (STATE_VARIANCE, READING_VARIANCE)):

@@ -327,7 +327,7 @@ def shift(bank: Bank, north: float, east: float, variance: float) -> None:
 
 @called_kernel
 def return_step(bank: Bank, model: Model, fix: Vec2, variance: float) -> tuple[float, float]:
-    """Undo the step that was followed last, if a return makes the fix more probable.
+    """Undo the receiver's step that the filter followed last, if the fix is more probable without it.
 
     Returns the prior probability of the choice (to return or not), and prior times density (1/m²) of the other choice.
     """

@@ -43,8 +43,8 @@ scoring gains more per run of the filter."""
 _FAILURES = 2
 """Failed steps in a row that scoring allows; each is at most half as long as the one before."""
 _SHORTEST, _LONGEST = 0.1, 1.0
-"""Bounds of the step of a number varied alone, in prior standard deviations. At the prior median the shortest step
-changes the log prior by 0.005."""
+"""Shortest and longest step when one number is varied alone, in prior standard deviations. At the prior
+median the shortest step changes the log prior by 0.005."""
 _BLOCK = 64
 """Rows of scores per matrix product. BLAS starts threads for larger matrices; when other processes use the cores, such
 a product takes up to a thousand times as long (324 ms instead of 0.4)."""

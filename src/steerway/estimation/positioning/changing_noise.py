@@ -107,7 +107,8 @@ def learn(x: Floats, p: Floats, north: float, east: float, shape: Floats, scale:
 class VariationalNoise:
     """A `FixNoise` (see `vessel_filter`) that estimates the variances of fixes, north and east separately.
 
-    `memory`: number of fixes over which the evidence decays; `confidence`: weight of the initial variance in fixes.
+    `memory`: number of fixes over which the evidence decays; `confidence`: number of fixes for which the
+    initial variance counts.
     Raises InputError for a memory that is not above 1.
     """
 

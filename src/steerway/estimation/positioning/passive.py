@@ -127,7 +127,8 @@ def _correction(error: Floats, heading: float, gains: Floats, model: Floats, out
 
 @kernel
 def _rates(x: Floats, seen: Seen, force: Floats, gains: Floats, model: Floats, out: Floats) -> None:
-    """Right-hand side of the observer: the vessel's on the measured heading, its waves and the correction."""
+    """Right-hand side of the observer: rates of the vessel's model at the measured heading, of the waves, and the
+    correction."""
     if seen.is_held:
         for i in range(3):
             seen.error[i] = seen.measured[i] - x[PLACE + i] - x[WAVE + i]

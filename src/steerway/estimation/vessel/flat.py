@@ -1,7 +1,8 @@
 """The numbers of one structure as flat keys of a profile, and its model.
 
 Its vessel has one mode, in which white noise drives speed and course rate. With `turn_time` it has more: a course held
-for long, a course just taken up, and a turn. Persistent acceleration and yaw in waves are shaping filters.
+for long, a course just taken up, and a turn. Shaping filters add persistent acceleration, and yaw in
+waves, if the profile has them.
 """
 
 import math

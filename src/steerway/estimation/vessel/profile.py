@@ -181,7 +181,7 @@ def _of_this_version(table: dict[str, Any], place: str) -> dict[str, Any]:
     removed = [part for part in REMOVED if any(part in _list(each.get("parts")) for each in tables)]
     if not removed:
         return table
-    LOG.warning("%s: read without %s, which this version does not have", place, ", ".join(removed))
+    LOG.warning("%s: without the parts %s, which this version no longer has", place, ", ".join(removed))
     return table | {"structures": [_without(each, removed) if each in tables else each for each in structures]}
 
 

@@ -16,7 +16,7 @@ from steerway.formats.nmea0183.epochs import LAT, LON, OPEN, SOG
 from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 
 POSITIONS = (2 << LAST_POSITION) - 1
-"""Mask of the bits in `seen` of sentences with a position."""
+"""Mask of the bits in `seen` that stand for sentences with a position."""
 FEW = 4
 """Minimum number of rows that are divided."""
 _LEAST = 3.0  # least number of epochs with two positions, to divide a talker

@@ -43,7 +43,7 @@ _DAY = 86400.0
 
 
 Fields = tuple[tuple[int, int, str], dict[str, Any]]
-"""(PGN, source, time as text) and the fields by name of a message that another program has decoded."""
+"""A message that another program has decoded: (PGN, source, time as text), and its fields by name."""
 
 
 class Heard(NamedTuple):

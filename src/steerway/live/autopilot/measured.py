@@ -117,7 +117,7 @@ _LONGEST_SPEED_STEP = 1.0
 _HELD = 0.5
 """Time for which a measured acceleration is used, s."""
 _FRESH_SPEED = 3.0
-"""Time after the last measured speed for which the fused speed is used, s."""
+"""The fused speed is used until this time after the last measured speed, s."""
 TUNING = SurgeTuning(sog_std=0.1, bottom_std=0.02, water_std=0.05, acceleration_walk=3e-3, leak_std=0.1, leak_time=2.0)
 """Tuning for instruments of small boats in waves: pitch adds a part of gravity to the measured acceleration."""
 
