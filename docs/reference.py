@@ -261,11 +261,11 @@ def _type(schema):
 def columns() -> str:
     """The columns of the tables that commands write."""
     from steerway.core.testing import MOTION_COLUMNS, STATUSES
-    from steerway.simulation.runs.files import _NAMES
+    from steerway.simulation.testing import NAMES
 
     rows = [f"| `{name}` | {_unit(name)} | {_MOTION[name]} |" for name in ("mmsi", *MOTION_COLUMNS)]
     rows.append(f"| `status` | | {', '.join(f'`{each}`' for each in STATUSES)} |")
-    run = [f"| `{outward}` | {_unit(outward)} | {name.replace('_', ' ')} |" for name, (outward, _) in _NAMES.items()]
+    run = [f"| `{outward}` | {_unit(outward)} | {name.replace('_', ' ')} |" for name, (outward, _) in NAMES.items()]
     return (
         "# Columns of tables\n\nNames end in their unit. Unknown is empty (CSV) or null (Parquet).\n\n"
         "## Results of `estimate`\n\n| column | unit | |\n|---|---|---|\n" + "\n".join(rows) + "\n\n"

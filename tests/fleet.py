@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from steerway.core.earth import radii
+from steerway.core import radii
 
 DAY = 86_400
 FIRST_DAY = datetime.date(2024, 3, 1)

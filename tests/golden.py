@@ -1,8 +1,9 @@
-"""Golden numbers: tables whose columns are read by name, and the forces of a public run."""
+"""Golden numbers: tables whose columns are read by name, and the forces of a public run; limits that are missed."""
 
 import math
 
 import numpy as np
+import pytest
 
 RTOL, ATOL = 1e-9, 1e-10
 
@@ -19,6 +20,17 @@ def columns(table, *names) -> np.ndarray:
 
 def assert_golden(measured, expected):
     np.testing.assert_allclose(measured, expected, rtol=RTOL, atol=ATOL)
+
+
+def missed(reason):
+    """Mark a test of a limit that is missed: the assertion fails until the limit is met."""
+    return pytest.mark.xfail(strict=True, raises=AssertionError, reason=reason)
+
+
+def no_worse(is_as_good, found):
+    """Where a limit is missed by more than was measured, the test fails, and not as expected."""
+    if not is_as_good:
+        pytest.fail(f"worse than it was: {found}")
 
 
 def cybership_forces(time):

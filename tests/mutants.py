@@ -65,7 +65,7 @@ COVERED = {
     "estimation/filter/reversal.py": SMOOTHER,
     "formats/ais.py": ("test_ais", *ARCHIVE),
     "formats/ais_tables.py": ("test_ais", *ARCHIVE),
-    "formats/columns.py": ("test_table", "test_user_mistakes"),
+    "formats/columns.py": ("test_table", "test_table_kinds", "test_user_mistakes"),
     "formats/dilution.py": ("test_stated_accuracy", "test_binary_logs.py::test_a_binary_data_flash_log"),
     "formats/gpx.py": ("test_gpx", "test_writing"),
     "formats/nmea0183/writing.py": ("test_nmea0183_writing",),

@@ -10,6 +10,7 @@ from docs import papers, reference
 from docs.build import ROOT, home, run_python, snippets, within
 
 from steerway.commands.testing import KINDS, command_tree, schema_of
+from steerway.control import AnglePID
 
 PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md"))
 FRONT = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md")]
@@ -109,7 +110,7 @@ def test_the_reference_has_every_public_name():
     pages = {name: reference.module(name) for name in reference.MODULES}
     assert all(f"## {public}\n" in page for name, page in pages.items() for public in import_module(name).__all__)
     assert "`course`" in reference.keys("scenario") or "| `law` |" in reference.keys("scenario")
-    assert "| (54)–(59) | `steerway.control.course" in papers.paper_pages()["paper-p0"]
+    assert f"| (54)–(59) | `{AnglePID.__module__}" in papers.paper_pages()["paper-p0"]
     assert "## steerway estimate" in reference.commands() and "position_std_m" in reference.columns()
 
 

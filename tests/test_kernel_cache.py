@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 import steerway
-from steerway.core.testing import kernel_cache
+from steerway.core import wrap
+from steerway.core.testing import compiled, kernel_cache, shaping, variation
 
 DIGEST = """
 import boats, sys
@@ -55,9 +56,9 @@ def test_a_change_in_an_imported_file_is_seen_however_it_is_imported(digest, sta
 
 
 def test_a_kernel_of_another_package_depends_on_this_one(digest, tmp_path):
-    before = digest(boat="from steerway.core.angles import wrap\n")
-    for name, changes in (("magnetic", False), ("angles", True)):
-        with (tmp_path / "steerway" / "core" / f"{name}.py").open("a") as file:
+    before = digest(boat=f"from {wrap.__module__} import wrap\n")
+    for each, changes in ((variation, False), (wrap, True)):
+        with tmp_path.joinpath(*each.__module__.split(".")).with_suffix(".py").open("a") as file:
             file.write("# changed\n")
         assert (digest() != before) == changes
 
@@ -67,10 +68,10 @@ def test_the_oldest_versions_of_a_module_are_removed(tmp_path, monkeypatch):
     kernel_cache.kernel_cache.cache_clear()
     try:
         for k in range(12):
-            assert kernel_cache.module_directory("steerway.core.angles", f"-{k}").is_dir()
+            assert kernel_cache.module_directory(wrap.__module__, f"-{k}").is_dir()
     finally:
         kernel_cache.kernel_cache.cache_clear()
-    assert 2 <= len(list((tmp_path / "steerway" / "kernels" / "steerway.core.angles").iterdir())) <= 10
+    assert 2 <= len(list((tmp_path / "steerway" / "kernels" / wrap.__module__).iterdir())) <= 10
 
 
 KERNEL = """
@@ -111,9 +112,9 @@ def test_of_processes_that_begin_together_one_compiles(tmp_path):
     assert sorted(each.communicate()[0] for each in beside) == ["0\n", "0\n", "1\n"]
 
 
-CHECKED = """
+CHECKED = f"""
 import numpy as np
-from steerway.core.compiled import called_kernel, kernel, lean_kernel
+from {compiled.__name__} import called_kernel, kernel, lean_kernel
 @lean_kernel
 def of(values, k): return values[k]
 @called_kernel
@@ -136,9 +137,9 @@ def test_indices_are_checked_in_kernels_that_are_parts_of_others(tmp_path):
     assert told == "2.0 2.0 1.0\n" + 3 * "index is out of bounds\n"
 
 
-PRUNED = """
+PRUNED = f"""
 import numpy as np
-from steerway.core.compiled import called_kernel, kernel
+from {compiled.__name__} import called_kernel, kernel
 @called_kernel
 def third(x): return x[0] + 1.0
 @called_kernel
@@ -162,10 +163,10 @@ def test_a_part_is_there_where_the_first_call_of_it_is_pruned(tmp_path):
     )
 
 
-SHAPED = """
+SHAPED = f"""
 import numpy as np
-from steerway.core.compiled import kernel, lean_kernel
-from steerway.core.shaping import shaped
+from {compiled.__name__} import kernel, lean_kernel
+from {shaping.__name__} import shaped
 @lean_kernel
 def mark(x, n):
     shaped(x[1:], (n, 3))[1, 2] = 7.0

@@ -11,6 +11,7 @@ import pytest
 from steerway.estimation.testing import LogEstimator, Track, lateness, on_time, regular_times
 from tests import scenes
 from tests.command_line import run
+from tests.golden import missed, no_worse
 from tests.scenes import turning
 
 
@@ -78,7 +79,7 @@ def in_whole_seconds(time):
     return np.floor(time)
 
 
-other_maximum = pytest.mark.xfail(strict=True, reason="3.3 mm/s, with the true times 1.6: another maximum of the fit")
+other_maximum = missed("10.3 mm/s, with the true times 1.8: another maximum of the fit")
 
 
 @pytest.mark.parametrize(
@@ -98,6 +99,7 @@ def test_fixes_at_regular_times_under_irregular_stamps(rate, stamped, inferred):
     assert track.regular and np.ptp(track.record.time - scene.time) < 0.25
     motions = [(LogEstimator(each) if inferred else scenes.small_craft()[2]).motion(each) for each in (true, fixes)]
     best, error = (math.sqrt(np.nanmean((each.sog - scene.sog)[SETTLED:] ** 2)) for each in motions)
+    no_worse(error < 6.0 * best, (error, best))
     assert error < 1.1 * best
     np.testing.assert_array_equal(motions[1].time, fixes.time)
 

@@ -15,7 +15,7 @@ import urllib.parse
 import pytest
 
 from steerway.formats.testing import gga, rmc
-from steerway.live.testing import warm
+from steerway.live.testing import server, warm
 from tests.browser import chromium
 from tests.command_line import STEERWAY
 from tests.ports import free_port
@@ -250,7 +250,7 @@ def test_a_state_is_red_only_where_the_boat_was_stopped(page):
     port, seq = free_port(), 0
     settings = {"host": "127.0.0.1", "port": port, "token": None, "origin": None}
     settings |= {"route": [[0.0, 0.0], [60.0, 0.0]], "fence": [], "has_autopilot": True}
-    command = (sys.executable, "-m", "steerway.live.helm.server")
+    command = (sys.executable, "-m", server.__name__)
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
 
         def send(message):

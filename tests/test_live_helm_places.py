@@ -9,7 +9,7 @@ import urllib.request
 
 import pytest
 
-from steerway.live.testing import Places
+from steerway.live.testing import Places, server
 from tests.ports import free_port
 
 TOKEN = "correct horse"
@@ -85,7 +85,7 @@ def page():
 
     async def begun():
         process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "steerway.live.helm.server"),
+            *(sys.executable, "-m", server.__name__),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )

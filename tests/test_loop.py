@@ -48,6 +48,8 @@ def test_an_otter_sails_her_route_and_stops():
     crab = np.degrees(run.true_cog - run["true_heading"])[leg]
     assert 8.0 < np.median(crab) < 20.0  # set to starboard by the current, not measured
     assert abs(np.median(run["true_east"][leg])) < 4.0  # within the receiver's own error
+    across = np.where(run["leg_target"] == 1.0, run["true_east"], 60.0 - run["true_north"])
+    np.testing.assert_allclose(run.true_cross_track[sailing], across[sailing], atol=1e-9)
 
 
 def test_the_same_seed_is_the_same_run_and_another_is_not():

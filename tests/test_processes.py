@@ -201,8 +201,8 @@ def test_resume_needs_a_campaign_and_its_own_scenario(tmp_path):
 
 COMPILED = """
 import sys, time
-from steerway.commands import app, cli
-@app.app.command()
+from steerway.commands.testing import app, cli
+@app.command()
 def stuck():
     import hashlib
     print("begun", flush=True)

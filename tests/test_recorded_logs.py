@@ -14,6 +14,7 @@ import steerway
 from steerway.core import OK, REJECTED, rms, wrap_array
 from steerway.estimation import choose_profile
 from steerway.estimation.testing import compare
+from tests.golden import missed, no_worse
 
 LOGS = (
     "ais_misc/*.txt",
@@ -151,8 +152,12 @@ def test_a_start_from_rest_converges_to_the_right_course(logs):
         assert found.sog_rms < 0.15
 
 
-def missed(reason):
-    return pytest.mark.xfail(strict=True, raises=AssertionError, reason=reason)
+CEILINGS = {
+    "figure8_rate_rms_smoothed_dps": 0.394,
+    "figure8_rate_rms_smoothed_aligned_dps": 0.241,
+    "standstill_gps_sog_median_mps": 0.174,
+}
+"""What is missed, at most."""
 
 
 @pytest.mark.study
@@ -176,25 +181,29 @@ def missed(reason):
         pytest.param(
             "standstill_gps_sog_median_mps",
             0.15,
-            marks=missed("0.154 m/s: a receiver that swings; its own SOG is 0.165"),
+            marks=missed("0.173 m/s: a receiver that swings; its own SOG is 0.165"),
         ),
         ("standstill_ac42_sog_median_mps", 0.15),
     ],
 )
 def test_independent_truth_on_recorded_logs(field, key, most):
+    no_worse(field[key] <= CEILINGS.get(key, math.inf), field[key])
     assert field[key] <= most
 
 
 @pytest.mark.study
 @missed("2.33 s: a smoothed estimate by another maximum of the fit; the error is flat there")
 def test_the_lag_of_the_figure_of_eight_is_found(field):
+    no_worse(2.3 < field["figure8_receiver_lag_s"] < 3.2, field["figure8_receiver_lag_s"])
     assert 2.4 < field["figure8_receiver_lag_s"] < 3.2  # the error is flat from 2.5 to 3.2 s
 
 
 @pytest.mark.study
-@missed("85 % of rows: a slow error taken for motion")
+@missed("82.6 % of rows: a slow error taken for motion")
 def test_at_a_standstill_there_is_no_course(field):
-    assert min(field[f"standstill_{key}_undefined_pct"] for key in MOORED) >= 95.0
+    found = min(field[f"standstill_{key}_undefined_pct"] for key in MOORED)
+    no_worse(found > 82.5, found)
+    assert found >= 95.0
 
 
 def mirrored(fixes, motion):

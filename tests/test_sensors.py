@@ -106,8 +106,8 @@ def test_faults_do_what_their_kinds_say():
 
 
 def test_the_antenna_swings_with_roll_and_pitch():
-    def antenna(roll, pitch, heading):
-        receiver = Gnss(rate=1.0, lever_arm=(0.5, 0.2, -2.0))
+    def antenna(roll, pitch, heading, arm=(0.5, 0.2, -2.0)):
+        receiver = Gnss(rate=1.0, lever_arm=arm)
         motion = still(0.0, 1.0) | {"roll": roll, "pitch": pitch, "heading": heading}
         return plane(whole(receiver, 0, **motion))[:, 0]
 
@@ -117,6 +117,8 @@ def test_the_antenna_swings_with_roll_and_pitch():
     # With positive roll the mast leans to starboard; with the bow up it leans aft.
     np.testing.assert_allclose(antenna(0.1, 0.0, 0.0), [0.5, 0.2 * math.cos(0.1) + 2.0 * math.sin(0.1)], atol=1e-9)
     np.testing.assert_allclose(antenna(0.0, 0.1, 0.0), [0.5 * math.cos(0.1) - 2.0 * math.sin(0.1), 0.2], atol=1e-9)
+    parts = sum(antenna(0.1, 0.2, 0.3, arm) for arm in ((0.5, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, -2.0)))
+    np.testing.assert_allclose(parts, antenna(0.1, 0.2, 0.3), atol=1e-9)
 
 
 def test_a_late_fix_keeps_its_epoch_unless_stamped_on_arrival():

@@ -77,7 +77,7 @@ def test_what_is_not_installed_is_said_in_one_sentence(tmp_path):
         ),
     ):
         code = (
-            "import importlib.metadata, sys; from steerway.commands import cli, study as command\n"
+            "import importlib.metadata, sys; from steerway.commands.testing import cli, study as command\n"
             f"entry_points = lambda **group: importlib.metadata.entry_points(**group) if {bool(path)} else ()\n"
             "command.entry_points = entry_points; sys.argv = ['steerway', 'study', 'needy']; cli.main()"
         )

@@ -153,6 +153,13 @@ def test_the_unit_of_a_time_gives_possible_steps_and_speeds(header, row, step):
     assert speed == pytest.approx(SPEED, rel=0.02) and course == pytest.approx(45.0, abs=1.0)
 
 
+@pytest.mark.parametrize(("day", "start"), [("231114", START), ("291100", 975_536_000)])
+def test_dates_of_six_digits_are_in_the_order_that_can_be(day, start):
+    """29 November 2000: a month has no day 00."""
+    fixes = steerway.read(table("date,time,lat,lon", lambda t, lat, lon: f"{day},{clock(t)},{lat},{lon}"))
+    assert fixes.time[0] == start
+
+
 def test_a_boat_at_anchor_keeps_the_seconds_of_its_clock():
     data = table("t,lat,lon", lambda t, lat, lon: f"{t:.0f},{-33.85 + 1e-7 * (t % 3)},-70.2", step=10.0)
     fixes = steerway.read(data)

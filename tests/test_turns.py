@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from steerway.control.testing import TurnLimits, TurnSpeeds, plan_turn
-from steerway.core.estimate import NOTHING_KNOWN
-from steerway.core.testing import LegState
+from steerway.core import Estimate, LegState
 from steerway.guidance.testing import passing, turn_path
 from steerway.live.testing import TurnLimit, boat_of
 from tests.desk import OTTER, square
@@ -94,7 +93,8 @@ def turned(limit, ordered, share, seconds, thrust=1.0, throttle=math.nan):
 def test_a_wide_corner_is_turned_slowly_where_that_leaves_it_by_less(degrees, current, slows):
     boat = boat_of(square(boat=OTTER.model_copy(update={"max_yaw_rate_dps": 60.0}))).but(cruise=2.0)
     steering, model = boat.in_current(), boat.autopilot_in_current().model
-    seen = NOTHING_KNOWN._replace(north=0.0, east=0.0, sog=2.0, heading=0.0, heading_std=0.05, speed_gain=1.0)
+    unknown = Estimate(*[math.nan] * 11)
+    seen = unknown._replace(north=0.0, east=0.0, sog=2.0, heading=0.0, heading_std=0.05, speed_gain=1.0)
     seen = seen._replace(water_speed=2.0 - current, current_north=current, current_east=0.0)
     for left in np.arange(40.0, 0.0, -0.5).tolist():
         leg = LegState(1, 0.0, 80.0 - left, 0.0, left, left, 0.0, 2.0)

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from steerway.commands.demo import SCENARIO
-from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import numbers_of_seed, over_seeds
+from steerway.commands.testing import SCENARIO
+from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario
+from tests.golden import missed, no_worse
 
 pytestmark = pytest.mark.study
 MISSION = Path(__file__).parents[2] / "examples" / "otter-mission.toml"
@@ -26,13 +26,11 @@ def test_two_sigma_hold_the_truth(coverage, name):
     assert 90.0 < coverage(name) < 99.0
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="σ of SOG counts on 5 % of unsteady speed, which a simulated Otter does not have",
-)
+@missed("99.2 and 99.1 %: σ of SOG counts on 5 % of unsteady speed, which a simulated Otter does not have")
 def test_two_sigma_of_sog_are_no_wider_than_needed(coverage):
-    assert coverage("sog") < 99.0
+    found = coverage("sog")
+    no_worse(found < 99.2, found)
+    assert found < 99.0
 
 
 def test_two_sigma_of_sog_hold_the_truth(coverage):

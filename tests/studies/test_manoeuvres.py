@@ -8,6 +8,7 @@ import pytest
 import steerway
 from steerway.core import rms, wrap_array
 from steerway.estimation import choose_profile
+from tests.golden import missed, no_worse
 from tests.scenes import sailed
 
 pytestmark = pytest.mark.study
@@ -47,12 +48,7 @@ MISSES = {
 }
 CEILINGS = {"figure of eight": (0.040, 5.0 * _DEG)}
 """m/s and rad RMS of the smoothed estimate, above which a miss has grown."""
-CASES = [
-    pytest.param(name, marks=pytest.mark.xfail(strict=True, raises=AssertionError, reason=MISSES[name]))
-    if name in MISSES
-    else name
-    for name in MANOEUVRES
-]
+CASES = [pytest.param(name, marks=missed(MISSES[name])) if name in MISSES else name for name in MANOEUVRES]
 
 
 def errors(name, seed=2):
@@ -71,6 +67,6 @@ def errors(name, seed=2):
 @pytest.mark.parametrize("name", CASES)
 def test_smoothed_is_not_worse_than_causal(name):
     causal, smoothed = errors(name)
-    if name in CEILINGS and not (smoothed[0] <= CEILINGS[name][0] and smoothed[1] <= CEILINGS[name][1]):
-        pytest.fail(f"worse than it was: {smoothed}")
+    most = CEILINGS.get(name, (math.inf, math.inf))
+    no_worse(smoothed[0] <= most[0] and smoothed[1] <= most[1], smoothed)
     assert smoothed[0] <= causal[0] and smoothed[1] <= causal[1], (causal, smoothed)

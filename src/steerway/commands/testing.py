@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.commands import cli, interruption, terminal
+    from steerway.commands import cli, interruption, study, terminal
     from steerway.commands.app import app, command_tree
     from steerway.commands.demo import SCENARIO, simulate_demo
     from steerway.commands.schema import KINDS, schema_of

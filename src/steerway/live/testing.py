@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from steerway.live.build_service import warm
     from steerway.live.control_port import ControlPort, control_address
     from steerway.live.controls import Controls
-    from steerway.live.helm import access, chart, page_process
+    from steerway.live.helm import access, chart, page, page_process, server
     from steerway.live.helm.access import COOKIE, Gate, Places, Sessions
     from steerway.live.helm.make_view import ChartPlane, ellipse, view
     from steerway.live.helm.page_process import HelmPage

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from steerway.simulation.manoeuvres import limits, manoeuvre_of
     from steerway.simulation.outcome import errors, evaluated
     from steerway.simulation.runs.campaign import write_campaign
-    from steerway.simulation.runs.files import write
+    from steerway.simulation.runs.files import NAMES, write
     from steerway.simulation.runs.page import write_story
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -57,7 +57,7 @@ def _outward(name: str) -> Outward:
     raise KeyError(name)
 
 
-_NAMES = {name: _outward(name) for name in COLUMNS}
+NAMES = {name: _outward(name) for name in COLUMNS}
 
 
 def frame(
@@ -71,7 +71,7 @@ def frame(
     import polars as pl
 
     columns = {"time_s": begins + run.time, "elapsed_s": run.time}
-    for name, (outward, convert) in _NAMES.items():
+    for name, (outward, convert) in NAMES.items():
         columns[outward] = convert(run[name]) if convert else run[name]
     for whose in ("true", "estimated"):
         latitude, longitude = displaced_all(*origin, run[f"{whose}_north"], run[f"{whose}_east"])
