@@ -115,7 +115,7 @@ def csv(
     rows = body.count(b"\n")
     if rows > max(len(body) / _LEAST_ROW, _MOST_ROWS_OF_SMALL):
         raise InputError(
-            f"the table has {rows} lines of {len(body) / rows:.1f} bytes on average, expected {_LEAST_ROW} bytes or more"
+            f"the table has {rows} lines of {len(body) / rows:.1f} bytes on average, expected {_LEAST_ROW} or more"
         )
     quoted = b'"' in body
     if quoted:

@@ -199,9 +199,7 @@ class Guide:
         Raises InputError if the route is not followed.
         """
         if self.mode != ROUTE and not self.dodges:
-            raise InputError(
-                "the route is not followed, so the boat cannot dodge; expected an adjusted course"
-            )
+            raise InputError("the route is not followed, so the boat cannot dodge; expected an adjusted course")
         if by is None:
             self.follow()
             return
