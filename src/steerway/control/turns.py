@@ -24,8 +24,8 @@ equally far on both sides, `closest` is 1.4 and `excursion` 1 times `outside`. W
 corners at a distance of 1.7 m and went 0.5 m outside."""
 _KEPT = 0.7
 """Factor on the size of a turn to the side planned before, if turns may begin beside the leg. Turns to port and
-starboard then begin on different sides of it: a boat that changed the side near the waypoint began its turn 0.7 m beside
-the planned place."""
+starboard then begin on different sides of it. A boat that changed the side near the waypoint began its turn 0.7 m
+beside the planned place."""
 _STEPS = 10
 """Steps of the search for the offset; the result is accurate to 1 % of the turn's size."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
