@@ -13,7 +13,7 @@ from steerway.estimation.log.accuracy import variance_scale
 from steerway.estimation.log.copies import TURNED
 from steerway.estimation.log.course import COG, EAST, NORTH, SOG, SOG_STD
 from steerway.estimation.log.outage import SHORTEST, SLIDES, doubt, is_faster, is_outage
-from steerway.estimation.log.plane import LONG_STEP, place_near, step_between
+from steerway.estimation.log.plane import LONG_STEP, place_near, step_to
 from steerway.estimation.log.record import LONG
 from steerway.estimation.log.run import UNKNOWN_SPEED
 
@@ -183,18 +183,15 @@ def walk(state: Floats, latitude: float, longitude: float) -> tuple[float, float
         state[LATITUDE], state[LONGITUDE] = latitude, longitude
         state[HOME:HEADER] = state[: AZIMUTH + 1]
         return state[FIRST], state[SECOND]
-    north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
-    was_astray, state[ASTRAY] = state[ASTRAY], 0.0
-    if math.hypot(north, east) > LONG_STEP:
-        home = state[HOME:HEADER].copy()
-        if was_astray == 0.0:
+    place, home = (state[LATITUDE], state[LONGITUDE]), (state[HOME + LATITUDE], state[HOME + LONGITUDE])
+    north, east, convergence, is_long, from_home = step_to(place, home, (latitude, longitude))
+    if is_long:
+        origin = state[HOME:HEADER].copy()
+        if state[ASTRAY] == 0.0:
             state[HOME:HEADER] = state[: AZIMUTH + 1]
-        back = step_between(home[LATITUDE], home[LONGITUDE], latitude, longitude)
-        if math.hypot(back[0], back[1]) <= LONG_STEP:
-            state[: AZIMUTH + 1] = home
-            north, east, convergence = back
-        else:
-            state[ASTRAY] = 1.0
+        if from_home:
+            state[: AZIMUTH + 1] = origin
+    state[ASTRAY] = 1.0 if is_long and not from_home else 0.0
     c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
     state[FIRST] += c * north + s * east
     state[SECOND] += c * east - s * north

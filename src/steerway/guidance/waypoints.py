@@ -77,7 +77,7 @@ class Mission:
     one waypoint. `lead` is the distance (m) of the wheel-over point from the waypoint. If you set it before a step, the
     leg ends there, whatever the rule (NaN: by the rule). A curve at the end of a leg belongs to the leg; on it, the
     leg's direction is that of the curve `preview` m ahead, because a boat follows with a delay. `following` is the
-    direction (rad) of the next leg. It is NaN if there is none, if a curve leads to it, or once it is active.
+    direction (rad) of the next leg. It is NaN without a next leg, if a curve leads to it, or once it is active.
     """
 
     given_course = math.nan

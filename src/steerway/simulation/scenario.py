@@ -58,7 +58,7 @@ class EstimatorTable(EstimatorSettings):
     """
 
     kind: Literal["five-state", "steering", "truth", *POSITIONING_KINDS] = "five-state"  # type: ignore[valid-type]
-    """Estimator in the loop; with "truth" there is none."""
+    """Estimator in the loop; "truth" replaces it by the true motion."""
     profile: str | None = None
     """Built-in profile or a .toml file; by default the vessel's with the errors of the simulated receiver."""
     aid: tuple[Literal[*AID_COLUMNS], ...] = ()  # type: ignore[valid-type]

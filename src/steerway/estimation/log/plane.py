@@ -70,10 +70,27 @@ def steps_between(latitude: Floats, longitude: Floats) -> tuple[Floats, Floats, 
     return north, east, convergence
 
 
+@lean_kernel
+def step_to(
+    place: tuple[float, float], home: tuple[float, float], there: tuple[float, float]
+) -> tuple[float, float, float, bool, bool]:
+    """`step_between` the place of the last fix and a fix `there`; from home, if only the place is a LONG_STEP away.
+
+    Positions are latitude and longitude, rad. Returns also whether the step from the place is long, and whether home is
+    used.
+    """
+    north, east, convergence = step_between(*place, *there)
+    if math.hypot(north, east) <= LONG_STEP:
+        return north, east, convergence, False, False
+    back_north, back_east, back = step_between(*home, *there)
+    if math.hypot(back_north, back_east) <= LONG_STEP:
+        return back_north, back_east, back, True, True
+    return north, east, convergence, True, False
+
+
 def laid_out(latitude: Floats, longitude: Floats) -> Plane:
     """The plane of a track of fixes (n,), rad. Its origin is the first fix, where its axes point north and east."""
-    north, east, convergence = steps_between(latitude, longitude)
-    begin, home = _returned(latitude, longitude, north, east, convergence)
+    north, east, convergence, begin, home = _steps(latitude, longitude)
     azimuth = _summed(convergence, begin)
     c, s = np.cos(azimuth[begin]), np.sin(azimuth[begin])
     first, second = _summed(c * north + s * east, begin), _summed(c * east - s * north, begin)
@@ -81,26 +98,21 @@ def laid_out(latitude: Floats, longitude: Floats) -> Plane:
 
 
 @kernel
-def _returned(
-    latitude: Floats, longitude: Floats, north: Floats, east: Floats, convergence: Floats
-) -> tuple[Ints, Ints]:
-    """Let long steps that lead back home begin at the home, in place.
-
-    Returns the fix (n − 1,) at which every step begins, and the home (n,) of every fix.
-    """
+def _steps(latitude: Floats, longitude: Floats) -> tuple[Floats, Floats, Floats, Ints, Ints]:
+    """`step_to` every fix (n ≥ 1, rad) from the one before: north, east, convergence, and the index of the fix at which
+    it begins (n − 1,); and the index of every fix's home (n,)."""
     n = len(latitude)
+    north, east, convergence = np.empty(n - 1), np.empty(n - 1), np.empty(n - 1)
     begin, home, astray = np.arange(n - 1), np.zeros(n, np.int64), False
     for k in range(n - 1):
         at = home[k]
-        is_long = math.hypot(north[k], east[k]) > LONG_STEP
+        place, its_home = (latitude[k], longitude[k]), (latitude[at], longitude[at])
+        there = latitude[k + 1], longitude[k + 1]
+        north[k], east[k], convergence[k], is_long, from_home = step_to(place, its_home, there)
+        begin[k] = at if from_home else k
         home[k + 1] = k if is_long and not astray else at
-        astray = is_long
-        if is_long:
-            back = step_between(latitude[at], longitude[at], latitude[k + 1], longitude[k + 1])
-            if math.hypot(back[0], back[1]) <= LONG_STEP:
-                begin[k], astray = at, False
-                north[k], east[k], convergence[k] = back
-    return begin, home
+        astray = is_long and not from_home
+    return north, east, convergence, begin, home
 
 
 @kernel
