@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from steerway.core.errors import InputError
+from steerway.core.estimate import NOTHING_KNOWN
+from steerway.core.leg import LegState
 from steerway.core.records import Fixes
 from steerway.estimation.estimator_tables import EstimatorSettings
 from steerway.estimation.learning import LearningFilter
@@ -35,7 +37,7 @@ from steerway.live.rows import InputRow
 from steerway.live.service import LOG, RATE, Service
 from steerway.live.settings import Settings
 from steerway.live.uri import address, token_of
-from steerway.pilot import DEFAULT_KINDS
+from steerway.pilot import DEFAULT_KINDS, Pilot
 
 if TYPE_CHECKING:
     from steerway.live.recording import Recorder
@@ -79,6 +81,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
     finally:
         LOG.disabled = was_disabled
     _infer()
+    _turn(supervisor.pilot)
     for k in range(_WARM_SECONDS):  # rows with velocity and heading run further code
         later = rows[-1].time + 1.0 + k
         supervisor.estimator.filter.fix(later, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
@@ -93,6 +96,19 @@ def _infer() -> None:
     chance = np.random.default_rng(0)
     latitude = math.radians(54.0) + _WARM_STEP * np.arange(12.0) + chance.normal(0.0, 1e-8, 12)
     infer_log(Fixes(1.7e9 + np.arange(12.0), latitude, np.full(12, math.radians(10.0))))
+
+
+def _turn(pilot: Pilot) -> None:
+    """Compile the kernels of a turn by planning one near its waypoint, and by following its path."""
+    steering, speed = pilot.in_current, 2.0
+    if steering is None:
+        return
+    known = NOTHING_KNOWN._replace(north=0.0, east=0.0, sog=speed, cog=0.0, cog_std=0.1, heading=0.0, yaw_rate=0.0)
+    known = known._replace(heading_std=0.1, water_speed=speed, current_north=0.0, current_east=0.0, speed_gain=1.0)
+    leg = LegState(10, 0.0, 0.0, 0.0, speed, speed, 0.0, speed)
+    steering.turn(leg, 1.0, known, pilot.autopilot.model)
+    steering.watch(leg._replace(target=11, direction=1.0), known, 0.1)
+    steering.with_shorter_lookahead(leg, speed, known)
 
 
 def launch(settings: Settings) -> None:
