@@ -50,6 +50,7 @@ GOOD, MANOEUVRED, REFUSED = range(3)
 def _correct_scalar(x: Floats, p: Floats, h: Floats, residual: float, variance: float, gain: Floats) -> None:
     """Kalman's correction by one number z = h x + noise, in place; gain (21,) is workspace."""
     spread = variance
+    heading, water, sway = x[HEADING], x[WATER_SPEED], x[SWAY]
     for i in range(STATES):
         total = 0.0
         for j in range(STATES):
@@ -63,6 +64,33 @@ def _correct_scalar(x: Floats, p: Floats, h: Floats, residual: float, variance: 
             p[j, i] = p[i, j]
     for i in range(STATES):
         x[i] += gain[i] * residual / spread
+    _keep_over_ground(x, p, heading, water, sway)
+
+
+@lean_kernel
+def _keep_over_ground(x: Floats, p: Floats, heading: float, water: float, sway: float) -> None:
+    """Complete a correction as if the velocity over ground were a state in place of the current.
+
+    heading, water, sway: the states before the correction. Fixes show the velocity over ground, and not how much of it
+    is current. If the Jacobian of this velocity changed with every correction of the speed, the filter would gain
+    information about the heading from noise: on a straight leg in a current of 1.3 m/s, the heading drifted by 4° in
+    50 s while its σ shrank.
+    """
+    c, s = math.cos(heading), math.sin(heading)
+    after_c, after_s = math.cos(x[HEADING]), math.sin(x[HEADING])
+    turned, faster, aside = x[HEADING] - heading, x[WATER_SPEED] - water, x[SWAY] - sway
+    north, east = water * c - sway * s, water * s + sway * c  # through the water
+    after_north = x[WATER_SPEED] * after_c - x[SWAY] * after_s
+    after_east = x[WATER_SPEED] * after_s + x[SWAY] * after_c
+    x[CURRENT_N] += north + faster * c - aside * s - turned * east - after_north
+    x[CURRENT_E] += east + faster * s + aside * c + turned * north - after_east
+    by_heading_n, by_heading_e, by_c, by_s = after_east - east, north - after_north, c - after_c, s - after_s
+    for j in range(STATES):
+        p[CURRENT_N, j] += by_heading_n * p[HEADING, j] + by_c * p[WATER_SPEED, j] - by_s * p[SWAY, j]
+        p[CURRENT_E, j] += by_heading_e * p[HEADING, j] + by_s * p[WATER_SPEED, j] + by_c * p[SWAY, j]
+    for i in range(STATES):
+        p[i, CURRENT_N] += by_heading_n * p[i, HEADING] + by_c * p[i, WATER_SPEED] - by_s * p[i, SWAY]
+        p[i, CURRENT_E] += by_heading_e * p[i, HEADING] + by_s * p[i, WATER_SPEED] + by_c * p[i, SWAY]
 
 
 @lean_kernel
