@@ -92,6 +92,7 @@ class MavlinkDecoder:
         self._passed_over = 0  # number of the vehicle's own positions since the last one of the receiver
         self._lag = ReceiverLag()
         self._aids: dict[str, deque[tuple[float, float]]] = {}  # newest (time, value) of each aid
+        self._used: dict[str, float] = {}  # time of the last used value of each aid
         self._fixed = -math.inf  # arrival of the newest fix
         self._moment = self._moment_came = math.nan  # time of the newest row, and its arrival
         self._says_throttle = False  # whether the vehicle is armed, and reports the throttle of its motors
@@ -132,15 +133,12 @@ class MavlinkDecoder:
         return InputRow(f"mavlink GPS_RAW_INT{self._place}", moment, *place, std, sog, cog, **self._beside(moment))
 
     def _beside(self, moment: float) -> dict[str, Any]:
-        """The aids of a fix at a time: the nearest value of each; a value is used once."""
+        """The aids of a fix at a time: the nearest value of each, unless an earlier fix has used it."""
         found = {}
         for name, values in self._aids.items():
-            if values:
-                time, value = min(values, key=lambda each: abs(each[0] - moment))
-                while values and values[0][0] <= time:
-                    values.popleft()
-                if abs(time - moment) < _FRESH:
-                    found[name] = value
+            time, value = min(values, key=lambda each: abs(each[0] - moment))
+            if time > self._used.get(name, -math.inf) and abs(time - moment) < _FRESH:
+                found[name], self._used[name] = value, time
         return found
 
     def _aid(self, row: InputRow, name: str, arrival: float) -> InputRow | None:
