@@ -145,7 +145,7 @@ class TurnLimit:
         self._ordered = yaw_rate if math.isfinite(yaw_rate) else 0.0
         self._expected += share * (self._ordered - self._expected)
         thrust = thrust if math.isfinite(thrust) else 0.0
-        self._thrust += share * (thrust - self._thrust)
+        self._thrust += share * (max(thrust, throttle if math.isfinite(throttle) else 0.0) - self._thrust)
         self._driven += share * (min(thrust, throttle) - self._driven)  # the thrust itself where throttle is NaN
 
     def turned(self, yaw_rate: float, dt: float) -> None:
