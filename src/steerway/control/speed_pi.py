@@ -12,6 +12,7 @@ _SHORT = 0.1
 speed. Without this rule the integral raised the order from 1.2 to 1.9 m/s on a leg across a current of 1.3 m/s, and the
 vehicle kept full thrust for 1.5 s of the turn that followed."""
 
+
 @dataclass(frozen=True)
 class SpeedPIGains:
     """Gains of a PI speed loop. mass with added mass, kg; drag in N·s/m and N·s²/m²; bandwidth ω of the loop, rad/s.
@@ -77,8 +78,8 @@ class SpeedPI:
     def step(self, desired: float, speed: float, dt: float, along: float | None = None) -> float:
         """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown).
 
-        along: current along the bow (m/s), for a vehicle that itself controls its speed over ground. It is added to both
-        speeds, and the integral stops where the vehicle cannot reach the ordered speed.
+        along: current along the bow (m/s), for a vehicle that itself controls its speed over ground. It is added to
+        both speeds, and the integral stops where the vehicle cannot reach the ordered speed.
         """
         gains = self.gains
         held = self._approach(desired, speed, dt)
