@@ -73,8 +73,3 @@ def test_nothing_valid_is_lost_around_damage(damaged, lost):
 def test_entities_are_refused():
     with pytest.raises(InputError, match="XML entities"):
         gpx.read(b'<!DOCTYPE x [<!ENTITY a "b">]><gpx>&a;</gpx>')
-
-
-def test_recognises_by_content():
-    assert gpx.recognises(WHOLE[:200])
-    assert not gpx.recognises(b"<svg></svg>")

@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 
 from steerway.core import InputError
-from steerway.formats.testing import read, survey
-from tests.sentences import START, gga, place, rmc, sealed, sortie, track
+from steerway.formats.testing import ais, gpx, nmea0183, nmea2000, read, survey, table, ubx
+from tests.messages import WHOLE, pvt
+from tests.sentences import START, assert_same_columns, gga, place, rmc, sealed, sortie, track
 
 
 def rough_rmc(k, lat, lon, talker="GP"):
     return sealed(f"{talker}RMC,{120000 + k % 60},A,{place(lat, lon, 2)},1.0,2.0,010724,,,A")
-
-
-def assert_same(one, other):
-    for name, column in one.columns().items():
-        np.testing.assert_array_equal(column, other.columns()[name], err_msg=name)
 
 
 @pytest.fixture
@@ -32,12 +28,12 @@ def test_every_way_in_says_the_same(log, tmp_path, monkeypatch):
     plain = read(log)
     packed = tmp_path / "sortie.gz"
     packed.write_bytes(gzip.compress(sortie(30)) + gzip.compress(sortie(60)[len(sortie(30)) :]))
-    assert_same(read(str(log)), plain)
-    assert_same(read(packed), plain)
-    assert_same(read(sortie(60)), plain)
-    assert_same(read(io.BytesIO(sortie(60))), plain)
+    assert_same_columns(read(str(log)), plain)
+    assert_same_columns(read(packed), plain)
+    assert_same_columns(read(sortie(60)), plain)
+    assert_same_columns(read(io.BytesIO(sortie(60))), plain)
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(sortie(60))))
-    assert_same(read("-"), plain)
+    assert_same_columns(read("-"), plain)
 
 
 def test_fixes_with_the_compass_of_another_talker(log):
@@ -59,7 +55,7 @@ def test_logs_that_follow_one_another_are_one_record():
     fixes = read(second, first)
     assert fixes.source == "GP"
     np.testing.assert_allclose(fixes.time, START + np.arange(60), atol=1e-6)
-    assert_same(read(first, first + second), fixes)
+    assert_same_columns(read(first, first + second), fixes)
 
 
 def test_logs_of_the_same_hours_are_two_devices(tmp_path):
@@ -187,6 +183,27 @@ def test_what_it_refuses(tmp_path, make, message):
 def test_nothing_named():
     with pytest.raises(InputError, match="no log is given"):
         read()
+
+
+HEADS = {
+    nmea0183: [
+        b"# a comment\n" + gga(START, 54.0, 10.0),
+        b"# Date: 2017-07-19\n# Location: lat lon\n" + gga(START, 54.0, 10.0),
+        b"2014-08-01T00:00:00Z $IIMWV,337,T,00.2,N,A*10\r\n",
+    ],
+    ais: [b"!AIVDM,1,1,,A,13mb9U0P00PRk8fT5nw>4?wj2006,0*5D\r\n"],
+    gpx: [WHOLE[:200]],
+    nmea2000: [b"2014-08-15T19:00:00.042Z,3,129029,160,255,43,87,a9\n"],
+    table: [b"\xef\xbb\xbfTime;Lat;Lon\r\n", b"PAR1....", b"t,lat,lon\n", b"time,x,y\n"],
+    ubx: [b"# comment\n$GPTXT\r\n" + pvt(1) + pvt(2)[:50]],
+    None: [b"", b"\xb5\x62\x01\x07" + bytes(100), b"<svg></svg>"],
+}
+"""The formats, and beginnings of logs in each."""
+
+
+@pytest.mark.parametrize(("format", "head"), [(format, head) for format, heads in HEADS.items() for head in heads])
+def test_a_log_is_recognised_by_its_format_alone(format, head):
+    assert [each for each in HEADS if each and each.recognises(head)] == ([format] if format else [])
 
 
 def test_survey(log):

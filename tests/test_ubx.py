@@ -85,12 +85,6 @@ def test_nothing_valid_is_lost_around_damage():
     assert recording.skipped == {"UBX frame damaged": 4}
 
 
-def test_recognises_by_content():
-    assert ubx.recognises(b"# comment\n$GPTXT\r\n" + pvt(1) + pvt(2)[:50])
-    assert not ubx.recognises(b"\xb5\x62\x01\x07" + bytes(100))
-    assert not ubx.recognises(b"")
-
-
 def test_the_shorter_message_of_older_firmware():
     payload = pvt(1)[6:-2][:84]
     body = b"\x01\x07" + struct.pack("<H", 84) + payload
