@@ -26,13 +26,14 @@ def test_constant_parts_are_constant_and_point_where_they_go():
     np.testing.assert_allclose(conditions, np.tile([0.0, 0.5, 3.0, -4.0, 2.0], (5, 1)), atol=1e-15)
 
 
-def test_a_wandering_current_has_its_spread_and_memory():
-    conditions, _ = run(Environment(current=Current(speed=0.5, std=0.1, time_constant=20.0)), 60_000)
-    along, across = conditions[:, 0], conditions[:, 1]
-    assert along.mean() == pytest.approx(0.5, abs=0.02)
-    for part in (along, across):
-        assert part.std() == pytest.approx(0.1, rel=0.1)
-        assert np.corrcoef(part[200:], part[:-200])[0, 1] == pytest.approx(math.exp(-1.0), abs=0.1)
+def test_a_wandering_current_and_a_varying_force_have_their_spread_and_memory():
+    current = Current(speed=0.5, std=0.1, time_constant=20.0)
+    environment = Environment(current=current, force=(0.3, 0.0), force_std=(2.0, 1.0), moment_std=0.5, force_time=5.0)
+    conditions, _ = run(environment, 60_000)
+    assert (np.abs(conditions.mean(axis=0) - [0.5, 0.0, 0.3, 0.0, 0.0]) < [0.02, 0.02, 0.2, 0.1, 0.05]).all()
+    np.testing.assert_allclose(conditions.std(axis=0), [0.1, 0.1, 2.0, 1.0, 0.5], rtol=0.1)
+    for part, lag in zip(conditions.T, (200, 200, 50, 50, 50), strict=True):
+        assert np.corrcoef(part[lag:], part[:-lag])[0, 1] == pytest.approx(math.exp(-1.0), abs=0.1)
 
 
 def test_wind_blows_from_its_direction_with_the_square_of_its_speed():

@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 
 import steerway
 from steerway.formats.testing import read, survey
-from tests.scenes import turning
 
 START = 1532858400.0  # 2018-07-29 10:00:00
 COUNT = 30
@@ -142,16 +141,6 @@ def fit_messages():
     return lines(row, head)
 
 
-def fit_columns():
-    head = "record.timestamp[s],record.position_lat[semicircles],record.position_long[semicircles]\n"
-    return lines(lambda k, a, o: f"{START + k - 631065600:.0f},{round(a * CIRCLE)},{round(o * CIRCLE)}", head)
-
-
-def semicircle_columns():
-    head = "timestamp,position_lat,position_long\n"
-    return lines(lambda k, a, o: f"{START + k - 631065600:.0f},{round(a * CIRCLE)},{round(o * CIRCLE)}", head)
-
-
 def raw_of_a_dated_bus():
     """Yacht Devices' lines in lower case, with dates only in the system time (126992)."""
 
@@ -202,28 +191,13 @@ def seasmart():
     return lines(lambda k, a, o: f"$PCDIN,01F801,{k * 1000:08X},03,{frame_bytes(a, o).hex().upper()}*00")
 
 
-def local_columns():
-    head = "Latitude,Longitude,lcl_d,lcl_t\n"
-    return lines(lambda k, a, o: f"{a},{o},{clock(k, '%Y/%m/%d')},{clock(k, '%I:%M:%S %p')}", head)
-
-
-def boot_and_unix():
-    return lines(lambda k, a, o: f"{1000 * k},{1e3 * (START + k):.0f},{a},{o}", "time_boot_ms,time_unix_ms,lat,lon\n")
-
-
-def ros_pose():
-    head = "%time,field.pose.position.latitude,field.pose.position.longitude\n"
-    return lines(lambda k, a, o: f"{(START + k) * 1e9:.0f},{a},{o}", head)
-
-
 LOGS = {
     igc: 1e-5,
     dataflash: 1e-6,
     **dict.fromkeys((rtklib, lambda: rtklib("UTC", 0)), 1e-8),
     **dict.fromkeys((tcx, kml_track, kml_placemarks, geojson_line, geojson_of_coordinate_properties), 1e-12),
-    **dict.fromkeys((old_dataflash, dumped_dataflash, fit_messages, fit_columns, rtklib_with_commas, deltas), 2e-7),
-    **dict.fromkeys((semicircle_columns, raw_of_a_dated_bus), 2e-7),
-    **dict.fromkeys((candump_with_dates, analyzed, seasmart, local_columns, boot_and_unix, ros_pose), 2e-7),
+    **dict.fromkeys((old_dataflash, dumped_dataflash, fit_messages, rtklib_with_commas, deltas), 2e-7),
+    **dict.fromkeys((raw_of_a_dated_bus, candump_with_dates, analyzed, seasmart), 2e-7),
 }
 """Resolution (degrees) of the positions in each log."""
 
@@ -252,19 +226,11 @@ def test_reading_continues_after_a_damaged_point(log):
     assert set(np.arange(COUNT)) - set(read(damaged.encode()).time - START) == {4}
 
 
-def test_geojson_that_is_written_is_read(tmp_path):
-    fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
-    steerway.write(fixes, tmp_path / "track.geojson")
-    back = steerway.read(tmp_path / "track.geojson")
-    for name in ("time", "latitude", "longitude"):
-        assert_allclose(getattr(back, name), getattr(fixes, name), rtol=1e-14)
-
-
 @pytest.mark.parametrize("log", LOGS)
 def test_damage_costs_what_follows_it_at_most(log):
     data = log().encode()
     rng = np.random.default_rng(0)
-    for _ in range(40):
+    for _ in range(15):
         cut = bytearray(data[: rng.integers(len(data) // 2, len(data))])
         cut[rng.integers(len(cut))] = rng.integers(256)
         try:

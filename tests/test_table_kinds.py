@@ -1,6 +1,5 @@
 """Tables of loggers and tools: hemispheres and units in cells, clocks, units of time, and file forms."""
 
-import io
 import math
 
 import numpy as np
@@ -12,6 +11,7 @@ from steerway.core import InputError
 from tests.command_line import run
 
 START = 1_700_000_000  # 2023-11-14 22:13:20 UTC
+FIT_EPOCH = 631_065_600
 SPEED, COURSE = 4.0, math.radians(45.0)
 K = np.arange(40)
 
@@ -93,6 +93,26 @@ def test_a_logger_with_hemispheres_and_units_in_cells(tmp_path):
             lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
         ),
         ("timestamp,lat,lon", lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 1e7:.0f},{lon * 1e7:.0f}"),
+        (
+            "record.timestamp[s],record.position_lat[semicircles],record.position_long[semicircles]",
+            lambda t, lat, lon: f"{START - FIT_EPOCH + t:.0f},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
+        ),
+        (
+            "timestamp,position_lat,position_long",
+            lambda t, lat, lon: f"{START - FIT_EPOCH + t:.0f},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
+        ),
+        (
+            "Latitude,Longitude,lcl_d,lcl_t",
+            lambda t, lat, lon: f"{lat:.7f},{lon:.7f},2023/11/14,{clock(t).replace('22', '10', 1)} PM",
+        ),
+        (
+            "time_boot_ms,time_unix_ms,lat,lon",
+            lambda t, lat, lon: f"{1e3 * t},{1e3 * (START + t):.0f},{lat:.7f},{lon:.7f}",
+        ),
+        (
+            "%time,field.pose.position.latitude,field.pose.position.longitude",
+            lambda t, lat, lon: f"{START + int(t)}000000000,{lat:.7f},{lon:.7f}",
+        ),
     ],
 )
 def test_spellings_of_places_and_clocks(header, row):
