@@ -14,33 +14,10 @@ from pynmeagps.exceptions import NMEAMessageError, NMEAParseError, NMEATypeError
 
 from steerway.formats.testing import fields as field
 from steerway.formats.testing import nmea0183
+from tests.reference_outputs.cases import logs
 from tests.sentences import assert_same, sortie
 
-LOGS = [
-    "anemomind_corrupt/irene_20150429_fragments.nmea",
-    "anemomind_corrupt/irene_flensburg_20130802_corrupt.nmea",
-    "anemomind_corrupt/psaros33_20140627_gaps_dups.nmea",
-    "gpsd_logs/blumax-gps009.log",
-    "gpsd_logs/bundg_zeus_9.log",
-    "gpsd_logs/haicom-305N.log",
-    "gpsd_logs/humminbird-M37.log",
-    "gpsd_logs/nl2008u.log",
-    "gpsd_logs/pygnssutils_ubx_static_rtcm3.log",
-    "gpsd_logs/quectel-eg25-g.log",
-    "gpsd_logs/sl869.log",
-    "gpsd_logs/ublox-lea-4h.log",
-    "palmer_seapath_truth/NBP1406_PCOD-2014-08-01",
-    "palmer_seapath_truth/NBP1406_gp02-2014-08-01",
-    "palmer_seapath_truth/NBP1406_s330-2014-08-01",
-    "palmer_seapath_truth/NBP1406_seap-2014-08-01",
-    "rob_atlantic_1hz/gx_to_gavres.nmea",
-    "rob_atlantic_1hz/kernevel_latrinite.nmea",
-    "rob_atlantic_1hz/nukuhiva_multitalker.nmea",
-    "rob_atlantic_1hz/tomales_kayak.nmea",
-    "signalk_samples/gofree-merrimac.log",
-    "signalk_samples/gps.log",
-    "signalk_samples/plaka.log",
-]
+LOGS = [name for name in logs.LOGS if not re.search("ais|furuno|aava|navisys|ublox-[gnz]", name)]
 LONGEST = 200_000
 """Bytes read of each log; pynmeagps takes a minute for five million."""
 

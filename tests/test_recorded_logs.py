@@ -143,9 +143,9 @@ def test_nine_hours_under_way_against_the_receiver(logs):
     assert math.degrees(found.cog_rms) <= 2.9
 
 
-def test_a_start_from_rest_converges_to_the_right_course(logs):
+def test_a_start_from_rest_converges_to_the_right_course(shared_data):
     """A bare filter ends 180° off on this log."""
-    log = logs["rob_atlantic_1hz/gx_to_gavres.nmea"]
+    log = EstimatedLog(steerway.read(shared_data / "data" / "rob_atlantic_1hz" / "gx_to_gavres.nmea"))
     for smooth in (False, True):
         found = compare(log.fixes, log.estimate(smooth))
         assert math.degrees(found.cog_rms) < 4.0

@@ -1,6 +1,7 @@
 """UBX: messages made by pyubx2, alone and among other bytes, and recorded logs compared with pyubx2's reader."""
 
 import io
+import re
 import struct
 
 import numpy as np
@@ -10,6 +11,7 @@ from pyubx2 import GET, UBXMessage, UBXReader
 
 from steerway.formats.testing import ubx
 from tests.messages import pvt
+from tests.reference_outputs.cases import logs
 
 NOON = 1500465600.0  # 2017-07-19 12:00:00
 
@@ -95,20 +97,9 @@ def test_the_shorter_message_of_older_firmware():
     assert len(ubx.read(b"\xb5\x62" + body + bytes([a, b])).sources["UBX"]) == 1
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "navisys-gr8013.log",
-        "pygnssutils_ubx_static_rtcm3.log",
-        "ublox-glo.log",
-        "ublox-neo-m8l.log",
-        "ublox-neo-m8n.log",
-        "ublox-neo-m8p.log",
-        "ublox-zed-f9p-hp.log",
-    ],
-)
+@pytest.mark.parametrize("name", [each for each in logs.LOGS if re.search("navisys|pygnss|ublox-[gnz]", each)])
 def test_every_fix_of_the_recorded_logs_is_kept(shared_data, name):
-    data = (shared_data / "data" / "gpsd_logs" / name).read_bytes()
+    data = (shared_data / "data" / name).read_bytes()
     assert ubx.recognises(data[:65536])
     valid = [
         message
