@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from steerway import InputError
 from steerway.vessels import Current, Environment, Nomoto, Otter
 from steerway.vessels.testing import AIR_DENSITY, Waves, Wind
 
@@ -76,18 +75,3 @@ def test_waves_have_their_spread_and_period_and_go_one_way():
     near = (omega > frequency - 0.5) & (omega < frequency + 0.5)
     assert spectrum[near].sum() > 0.75 * spectrum.sum()
     assert omega[near] @ spectrum[near] / spectrum[near].sum() == pytest.approx(frequency, abs=0.05)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Current(speed=-0.5), "Current: speed is -0.5, expected at least 0.0 m/s"),
-        (lambda: Environment(current={"time_constant": 0.0}), r"Environment: current\.time_constant is 0"),
-        (lambda: Wind(drag_area=-1.0), "Wind: drag_area is -1.0"),
-        (lambda: Waves(damping=1.0), "Waves: damping is 1.0, expected less than 1"),
-        (lambda: Waves(direction_deg=math.nan), "Waves: direction_deg is nan"),
-    ],
-)
-def test_bad_input_is_named(make, message):
-    with pytest.raises(InputError, match=message):
-        make()

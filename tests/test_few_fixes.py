@@ -115,14 +115,6 @@ def test_filters_refuse_what_is_no_time_step():
             call(dt)
 
 
-def test_the_steering_filter_takes_a_heading_and_a_yaw_rate():
-    filter = SteeringFilter(response_of(otter.BOAT), 0.1)
-    filter.order(0.0, 0.0, 1.0)
-    for k in range(30):
-        filter.fix(float(k), 1.0 * k, 0.0, heading=0.0, yaw_rate=0.0)
-    assert filter.started
-
-
 def _departure(towards, tells, watched=3.0, way=0.0, leeway=0.0):
     """m/s by which the current (1 m/s) is missed 5 s after a boat departs from a drift, without a compass, and its 1σ.
 

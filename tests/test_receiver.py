@@ -161,7 +161,7 @@ def test_the_density_of_the_next_fix_integrates_to_one(state):
         [[0.0, 0.0], [-run["step_north"], -run["step_east"]], [run["outlier_north"], run["outlier_east"]]]
     )
     shares, reach = (0.4, 0.15, 0.15, 0.15, 0.15), math.sqrt(np.trace(s) + 9.0)
-    u = qmc.Sobol(3, rng=np.random.default_rng(7)).random(1 << 14)
+    u = qmc.Sobol(3, rng=np.random.default_rng(7)).random(1 << 12)
     kind, angle = np.searchsorted(np.cumsum(shares)[:-1], u[:, 0]), 2.0 * math.pi * u[:, 1]
     around = np.c_[np.cos(angle), np.sin(angle)]
     near, wide = 1.5 * s, 9.0 * s + np.eye(2)

@@ -114,17 +114,13 @@ def test_a_straight_track_is_as_fast_as_it_is(digit, speed, rate, smooth):
     assert np.nanmin(motion.sog_std) > math.radians(step) * 4e6 / math.sqrt(12.0) / math.sqrt(300.0) / 300.0
 
 
-def test_a_moored_boat_is_known_no_better_than_its_digit():
-    fixes = rounded_to(1e-4, straight(0.0, 0.0, 400.0, 1.0).fixes(0.05, 1))
+@pytest.mark.parametrize(("digit", "noise", "place", "speed"), [(1e-4, 0.05, 0.5, 1e-3), (1e-7, 0.0, 1e-3, 1e-5)])
+def test_a_moored_boat_is_known_no_better_than_its_digit(digit, noise, place, speed):
+    """Also where the receiver holds its place, in digits that are otherwise too fine to matter."""
+    fixes = rounded_to(digit, straight(0.0, 0.0, 300.0, 1.0).fixes(noise, 1))
     motion = steerway.estimate(fixes, smooth=True)
-    assert motion.position_std.min() > 0.5 and np.nanmin(motion.sog_std) > 1e-3
+    assert motion.position_std.min() > place and np.nanmin(motion.sog_std) > speed
     assert (motion.sog < NORMAL_95 * motion.sog_std)[30:].mean() > 0.9
-
-
-def test_fixes_that_are_all_at_one_place_are_known_no_better_than_a_fine_digit():
-    """Positions of seven decimals, which are otherwise too fine to matter: a receiver that holds its place."""
-    motion = steerway.estimate(rounded_to(1e-7, straight(0.0, 0.0, 200.0, 1.0).fixes(0.0, 1)), causal=True)
-    assert motion.position_std.min() > 1e-3 and np.nanmin(motion.sog_std) > 1e-5
 
 
 def test_the_digit_is_in_the_profile_and_learned_from_a_stream(tmp_path):
