@@ -20,8 +20,6 @@ from steerway.estimation.testing import (
 )
 from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification.testing import _under_way, positions_cost, rate_noise
-from steerway.pilot import response_of
-from steerway.vessels.testing import otter
 from steerway_studies.testing import CELLS, TrueMotion, filtering_bound, smoothing_bound
 from tests.scenes import sailed, straight, usual_profile
 
