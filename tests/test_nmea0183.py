@@ -310,19 +310,3 @@ def test_variation_from_the_sentence_then_rmc_then_the_model():
     assert any("World Magnetic Model 2020" in note for note in model.notes)
     nowhere = nmea0183.read(sealed("GPZDA,120000,01,07,2024,00,00") + sealed("HCHDM,100.0,M"))
     assert nowhere.skipped == {"magnetic heading without variation or position": 1}
-
-
-def test_a_live_link_takes_everything_once():
-    data, time = sortie(30), track(30)[0]
-    reader = nmea0183.SentenceReader()
-    times, positions, speeds = [], 0, 0
-    for first in range(0, len(data), 37):
-        reader.feed(data[first : first + 37], received=START + 0.1)
-        taken = reader.take().sources.get("GP")
-        if taken is not None:
-            times += taken.time[taken.has_position].tolist()
-            positions += int(taken.has_position.sum())
-            speeds += int(np.isfinite(taken.sog).sum())
-    np.testing.assert_allclose(times, time, atol=1e-6)
-    assert positions == 30 and speeds >= 30
-    assert len(reader.recording().sources.get("GP", ())) < 10, "what was taken is not kept"

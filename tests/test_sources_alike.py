@@ -37,6 +37,7 @@ def read_and_heard(lines, column="heading"):
                 choice.uses_position(row, row.time)
             if np.isfinite(getattr(row, column)) and choice.uses_aid(column, row, row.time):
                 used = row.source
+    assert len(reader.recording().sources.get("GP", ())) < 10, "what was taken is not kept"
     return steerway.read(b"".join(line for _, line in lines)), used
 
 
