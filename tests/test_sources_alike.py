@@ -43,7 +43,8 @@ def read_and_heard(lines, column="heading"):
 
 def test_the_compass_that_reports_more_often_is_used():
     fixes, heard = read_and_heard(bus())
-    assert "heading from HE" in fixes.notes and heard == "HE"
+    assert "heading from HE" in fixes.notes and heard == "HE" and fixes.source == "GP"
+    np.testing.assert_allclose(np.degrees(fixes.heading[np.isfinite(fixes.heading)]), 1.0)
 
 
 def test_a_compass_of_the_receiver_itself_is_preferred():

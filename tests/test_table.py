@@ -41,7 +41,6 @@ def test_plain_names_and_every_delimiter(delimiter):
         ("time", "1672531201"),
         ("time", "1672531201000"),
         ("epoch", "1672531201000000"),
-        ("time_ms", "1672531201000"),
         ("Time [s]", "1.672531201e9"),
     ],
 )
@@ -65,18 +64,7 @@ def test_spellings_of_place(latitude, longitude):
 
 
 @pytest.mark.parametrize(
-    ("name", "factor"),
-    [
-        ("SOG_knots", KNOT),
-        ("sog_kn", KNOT),
-        ("SOG", KNOT),
-        ("speed", 1.0),
-        ("speed_mps", 1.0),
-        ("Speed [m/s]", 1.0),
-        ("speed_kmh", 1 / 3.6),
-        ("speed (km/h)", 1 / 3.6),
-        ("speed_mph", 0.44704),
-    ],
+    ("name", "factor"), [("SOG", KNOT), ("speed", 1.0), ("Speed [m/s]", 1.0), ("speed (km/h)", 1 / 3.6)]
 )
 def test_units_of_speed(name, factor):
     recording = read(f"time,lat,lon,{name}\n{T},1,2,10\n")
@@ -84,11 +72,35 @@ def test_units_of_speed(name, factor):
     assert f"{name} as sog" in recording.notes[0]
 
 
+DEGREE = np.pi / 180
+UNITS = {
+    "sog": {"mps m_s ms": 1.0, "kn kt kts knot knots": KNOT, "kmh km_h kph": 1 / 3.6, "mph": 0.44704},
+    "yaw_rate": {
+        "dps deg_s degps deg_per_s": DEGREE, "dpm deg_min degpm deg_per_min": DEGREE / 60, "radps rad_s rads": 1.0
+    },
+    "heading": {"deg degrees degree dd": DEGREE, "rad radians": 1.0, "semicircles": np.pi / 2**31},
+    "position_std": {"m metres meters": 1.0, "mm": 1e-3},
+}  # fmt: skip
+
+
+def test_every_unit_of_time_that_a_name_may_end_with():
+    for units, digits in {"s sec seconds": 0, "ms msec": 3, "us usec": 6, "ns nsec": 9}.items():
+        for unit in units.split():
+            assert only(read(f"time_{unit},lat,lon\n{int(T) * 10**digits},1,2\n")).time[0] == T, unit
+
+
+@pytest.mark.parametrize("meaning", UNITS)
+def test_every_unit_that_a_name_may_end_with(meaning):
+    for units, factor in UNITS[meaning].items():
+        for unit in units.split():
+            fixes = only(read(f"time,lat,lon,{meaning}_{unit}\n{T},1,2,{0.5 / factor!r}\n"))
+            assert_allclose(getattr(fixes, meaning), 0.5, rtol=1e-12, err_msg=unit)
+
+
 def test_rates_headings_and_deviations():
-    fixes = only(read(f"time,lat,lon,heading_deg,yaw_rate_dps,position_std_m,stw_kn\n{T},1,2,350,-2,0.5,3\n"))
-    assert_allclose(np.degrees((fixes.heading[0], fixes.yaw_rate[0])), (350.0, -2.0))
+    fixes = only(read(f"time,lat,lon,heading_deg,rot,position_std_m,stw_kn\n{T},1,2,350,-2,0.5,3\n"))
+    assert_allclose(np.degrees((fixes.heading[0], fixes.yaw_rate[0])), (350.0, -2.0 / 60.0))
     assert_allclose((fixes.position_std[0], fixes.water_speed[0]), (0.5, 3 * KNOT))
-    assert_allclose(only(read(f"time,lat,lon,rot\n{T},1,2,60\n")).yaw_rate, np.radians(1.0))
 
 
 def test_not_available_in_tables_of_ais():

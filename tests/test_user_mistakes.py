@@ -38,6 +38,7 @@ def test_the_unit_of_a_bare_speed_is_that_of_the_positions(name, unit, words):
     recording = table.read(log(f"time,lat,lon,{name}", columns=(2.0 / unit,)))
     assert_allclose(only(recording).sog, 2.0, rtol=1e-3)
     assert f"{name} as sog in {words} (by the positions)" in recording.notes[0]
+    assert "by the positions" not in table.read(log(f"time,lat,lon,{name}", columns=(30.0,))).notes[0]
     # A unit in the name is never overruled.
     assert_allclose(only(table.read(log("time,lat,lon,sog_kn", columns=(2.0,)))).sog, 2.0 * KNOT, rtol=1e-9)
 
@@ -89,6 +90,7 @@ def test_positions_in_radians_are_refused_unless_named_so():
         table.read("\n".join(["time,latitude,longitude", *rows]).encode())
     fixes = only(table.read("\n".join(["time,lat_rad,lon_rad", *rows]).encode()))
     assert_allclose(np.degrees(fixes.latitude[0]), 63.4, atol=1e-6)
+    assert len(only(table.read(log(place=(0.5, 10.3))))) == 120
 
 
 def test_degrees_are_not_taken_for_radians_in_python():
