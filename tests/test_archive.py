@@ -72,32 +72,41 @@ def test_workers_that_are_processes_files_in_another_order_and_more_buckets_give
     assert digest(tmp_path) == digest(whole)
 
 
-def test_a_run_that_was_killed_goes_on(files, whole, tmp_path):
-    steerway.archive.run(files, tmp_path, buckets=2, workers=1)
+def test_a_run_goes_on_after_a_full_disk_and_after_it_was_killed_and_lets_no_second_one_in(
+    files, whole, tmp_path, monkeypatch
+):
+    from steerway.core.testing import files as core_files
+
+    real, writes, refused = core_files.complete_or_absent, [], []
+
+    def full(path):
+        writes.append(path)
+        if len(writes) > 7:
+            raise core_files.cannot_write(path, OSError(28, "No space left on device"))
+        return real(path)
+
+    monkeypatch.setattr(unit, "complete_or_absent", full)
+    with pytest.raises(running.DiskFull, match="the same command continues"):
+        steerway.archive.run(files, tmp_path, buckets=2, workers=1)
     store = Store(tmp_path)
-    day = max(day for day, _ in store.done())
-    store.path("state", day, 1).unlink()  # killed after the tables of a unit, and in the middle of another file
-    beside = store.path("estimate", day, 1).with_name(".bucket=01.parquet.123.part")
-    beside.write_bytes(b"half")
-    assert (day, 1) not in store.done()
-    report = steerway.archive.run(files, tmp_path, workers=1)
-    assert report.units == 1 and not beside.exists()
-    assert digest(tmp_path) == digest(whole)
-
-
-def test_a_second_run_into_the_directory_is_refused_while_the_first_one_lasts(files, whole, tmp_path):
-    refused = []
+    (kept, lost) = sorted(store.done())
+    monkeypatch.setattr(unit, "complete_or_absent", real)
 
     def meanwhile(part, what):
         if not refused:
             refused.append(run("archive", "run", str(files[0]), "-o", str(tmp_path)))
 
-    steerway.archive.run(files, tmp_path, buckets=1, workers=1, progress=meanwhile)
+    # Killed: a lock is left, half of a file, and the tables of a unit without its state.
+    (tmp_path / ".lock").write_text("process 1 on a machine since long\n")
+    beside = store.path("estimate", *lost).with_name(".bucket=01.parquet.123.part")
+    beside.write_bytes(b"half")
+    store.path("state", *lost).unlink()
+    assert set(store.done()) == {kept}
+    report = steerway.archive.run(files, tmp_path, workers=1, progress=meanwhile)
+    assert report.units == 3 and not beside.exists() and not (tmp_path / ".lock").exists()
+    assert digest(tmp_path) == digest(whole)
     code, _, err = refused[0]
     assert code == 2 and re.search(rf"{tmp_path} is being written by process \d+ on \S+ since 20\d\d-.* UTC", err), err
-    assert digest(tmp_path) == digest(whole)
-    (tmp_path / ".lock").write_text("process 1 on a machine since long\n")  # left by a killed run
-    assert steerway.archive.run(files, tmp_path, workers=1).units == 0 and not (tmp_path / ".lock").exists()
 
 
 def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files, tmp_path, monkeypatch):
@@ -160,26 +169,6 @@ def test_a_bad_file_is_named_and_left_out(files, tmp_path):
     assert report.failed[str(cut)] == "the ZIP archive is cut short"
     with pytest.raises(InputError, match=r"bad\.parquet"):
         steerway.archive.run([bad], tmp_path / "strict", strict=True)
-
-
-def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(files, whole, tmp_path, monkeypatch):
-    from steerway.core.testing import files as core_files
-
-    real, writes = core_files.complete_or_absent, []
-
-    def refused(path):
-        writes.append(path)
-        if len(writes) > 4:
-            raise core_files.cannot_write(path, OSError(28, "No space left on device"))
-        return real(path)
-
-    monkeypatch.setattr(unit, "complete_or_absent", refused)
-    with pytest.raises(running.DiskFull, match="the same command continues"):
-        steerway.archive.run(files, tmp_path, buckets=1, workers=1)
-    assert len(Store(tmp_path).done()) == 1
-    monkeypatch.setattr(unit, "complete_or_absent", real)
-    assert steerway.archive.run(files, tmp_path, workers=1).units == 1
-    assert digest(tmp_path) == digest(whole)
 
 
 def test_rows_left_out_are_counted_by_reason_and_file(files, whole):

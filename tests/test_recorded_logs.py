@@ -15,18 +15,8 @@ from steerway.core import OK, REJECTED, rms, wrap_array
 from steerway.estimation import choose_profile
 from steerway.estimation.testing import compare
 from tests.golden import missed, no_worse
+from tests.reference_outputs.cases.logs import LOGS
 
-LOGS = (
-    "ais_misc/*.txt",
-    "anemomind_corrupt/*.nmea",
-    "furuno_scx20_n2k/*.raw",
-    "gpsd_logs/*.log",
-    "palmer_seapath_truth/NBP1406_*",
-    "rob_atlantic_1hz/*.nmea",
-    "signalk_samples/*.log",
-    "signalk_samples/*.data",
-    "solent_ais/*.csv",
-)
 FIGURE8 = "furuno_scx20_n2k/furuno-130842-figure8-fast.raw"
 COMPASS = "furuno_scx20_n2k/derived/furuno-130842-figure8-fast_scx20.csv"
 SHIP = "palmer_seapath_truth/NBP1406_{}-2014-08-01"
@@ -67,13 +57,7 @@ class EstimatedLog:
 @pytest.fixture(scope="module")
 def logs(shared_data):
     """The logs with positions by name; what is found of one is kept for all tests of this file."""
-    folder, found = shared_data / "data", {}
-    for path in [path for pattern in LOGS for path in sorted(folder.glob(pattern))]:
-        try:
-            found[path.relative_to(folder).as_posix()] = EstimatedLog(steerway.read(path))
-        except steerway.InputError:
-            continue  # instruments without positions
-    return found
+    return {name: EstimatedLog(steerway.read(shared_data / "data" / name)) for name in LOGS}
 
 
 @pytest.fixture(scope="module")
@@ -248,12 +232,10 @@ def test_the_default_is_as_good_as_tuning(field, default, tuned):
 
 
 @pytest.mark.study
-def test_every_log_runs_through(logs, shared_data):
+def test_every_log_runs_through(logs):
     """No traceback, a row for every fix that was read, course either known or said to be undefined."""
-    (other,) = (shared_data / "data").glob("ais_misc/*.nm4")
-    seen = logs | {other.name: EstimatedLog(steerway.read(other))}
-    assert len(seen) >= 34
-    for name, log in seen.items():
+    assert len(logs) >= 34
+    for name, log in logs.items():
         for smooth in (False, True):
             motion = log.estimate(smooth)
             assert len(motion) == log.fixes.has_position.sum(), name
