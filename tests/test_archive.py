@@ -474,12 +474,3 @@ def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
     assert interruption.note == "finished work is kept, the same command continues"  # printed at Ctrl-C
     assert json.loads(run("archive", "status", out, "--json")[1])["to_do"] == 0
     assert run("archive", "verify", out)[1].split()[0] == digest(out)[0]
-
-
-def test_a_cluster_gives_the_same(files, whole, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp", scheduler_port=0
-    ) as cluster:
-        steerway.archive.run(files, tmp_path, buckets=2, scheduler=cluster.scheduler_address)
-    assert digest(tmp_path) == digest(whole)

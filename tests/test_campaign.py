@@ -8,12 +8,11 @@ import time
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from steerway.core import InputError
 from steerway.core.testing import in_workers, only_writer
-from steerway.simulation import Unfinished, numbers_of_seed, over_seeds, parse_scenario
+from steerway.simulation import numbers_of_seed, over_seeds, parse_scenario
 from tests.command_line import run
 
 ROOT = Path(__file__).parent.parent
@@ -90,24 +89,3 @@ def test_a_second_command_into_the_directory_is_refused_while_the_first_one_last
         code, _, said = run(*command, "-o", tmp_path / "out")
         assert code == 2 and re.search(r"out is being written by process \d+ on \S+ since 20\d\d-", said), said
     assert not any((tmp_path / "out").iterdir())
-
-
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "work.unfinished"
-
-
-def kept(path, resume=True, origin="work"):
-    return Unfinished(path, {"work": origin}, resume, ("tests",))
-
-
-@pytest.mark.parametrize("lost", [1, 5, 20])
-def test_what_was_cut_off_is_done_again(path, lost):
-    work = kept(path, resume=False)
-    for key in range(3):
-        work.add(key, np.full(4, float(key)))
-    path.write_bytes(path.read_bytes()[:-lost])
-    work = kept(path)
-    assert list(work.results) == [0, 1]
-    work.add(2, "again")
-    assert list(kept(path).results) == [0, 1, 2] and kept(path).results[2] == "again"

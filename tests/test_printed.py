@@ -52,11 +52,6 @@ def test_erratum_p1_45_a_ship_behind_the_leg_switches():
     assert not mission.log.passages
 
 
-def test_the_corrected_along_track_error_is_the_products():
-    for place in [(10.0, -4.0, 3.0, 2.0, 0.6), (-7.0, 1.0, 0.0, 0.0, -2.0)]:
-        assert steering.along_track(*place, printed=False) == pytest.approx(track_errors(*place)[0])
-
-
 STEP = 0.01
 FORCE = np.array([1.0, -0.4, 0.2])
 STATE = np.array([1.0, 2.0, 0.7, 0.1, -0.05, 0.2])

@@ -137,6 +137,7 @@ def test_the_digit_is_in_the_profile_and_learned_from_a_stream(tmp_path):
     assert choose_profile(straight(1.5, 0.7, 150.0, 2.0).fixes(0.1, 2)).structures[0].quantum == (0.0, 0.0)
 
 
+@pytest.mark.study
 def test_the_scene_set_judges_what_was_put_in():
     case = rounded.Case("4 decimals", 1.0, "straight 3", False, 5)
     time, places, sog, cog = rounded.sailed(case)
