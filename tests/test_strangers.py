@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from steerway.live.testing import Guided, MavlinkLink, addresses, dialect
-from tests.mavlink_wire import signed
+from tests.mavlink_wire import Wire, signed
 from tests.ports import free_port, under_way
 
 PLUGIN = Path(__file__).parents[1] / "integrations" / "signalk" / "index.js"
@@ -64,9 +64,8 @@ def test_a_signed_packet_that_is_sent_again_is_dropped(tmp_path):
     assert heard == ["SYSTEM_TIME"] and link.broken == 2
 
 
-def heartbeat(m, system, kind, autopilot=3, component=1):
-    message = m.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 0, 3)
-    message._header = m.MAVLink_header(0, srcSystem=system, srcComponent=component)
+def heartbeat(m, system, kind):
+    (message,) = Wire(system, 1).carry([m.MAVLink_heartbeat_message(kind, 3, 0, 0, 0, 3)])
     return message
 
 
