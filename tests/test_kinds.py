@@ -45,6 +45,7 @@ def test_an_instrument_draws_the_same_numbers_whatever_else_is_aboard():
     together = sail_scenario(parse_scenario(ROUTE + "[gyro]\n[log]\n")).run
     for read, true in (("read_north", "true_north"), ("read_water_speed", "true_surge")):
         assert np.allclose(alone[read] - alone[true], together[read] - together[true], atol=1e-9, equal_nan=True)
+    assert abs(np.degrees(np.nanmean(together["read_heading"] - together["true_heading"]))) < 0.2
 
 
 class RaftTable(VesselTable):

@@ -202,7 +202,7 @@ def mirrored(fixes, motion):
 def test_no_log_is_mirrored_and_every_innovation_is_as_expected(logs):
     counted = 0
     for name, log in logs.items():
-        if log.agreement.compared < 100:
+        if log.agreement.compared < 100 or name.endswith(".nm4"):  # which has one fix a vessel
             continue
         motion = log.estimate()
         judged = motion.rows(np.isin(motion.status, (OK, REJECTED)) & np.isfinite(motion.nis))
