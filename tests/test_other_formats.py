@@ -1,4 +1,4 @@
-"""Other log formats (GPX, IGC, RTKLIB, ArduPilot, TCX, KML, …): one straight track is read from each, also after damage."""
+"""Other log formats (GPX, IGC, RTKLIB, ArduPilot, KML): one straight track is read from each, also after damage."""
 
 import json
 import math
