@@ -36,13 +36,6 @@ def fixes():
     return scene.fixes(0.1, 5)
 
 
-def test_two_modes_with_aids_are_smoothed(fixes):
-    fixes, n = fixes.rows(slice(6)), 6
-    aided = replace(fixes, sog=np.full(n, 2.0), cog=np.full(n, 1.0), heading=np.full(n, 1.0), yaw_rate=np.zeros(n))
-    motion = steerway.estimate(aided, TWO_MODES, aid=("sog", "cog", "heading", "yaw_rate"), smooth=True)
-    assert np.abs(motion.sog[1:] - 2.0).max() < 0.1
-
-
 def test_a_velocity_taken_by_name_counts(fixes):
     estimator = steerway.FiveStateFilter(TWO_MODES, ("sog", "cog"))
     for latitude, longitude in zip(fixes.latitude[:4], fixes.longitude[:4], strict=True):
@@ -64,14 +57,6 @@ def test_an_obstruction_of_the_sky_is_no_motion():
     fixes = straight(2.0, 1.0, 11.0, 1.0).fixes(0.1, 5, lambda _: (off, -off))
     motion = steerway.estimate(fixes, usual_profile("base", "wander", "obstructions"), causal=True)
     assert np.abs(motion.sog[6:] - 2.0).max() < 1.0
-
-
-def test_a_vessel_that_comes_to_rest_is_smoothed_to_there():
-    time = np.arange(20.0)
-    north = 3e-7 * np.cumsum(np.clip(1.0 - (time - 4.0) / 4.0, 0.0, 1.0))
-    agile = TWO_MODES.model_copy(update={"speed_noise": 0.05, "turn_speed_noise": 0.1, "error_std": 0.0})
-    motion = steerway.estimate(Fixes(1.7e9 + time, 0.9 + north, np.full(20, 0.2)), agile, smooth=True)
-    assert motion.sog[3] > 1.5 and motion.sog[-1] < 0.3 and np.isnan(motion.cog[-1])
 
 
 def test_a_vessel_that_is_moved_goes_on_there():
