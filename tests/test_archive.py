@@ -6,6 +6,7 @@ import sys
 import textwrap
 import zipfile
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import polars as pl
@@ -110,28 +111,17 @@ def test_a_run_goes_on_after_a_full_disk_and_after_it_was_killed_and_lets_no_sec
 
 
 def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files, tmp_path, monkeypatch):
-    class Lost:
+    class Lost(Mock):
         """A worker that is killed in bucket 0 and works in the others."""
 
-        def __init__(self, function):
-            self.function, self.pipe = function, self
-            self.process = self
-
-        def begin(self, item):
-            self.item = item
-
         def result(self):
-            if self.item.bucket == 0:
+            (item,) = self.begin.call_args.args
+            if item.bucket == 0:
                 raise ChildProcessError("killed")
-            return self.function(self.item)
-
-        def end(self, timeout=0.0):
-            pass
-
-        terminate = close = join = end
+            return unit.run_unit(item)
 
     workers = sys.modules[in_workers.__module__]
-    monkeypatch.setattr(workers, "Worker", Lost)
+    monkeypatch.setattr(workers, "Worker", lambda function: Lost())
     monkeypatch.setattr(workers, "wait", lambda pipes: pipes)
     report = steerway.archive.run(files, tmp_path, buckets=2, workers=2)
     assert report.given_up == ["2024-03-01 bucket 00"] and not report.complete
