@@ -13,18 +13,13 @@ from steerway.estimation import LearningFilter, choose_profile, load_profile
 from steerway.estimation.testing import (
     Sym2,
     Vec2,
-    advance,
     cell_of,
     interval_of,
-    medians_of,
-    model_of,
     step_density,
     take_fix,
 )
-from steerway.estimation.testing import bank_start as start
-from steerway.estimation.testing import model_empty_bank as empty_bank
 from steerway_studies.testing import rounded
-from tests.scenes import straight
+from tests.scenes import banked, straight
 
 CELLS = (0.0, 0.4), (0.7, 0.3), (-2.5, 1.0), (6.0, 0.5), (0.1, 30.0), (0.3, 0.05), (30.0, 1.0)
 """Middle and width of an interval about which a number of unit variance is known: also narrow, wide and far."""
@@ -81,15 +76,9 @@ def test_a_cell_behind_a_step_has_the_density_of_students_distribution(middle, w
 def test_the_densities_of_all_cells_add_up_to_one(steps):
     """Those of outliers fill a kilometre, of which the cells hold little."""
     parts = ("base", "wander", "steps") if steps else ("base", "wander")
-    values = medians_of(parts) | {"fix_std": 0.01, "outlier_rate": 1e-4} | steps
     width = np.array([1.85, 1.2])
-    model = model_of(parts, values, tuple(width))
-    bank = empty_bank(model)
-    start(bank, model, 0.0, 0.0)
-    for k in range(1, 30):
-        advance(bank, model, 1.0)
-        take_fix(bank, model, *(np.round(np.array([0.6 * k, 0.4 * k]) / width) * width), 1.0)
-    advance(bank, model, 1.0)
+    places = np.round(np.outer(np.arange(1, 30), [0.6, 0.4]) / width) * width
+    model, bank = banked(parts, places, tuple(width), fix_std=0.01, outlier_rate=1e-4, **steps)
     before = [np.copy(each) for each in bank]
     total = 0.0
     for i in range(-8, 20):
