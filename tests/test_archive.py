@@ -377,18 +377,23 @@ def test_encounters_trips_and_wrong_values(tmp_path):
     assert len(found) == 1
     row = found.row(0, named=True)
     # each passes the crossing of the tracks when the other is 100 m from there: closest at 100 / √2
-    assert row["cpa_m"] == pytest.approx(100.0 / np.sqrt(2.0), abs=15.0)
-    assert row["cpa_time_s"] == pytest.approx(START + 1810.0, abs=5.0)
-    assert 1.0 < row["cpa_std_m"] < 60.0
-    assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.3)
+    assert row["cpa_m"] == pytest.approx(100.0 / np.sqrt(2.0), abs=0.3)
+    assert row["cpa_time_s"] == pytest.approx(START + 1810.0, abs=0.3)
+    assert row["tcpa_s"] == row["cpa_time_s"] - row["start_s"] and row["end_s"] - row["cpa_time_s"] > 100.0
+    assert (row["lat_deg"], row["lon_deg"]) == pytest.approx((55.0 + 50.0 / 111_320.0, 10.0), abs=2e-6)
+    assert 1.0 < row["cpa_std_m"] < 10.0
+    assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.02)
+    assert [len(encounters(directory, most)) for most in (70.0, 72.0)] == [0, 1]
     with pytest.raises(InputError, match="distance is -1 m"):
         encounters(directory, -1.0)
     trips = rows_of(directory, "trips").filter(pl.col("mmsi") == 1_000_000_03).sort("start_s")
     assert trips["what"].to_list() == ["trip", "stop"]
-    assert trips["distance_m"][0] == pytest.approx(14_400.0, rel=0.03)
+    assert trips["distance_m"].to_list() == pytest.approx([14_400.0, 0.0], rel=0.01, abs=1e-3)
+    assert trips["mean_speed_mps"].to_list() == pytest.approx([6.0, 0.0], abs=0.01)
+    assert trips["duration_s"].to_list() == pytest.approx([2400.0, 6585.0], abs=16.0)
     wrong = rows_of(directory, "events").filter(pl.col("event") == "speed")
-    assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed
-    assert abs(wrong["value"][0]) == pytest.approx(6.0, abs=0.6)
+    assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed, in each of 160 reports
+    assert (wrong["value"][0], wrong["reports"][0]) == (pytest.approx(6.0, abs=0.01), 160)
 
 
 def test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile(tmp_path):
