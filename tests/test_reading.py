@@ -139,29 +139,26 @@ def test_progress_ends_at_all(log):
 
 
 @pytest.mark.parametrize(
-    "make, message",
+    "data, message",
     [
-        (lambda folder: folder / "missing.nmea", "missing.nmea: cannot be read (no such file)"),
-        (lambda folder: folder, "cannot be read (a directory)"),
-        (lambda folder: b"", "is empty"),
-        (lambda folder: b" \r\n", "is empty"),
-        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "unrecognized format, expected one of NMEA 0183"),
-        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "a table needs columns time_s, lat_deg and lon_deg"),
-        (
-            lambda folder: b"time,lat,lon\n1,99,2\n",
-            "no position in it; found 1 × rows (1 × latitude or longitude out of range)",
-        ),
-        (lambda folder: sealed("HEHDT,90.0,T"), "no position in it; found 1 × HEHDT"),
-        (lambda folder: b"\x1f\x8b\x08 no archive", "the gzip archive is damaged from the beginning"),
-        (lambda folder: 7, "expected a path"),
+        ("missing.nmea", "missing.nmea: cannot be read (no such file)"),
+        ("", "cannot be read (a directory)"),
+        (b"", "is empty"),
+        (b" \r\n", "is empty"),
+        (b"a,b,c\n1,2,3\n" * 40, "unrecognized format, expected one of NMEA 0183"),
+        (b"a,b,c\n1,2,3\n" * 40, "a table needs columns time_s, lat_deg and lon_deg"),
+        (b"time,lat,lon\n1,99,2\n", "no position in it; found 1 × rows (1 × latitude or longitude out of range)"),
+        (sealed("HEHDT,90.0,T"), "no position in it; found 1 × HEHDT"),
+        (b"\x1f\x8b\x08 no archive", "the gzip archive is damaged from the beginning"),
+        (7, "expected a path"),
     ],
 )
-def test_what_it_refuses(tmp_path, make, message):
+def test_what_it_refuses(tmp_path, data, message):
     for call in (read, survey):
         if call is survey and "no position" in message:
             continue
         with pytest.raises(InputError, match=re.escape(message)):
-            call(make(tmp_path))
+            call(tmp_path / data if isinstance(data, str) else data)
 
 
 def test_nothing_named():
