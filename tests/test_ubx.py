@@ -50,13 +50,15 @@ def test_what_the_receiver_does_not_vouch_for_is_counted(changes, reason):
 
 
 def test_a_receiver_that_only_solves_for_time_is_named():
-    assert "surveyed" in ubx.read(pvt(1, fixType=5)).notes[0]
+    assert ubx.read(pvt(1, fixType=5) + pvt(2, fixType=5)).notes[0].startswith("2 positions are the surveyed")
 
 
 def test_high_precision_refines_the_place():
-    fine = nav("NAV-HPPOSLLH", iTOW=302401000, lat=-34.9000001, lon=138.6, hAcc=20.0)
-    fixes = ubx.read(pvt(1) + fine).sources["UBX"]
-    assert_allclose(np.degrees(fixes.latitude), [-34.9000001], rtol=1e-14)
+    place = {"iTOW": 302401000, "lat": -34.9000001, "lon": 138.6000002, "hAcc": 20.0}
+    fixes = ubx.read(pvt(1) + nav("NAV-HPPOSLLH", **place)).sources["UBX"]
+    assert_allclose(np.degrees((fixes.latitude[0], fixes.longitude[0])), (-34.9000001, 138.6000002), rtol=1e-14)
+    coarse = ubx.read(pvt(1) + nav("NAV-HPPOSLLH", **place, invalidLlh=1)).sources["UBX"]
+    assert_allclose(np.degrees((coarse.latitude[0], coarse.longitude[0])), (-34.9, 138.6), rtol=1e-14)
     assert_allclose(fixes.position_std, 0.02 / np.sqrt(2), rtol=1e-6)
     assert_allclose(fixes.sog, 1.5)
 
@@ -75,6 +77,7 @@ def test_an_older_receiver_says_it_in_parts():
     assert recording.skipped == {"no fix": 1}
     assert fixes.time[0] == NOON + 2
     assert_allclose((fixes.sog[0], np.degrees(fixes.cog[0])), (1.5, 45.0))
+    assert_allclose((*np.degrees((fixes.latitude[0], fixes.longitude[0])), fixes.position_std[0]), (1.5, 2.5, 2**0.5))
 
 
 def test_nothing_valid_is_lost_around_damage():
