@@ -307,24 +307,15 @@ def test_smoothing_looks_into_the_next_day_whatever_the_buckets(fleet, files, wh
     assert error(tmp_path / "one") < 0.85 * error(whole)
 
 
-@pytest.fixture
-def departure(tmp_path):
-    """(file, time of departure) of a class A ship that is moored for two hours and then sails at 5 m/s."""
+def test_a_moored_vessel_is_known_to_be_at_rest_and_its_departure_at_once(tmp_path):
+    """A class A ship that is moored for two hours and then sails at 5 m/s."""
+    leaves = START + 7200.0
     at = np.r_[np.arange(0.0, 7201.0, 180.0), np.arange(7260.0, 9001.0, 60.0)]
     north = 5.0 * np.maximum(at - 7200.0, 0.0) + np.random.default_rng(3).normal(0.0, 1.0, len(at))
-    columns = {"mmsi": 219_000_001, "class": "A", "lon": 11.0}
-    moments = {"time": START + at, "lat": 55.0 + np.degrees(north / 6.38e6)}
-    pl.DataFrame(moments).with_columns(**{name: pl.lit(value) for name, value in columns.items()}).write_csv(
-        tmp_path / "ship.csv"
-    )
-    return tmp_path / "ship.csv", START + 7200.0
-
-
-def test_a_moored_vessel_is_known_to_be_at_rest_and_its_departure_at_once(departure, tmp_path):
-    file, leaves = departure
-    steerway.archive.run([file], tmp_path / "causal", workers=1)
-    steerway.archive.run([file], tmp_path / "smoothed", workers=1, smooth=True)
+    ship = pl.DataFrame({"time": START + at, "lat": 55.0 + np.degrees(north / 6.38e6)})
+    ship.with_columns(pl.lit("A").alias("class"), mmsi=219_000_001, lon=11.0).write_csv(tmp_path / "ship.csv")
     for name in ("causal", "smoothed"):
+        steerway.archive.run([tmp_path / "ship.csv"], tmp_path / name, workers=1, smooth=name == "smoothed")
         rows = rows_of(tmp_path / name)
         moored = rows.filter(pl.col("time_s").is_between(START + 1800.0, leaves))
         assert moored["sog_mps"].max() < 0.05 and moored["sog_std_mps"].max() < 0.1

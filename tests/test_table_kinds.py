@@ -98,10 +98,6 @@ def test_a_logger_with_hemispheres_and_units_in_cells(tmp_path):
             lambda t, lat, lon: f"{START - FIT_EPOCH + t:.0f},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
         ),
         (
-            "timestamp,position_lat,position_long",
-            lambda t, lat, lon: f"{START - FIT_EPOCH + t:.0f},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
-        ),
-        (
             "Latitude,Longitude,lcl_d,lcl_t",
             lambda t, lat, lon: f"{lat:.7f},{lon:.7f},2023/11/14,{clock(t).replace('22', '10', 1)} PM",
         ),
