@@ -174,25 +174,19 @@ def test_a_boat_at_anchor_keeps_the_seconds_of_its_clock():
     assert fixes.time[-1] - fixes.time[0] == 10.0 * K[-1]
 
 
-def test_a_track_of_the_robotic_sailing_rules(tmp_path):
+def test_a_track_of_the_robotic_sailing_rules():
     """Across midnight at the end of a month; a damaged line is skipped."""
-    path, out = tmp_path / "track.txt", tmp_path / "out.csv"
 
     def row(t, lat, lon):
         second = 86_380 + int(t)
         day, second = (31, second) if second < 86_400 else (1, second - 86_400)
         return f"{second // 3600:02d}{second // 60 % 60:02d}{second % 60:02d}{day:02d},{lat * 1e7:.0f},{lon * 1e7:.0f}"
 
-    data = table("", row).lstrip()
-    path.write_bytes(data + b"2400,torn\n")
-    latitude, speed, course, fixes = motion_of(path)
+    latitude, speed, course, fixes = motion_of(table("", row).lstrip() + b"2400,torn\n")
     assert (latitude, speed, course) == pytest.approx((-33.85, SPEED, 45.0), rel=0.01)
     assert np.diff(fixes.time) == pytest.approx(1.0)
     assert any("no month and year" in note for note in fixes.notes)
-    assert "skipped 1 × line not understood" in fixes.notes
-    code, _, said = run("estimate", path, "-o", out, "--profile", "small-usv")
-    assert code == 0, said
-    assert pl.read_csv(out).height == len(K)
+    assert "skipped 1 × line not understood" in fixes.notes and len(fixes) == len(K)
 
 
 def frame_of_a_track():
