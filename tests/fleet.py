@@ -7,6 +7,7 @@ ships share an MMSI, single reports jump, rows are out of order and partly doubl
 python -m tests.fleet DIRECTORY [SHIPS [DAYS [SEED]]]
 """
 
+import contextlib
 import datetime
 import sys
 from dataclasses import dataclass
@@ -155,35 +156,18 @@ def _reports(number: int, ship: Ship, seconds: float, rng) -> pl.DataFrame:
 
 def _fixed_stations(count: int, seconds: float, rng) -> pl.DataFrame:
     """Base stations, aids to navigation and aircraft, every half minute."""
-    frames = []
+    unknown = {"SOG": 0.0, "COG": 360.0, "Heading": 511.0, "Ship type": "Undefined", "Width": 0.0, "Length": 0.0}
+    unknown |= {"jump": False, "true_sog": 0.0, "true_cog": 0.0}
+    kinds, frames = (("Base Station", 2_190_000), ("AtoN", 992_190_000), ("SAR Airborne", 111_219_000)), []
     for i in range(count):
-        mobile, mmsi = [("Base Station", 2_190_000 + i), ("AtoN", 992_190_000 + i), ("SAR Airborne", 111_219_000 + i)][
-            i % 3
-        ]
+        mobile, first = kinds[i % 3]
         at = np.arange(rng.integers(0, 30), int(seconds), 30)
-        n = len(at)
-        moving = np.cumsum(rng.normal(0.0, 0.01, n)) if mobile == "SAR Airborne" else np.zeros(n)
-        frames.append(
-            pl.DataFrame(
-                {
-                    "at": at,
-                    "Type of mobile": pl.Series([mobile]).new_from_index(0, n),
-                    "MMSI": np.full(n, mmsi),
-                    "Latitude": np.round(np.clip(55.0 + i * 0.01 + moving, 50.0, 60.0), 6),
-                    "Longitude": np.round(10.0 + i * 0.01 + np.zeros(n), 6),
-                    "SOG": np.zeros(n),
-                    "COG": np.full(n, 360.0),
-                    "Heading": np.full(n, 511.0),
-                    "Ship type": pl.Series(["Undefined"]).new_from_index(0, n),
-                    "Width": np.zeros(n),
-                    "Length": np.zeros(n),
-                    "ship": np.full(n, -1 - i, np.int32),
-                    "jump": np.zeros(n, bool),
-                    "true_sog": np.zeros(n),
-                    "true_cog": np.zeros(n),
-                }
-            )
-        )
+        moving = np.cumsum(rng.normal(0.0, 0.01, len(at))) if mobile == "SAR Airborne" else np.zeros(len(at))
+        latitude = np.round(np.clip(55.0 + i * 0.01 + moving, 50.0, 60.0), 6)
+        own = {"Type of mobile": mobile, "MMSI": first + i, "Longitude": 10.0 + i * 0.01, "ship": np.int32(-1 - i)}
+        own |= unknown
+        frame = pl.DataFrame({"at": at, "Latitude": latitude})
+        frames.append(frame.with_columns(**{name: pl.lit(value) for name, value in own.items()}))
     return pl.concat(frames)
 
 
@@ -198,13 +182,13 @@ def generate(directory: Path, count: int = 500, days: int = 3, seed: int = 1) ->
     directory.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
     fleet, seconds, truth, rows = ships(count, rng), days * DAY, [], 0
-    files = [open(day_path(directory, day), "wb") for day in range(days)]
-    try:
+    with contextlib.ExitStack() as opened:
+        files = [opened.enter_context(open(day_path(directory, day), "wb")) for day in range(days)]
         for first in range(0, count, _SHIPS_AT_ONCE):
             some = [_reports(first + i, each, seconds, rng) for i, each in enumerate(fleet[first:][:_SHIPS_AT_ONCE])]
             if first == 0:
                 some.append(_fixed_stations(max(count // 50, 3), seconds, rng))
-            frame = pl.concat(some)
+            frame = pl.concat(some, how="diagonal_relaxed")
             doubled = frame.filter(pl.Series(rng.random(len(frame)) < 0.003))
             frame = pl.concat([frame, doubled])
             late = frame["at"].to_numpy() + rng.uniform(0.0, 1.0, len(frame)) + 20.0 * (rng.random(len(frame)) < 0.01)
@@ -214,9 +198,6 @@ def generate(directory: Path, count: int = 500, days: int = 3, seed: int = 1) ->
             for day, file in enumerate(files):
                 some_day = frame.filter(pl.col("at") // DAY == day)
                 _dma(some_day).write_csv(file, include_header=first == 0)
-    finally:
-        for file in files:
-            file.close()
     pl.concat(truth).write_parquet(directory / "truth.parquet")
     return rows
 

@@ -9,7 +9,16 @@ import numpy as np
 from steerway.core import Fixes, radii, wrap_array
 from steerway.core.testing import displaced
 from steerway.estimation import Profile
-from steerway.estimation.testing import LogEstimator, Structure, medians_of
+from steerway.estimation.testing import (
+    LogEstimator,
+    Structure,
+    advance,
+    bank_start,
+    medians_of,
+    model_empty_bank,
+    model_of,
+    take_fix,
+)
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))
@@ -93,6 +102,18 @@ def binary_sequence(n, hold, size, rng):
 def usual_profile(*parts, **numbers) -> Profile:
     """A profile of one structure with the prior medians, but for these numbers."""
     return Profile.of([Structure(weight=1.0, parts=parts, values=medians_of(parts) | numbers)])
+
+
+def banked(parts, places, quantum=(0.0, 0.0), **numbers):
+    """(Model of these parts, its bank after fixes at these places (m), one a second, and a second more)."""
+    model = model_of(parts, medians_of(parts) | numbers, quantum)
+    bank = model_empty_bank(model)
+    bank_start(bank, model, 0.0, 0.0)
+    for place in places:
+        advance(bank, model, 1.0)
+        take_fix(bank, model, *place, 1.0)
+    advance(bank, model, 1.0)
+    return model, bank
 
 
 STD = 0.4

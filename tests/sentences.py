@@ -3,18 +3,17 @@
 import datetime
 
 import numpy as np
-from pyubx2 import GET, UBXMessage
+
+from tests import messages
 
 KNOT = 1852.0 / 3600.0
 START = 1_719_835_200.0  # 2024-07-01 12:00 UTC
+WEEK_MS = 604_800_000
 
 
 def sealed(body: str) -> bytes:
     """`$body*checksum` with its line end."""
-    total = 0
-    for byte in body.encode():
-        total ^= byte
-    return f"${body}*{total:02X}\r\n".encode()
+    return b"$%s*%s\r\n" % (body.encode(), messages.checksum(body.encode()))
 
 
 def clock(time: float, decimals: int = 2) -> tuple[str, str]:
@@ -53,12 +52,8 @@ def gll(time, lat, lon, talker="GP") -> bytes:
 def pvt(time, lat, lon) -> bytes:
     """NAV-PVT of a sound fix."""
     moment = datetime.datetime.fromtimestamp(time, datetime.UTC)
-    message = UBXMessage(
-        "NAV", "NAV-PVT", GET, iTOW=round(1000 * time) % 604_800_000, year=moment.year, month=moment.month,
-        day=moment.day, hour=moment.hour, min=moment.minute, second=moment.second, validDate=1, validTime=1, fixType=3,
-        gnssFixOk=1, lat=lat, lon=lon, hAcc=500,
-    )  # fmt: skip
-    return message.serialize()
+    date = {name: getattr(moment, name) for name in ("year", "month", "day", "hour")}
+    return messages.pvt(moment.second, lat=lat, lon=lon, **date, min=moment.minute, iTOW=round(1000 * time) % WEEK_MS)
 
 
 def track(n: int, lat=54.0, lon=10.0, start=START, step=1.0):
@@ -80,3 +75,17 @@ def only(recording):
     """The fixes of the only source of a recording."""
     (fixes,) = recording.sources.values()
     return fixes
+
+
+def assert_same_columns(one, other):
+    """Two records of the same fixes."""
+    for name, column in one.columns().items():
+        np.testing.assert_array_equal(column, other.columns()[name], err_msg=name)
+
+
+def assert_same(one, other):
+    """Two recordings of the same sentences."""
+    assert (one.counts, one.skipped, one.notes) == (other.counts, other.skipped, other.notes)
+    assert list(one.sources) == list(other.sources)
+    for name, fixes in one.sources.items():
+        assert_same_columns(fixes, other.sources[name])

@@ -1,74 +1,49 @@
-"""Long work: many seeds on one core, on several and on a cluster that loses a worker; and work that was interrupted."""
+"""Long work: many seeds on a cluster that loses a worker, and one command at a time in a directory."""
 
 import os
 import re
 import signal
 import sys
 import time
-from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from steerway.core import InputError
 from steerway.core.testing import in_workers, only_writer
-from steerway.simulation import Unfinished, numbers_of_seed, over_seeds, parse_scenario
+from steerway.simulation import over_seeds
 from tests.command_line import run
 
 ROOT = Path(__file__).parent.parent
-SHORT = parse_scenario(
-    'duration = 15\n[route]\nat_end = "stop"\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]'
-)
 
 
-def slowly(folder: Path, seed: int) -> tuple[int, int]:
-    """A seed that leaves a trace of who began it, and takes its time."""
-    (folder / f"{seed}-{os.getpid()}").touch()
-    time.sleep(0.02)
-    return seed, seed * seed
-
-
-def divide(seed):
-    return 1 // seed
-
-
-@pytest.fixture(scope="module")
-def cluster():
+def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed_and_no_error_is_hidden(tmp_path):
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-        yield cluster
-
-
-def test_a_seed_is_the_same_run_wherever_it_is_sailed(cluster):
-    run = partial(numbers_of_seed, SHORT)
-    here = over_seeds(run, range(2), workers=1)
-    assert over_seeds(run, range(2), workers=2) == here
     progress = []
-    assert over_seeds(run, range(2), dask=cluster.scheduler_address, progress=progress.append) == here
-    assert progress == [0.5, 1.0]
-    assert here[0] != here[1]
-    with pytest.raises(ZeroDivisionError):  # a seed that fails is not hidden
-        over_seeds(divide, [1, 0], dask=cluster.scheduler_address)
 
+    def slowly(seed):
+        """Leaves a trace of who began it, and takes its time."""
+        (tmp_path / f"{seed}-{os.getpid()}").touch()
+        time.sleep(0.02)
+        return 1000 // (seed - 200)
 
-def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed(cluster, tmp_path):
-    victim = next(iter(cluster.workers.values())).pid
-    killed, progress = [], []
+    def pids():
+        return [int(path.name.split("-")[1]) for path in tmp_path.iterdir()]
 
     def kill_one(part):
         progress.append(part)
-        if part > 0.25 and not killed:
-            os.kill(victim, signal.SIGKILL)
-            killed.append(victim)
+        if len(progress) == 11:
+            os.kill(pids()[0], signal.SIGKILL)
 
     seeds = range(100, 140)
-    results = over_seeds(partial(slowly, tmp_path), seeds, dask=cluster.scheduler_address, progress=kill_one)
-    assert killed and results == [(seed, seed * seed) for seed in seeds]
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        dask = cluster.scheduler_address
+        results = over_seeds(slowly, seeds, dask=dask, progress=kill_one)
+        with pytest.raises(ZeroDivisionError):
+            over_seeds(slowly, [200, 201], dask=dask)
+    assert results == [1000 // (seed - 200) for seed in seeds]
     assert progress == [k / 40 for k in range(1, 41)]  # each once
-    begun = [int(path.name.split("-")[1]) for path in tmp_path.iterdir()]
-    assert victim in begun and len(set(begun)) >= 2  # the dead one had really worked
-    assert len(begun) > len(seeds)  # and what it was at was begun anew
+    assert len(set(pids())) >= 2 and len(pids()) > len(seeds)  # what the dead one was at was begun anew
 
 
 def test_a_cluster_that_is_not_there(monkeypatch):
@@ -76,7 +51,7 @@ def test_a_cluster_that_is_not_there(monkeypatch):
     monkeypatch.setattr(sys.modules[in_workers.__module__], "CONNECTING", 0.5)
     for address in ("127.0.0.1:9", "nonsense"):
         with pytest.raises(InputError, match=f"no Dask scheduler responds at '{address}'"):
-            over_seeds(divide, [1], dask=address)
+            over_seeds(abs, [1], dask=address)
 
 
 @pytest.mark.parametrize(
@@ -95,24 +70,3 @@ def test_a_second_command_into_the_directory_is_refused_while_the_first_one_last
         code, _, said = run(*command, "-o", tmp_path / "out")
         assert code == 2 and re.search(r"out is being written by process \d+ on \S+ since 20\d\d-", said), said
     assert not any((tmp_path / "out").iterdir())
-
-
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "work.unfinished"
-
-
-def kept(path, resume=True, origin="work"):
-    return Unfinished(path, {"work": origin}, resume, ("tests",))
-
-
-@pytest.mark.parametrize("lost", [1, 5, 20])
-def test_what_was_cut_off_is_done_again(path, lost):
-    work = kept(path, resume=False)
-    for key in range(3):
-        work.add(key, np.full(4, float(key)))
-    path.write_bytes(path.read_bytes()[:-lost])
-    work = kept(path)
-    assert list(work.results) == [0, 1]
-    work.add(2, "again")
-    assert list(kept(path).results) == [0, 1, 2] and kept(path).results[2] == "again"

@@ -70,6 +70,10 @@ def test_a_notebook_shows_extent_and_first_rows():
     motion = steerway.estimate(fixes, "otter", causal=True)
     assert repr(motion).startswith("Motion: 50 rows, 2023-11-14T22:13:20Z to")
     assert "<td>2023-11-14 22:13:20</td>" in motion._repr_html_()
+    found, empty = motion.summary(), motion.rows(slice(0)).summary()
+    assert (found["start"], found["rows"], empty["start"]) == ("2023-11-14T22:13:20Z", 50, None)
+    assert np.isnan(motion.sog).any() and found["sog_median_mps"] == pytest.approx(np.nanmedian(motion.sog))
+    assert math.isnan(empty["sog_median_mps"])
     assert repr(fixes.rows(slice(0))) == "Fixes: no rows"
     assert repr(Fixes(np.full(2, np.nan), np.full(2, 0.9), np.full(2, 0.2))) == "Fixes: 2 rows without a time"
 

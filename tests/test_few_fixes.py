@@ -20,8 +20,6 @@ from steerway.estimation.testing import (
 )
 from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification.testing import _under_way, positions_cost, rate_noise
-from steerway.pilot import response_of
-from steerway.vessels.testing import otter
 from steerway_studies.testing import CELLS, TrueMotion, filtering_bound, smoothing_bound
 from tests.scenes import sailed, straight, usual_profile
 
@@ -36,13 +34,6 @@ TWO_MODES = Profile(
 def fixes():
     scene = straight(2.0, 1.0, 11.0, 1.0)
     return scene.fixes(0.1, 5)
-
-
-def test_two_modes_with_aids_are_smoothed(fixes):
-    fixes, n = fixes.rows(slice(6)), 6
-    aided = replace(fixes, sog=np.full(n, 2.0), cog=np.full(n, 1.0), heading=np.full(n, 1.0), yaw_rate=np.zeros(n))
-    motion = steerway.estimate(aided, TWO_MODES, aid=("sog", "cog", "heading", "yaw_rate"), smooth=True)
-    assert np.abs(motion.sog[1:] - 2.0).max() < 0.1
 
 
 def test_a_velocity_taken_by_name_counts(fixes):
@@ -66,14 +57,6 @@ def test_an_obstruction_of_the_sky_is_no_motion():
     fixes = straight(2.0, 1.0, 11.0, 1.0).fixes(0.1, 5, lambda _: (off, -off))
     motion = steerway.estimate(fixes, usual_profile("base", "wander", "obstructions"), causal=True)
     assert np.abs(motion.sog[6:] - 2.0).max() < 1.0
-
-
-def test_a_vessel_that_comes_to_rest_is_smoothed_to_there():
-    time = np.arange(20.0)
-    north = 3e-7 * np.cumsum(np.clip(1.0 - (time - 4.0) / 4.0, 0.0, 1.0))
-    agile = TWO_MODES.model_copy(update={"speed_noise": 0.05, "turn_speed_noise": 0.1, "error_std": 0.0})
-    motion = steerway.estimate(Fixes(1.7e9 + time, 0.9 + north, np.full(20, 0.2)), agile, smooth=True)
-    assert motion.sog[3] > 1.5 and motion.sog[-1] < 0.3 and np.isnan(motion.cog[-1])
 
 
 def test_a_vessel_that_is_moved_goes_on_there():
@@ -113,14 +96,6 @@ def test_filters_refuse_what_is_no_time_step():
     for dt, call in itertools.product((math.nan, math.inf), calls):
         with pytest.raises(steerway.InputError, match="dt is"):
             call(dt)
-
-
-def test_the_steering_filter_takes_a_heading_and_a_yaw_rate():
-    filter = SteeringFilter(response_of(otter.BOAT), 0.1)
-    filter.order(0.0, 0.0, 1.0)
-    for k in range(30):
-        filter.fix(float(k), 1.0 * k, 0.0, heading=0.0, yaw_rate=0.0)
-    assert filter.started
 
 
 def _departure(towards, tells, watched=3.0, way=0.0, leeway=0.0):

@@ -45,6 +45,7 @@ def test_an_instrument_draws_the_same_numbers_whatever_else_is_aboard():
     together = sail_scenario(parse_scenario(ROUTE + "[gyro]\n[log]\n")).run
     for read, true in (("read_north", "true_north"), ("read_water_speed", "true_surge")):
         assert np.allclose(alone[read] - alone[true], together[read] - together[true], atol=1e-9, equal_nan=True)
+    assert abs(np.degrees(np.nanmean(together["read_heading"] - together["true_heading"]))) < 0.2
 
 
 class RaftTable(VesselTable):
@@ -69,22 +70,11 @@ class Scene(Table):
 def test_a_vessel_is_added_by_its_table():
     assert Scene(vessel={"kind": "raft", "logs": 6}).vessel == RaftTable(logs=6.0)
     assert Scene(vessel={"payload_mass": 5}).vessel == OtterTable(payload_mass=5.0)
-
-
-@pytest.mark.parametrize(
-    ("vessel", "sentence"),
-    [
-        ({"kind": "raft", "payload_mass": 5}, "unknown key vessel.payload_mass for kind raft, expected one of method"),
-        ({"kind": "raft", "log": 5}, "unknown key vessel.log for kind raft, expected perhaps logs"),
-        ({"kind": "raft", "logs": -1}, "vessel.logs is -1, expected at least 0"),
-        ({"kind": "ark"}, "vessel.kind is 'ark', expected one of otter, raft"),
-        (3, "vessel is 3, expected a table"),
-    ],
-)
-def test_errors_name_key_value_and_what_was_expected(vessel, sentence):
-    with pytest.raises(InputError) as caught:
-        Scene.made_of({"vessel": vessel}, "scene")
-    assert f"scene: {sentence}" in str(caught.value)
+    wrong = "scene: unknown key vessel.payload_mass for kind raft, expected one of method"
+    with pytest.raises(InputError, match=wrong):
+        Scene.made_of({"vessel": {"kind": "raft", "payload_mass": 5}}, "scene")
+    with pytest.raises(InputError, match="scene: vessel is 3, expected a table"):
+        Scene.made_of({"vessel": 3}, "scene")
 
 
 pytest.importorskip("daqp")

@@ -1,4 +1,4 @@
-"""Other log formats (IGC, RTKLIB, ArduPilot, TCX, KML, …): one straight track is read from each, also after damage."""
+"""Other log formats (GPX, IGC, RTKLIB, ArduPilot, KML): one straight track is read from each, also after damage."""
 
 import json
 import math
@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import steerway
-from steerway.formats.testing import read, survey
-from tests.scenes import turning
+from steerway.core import InputError
+from steerway.formats.testing import gpx, read, survey
+from tests.messages import HEAD, POINT, POINTS, WHOLE, document
+from tests.sentences import only
 
 START = 1532858400.0  # 2018-07-29 10:00:00
 COUNT = 30
@@ -142,16 +143,6 @@ def fit_messages():
     return lines(row, head)
 
 
-def fit_columns():
-    head = "record.timestamp[s],record.position_lat[semicircles],record.position_long[semicircles]\n"
-    return lines(lambda k, a, o: f"{START + k - 631065600:.0f},{round(a * CIRCLE)},{round(o * CIRCLE)}", head)
-
-
-def semicircle_columns():
-    head = "timestamp,position_lat,position_long\n"
-    return lines(lambda k, a, o: f"{START + k - 631065600:.0f},{round(a * CIRCLE)},{round(o * CIRCLE)}", head)
-
-
 def raw_of_a_dated_bus():
     """Yacht Devices' lines in lower case, with dates only in the system time (126992)."""
 
@@ -202,28 +193,13 @@ def seasmart():
     return lines(lambda k, a, o: f"$PCDIN,01F801,{k * 1000:08X},03,{frame_bytes(a, o).hex().upper()}*00")
 
 
-def local_columns():
-    head = "Latitude,Longitude,lcl_d,lcl_t\n"
-    return lines(lambda k, a, o: f"{a},{o},{clock(k, '%Y/%m/%d')},{clock(k, '%I:%M:%S %p')}", head)
-
-
-def boot_and_unix():
-    return lines(lambda k, a, o: f"{1000 * k},{1e3 * (START + k):.0f},{a},{o}", "time_boot_ms,time_unix_ms,lat,lon\n")
-
-
-def ros_pose():
-    head = "%time,field.pose.position.latitude,field.pose.position.longitude\n"
-    return lines(lambda k, a, o: f"{(START + k) * 1e9:.0f},{a},{o}", head)
-
-
 LOGS = {
     igc: 1e-5,
     dataflash: 1e-6,
     **dict.fromkeys((rtklib, lambda: rtklib("UTC", 0)), 1e-8),
     **dict.fromkeys((tcx, kml_track, kml_placemarks, geojson_line, geojson_of_coordinate_properties), 1e-12),
-    **dict.fromkeys((old_dataflash, dumped_dataflash, fit_messages, fit_columns, rtklib_with_commas, deltas), 2e-7),
-    **dict.fromkeys((semicircle_columns, raw_of_a_dated_bus), 2e-7),
-    **dict.fromkeys((candump_with_dates, analyzed, seasmart, local_columns, boot_and_unix, ros_pose), 2e-7),
+    **dict.fromkeys((old_dataflash, dumped_dataflash, fit_messages, rtklib_with_commas, deltas), 2e-7),
+    **dict.fromkeys((raw_of_a_dated_bus, candump_with_dates, analyzed, seasmart), 2e-7),
 }
 """Resolution (degrees) of the positions in each log."""
 
@@ -252,24 +228,16 @@ def test_reading_continues_after_a_damaged_point(log):
     assert set(np.arange(COUNT)) - set(read(damaged.encode()).time - START) == {4}
 
 
-def test_geojson_that_is_written_is_read(tmp_path):
-    fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
-    steerway.write(fixes, tmp_path / "track.geojson")
-    back = steerway.read(tmp_path / "track.geojson")
-    for name in ("time", "latitude", "longitude"):
-        assert_allclose(getattr(back, name), getattr(fixes, name), rtol=1e-14)
-
-
 @pytest.mark.parametrize("log", LOGS)
 def test_damage_costs_what_follows_it_at_most(log):
     data = log().encode()
     rng = np.random.default_rng(0)
-    for _ in range(40):
+    for _ in range(15):
         cut = bytearray(data[: rng.integers(len(data) // 2, len(data))])
         cut[rng.integers(len(cut))] = rng.integers(256)
         try:
             fixes = read(bytes(cut))
-        except steerway.InputError as error:
+        except InputError as error:
             assert "\n" not in str(error)
             continue
         assert np.isfinite(fixes.latitude).all() and (np.diff(fixes.time) >= 0.0).all()
@@ -280,3 +248,69 @@ def test_deltas_of_other_vessels_and_damaged_ones_are_counted():
     found = survey((deltas("") + other + '{"updates": [{"values": 3}]}\n').encode())[0].recording
     assert found.skipped == {"delta of another vessel": 1, "line not understood": 1}
     assert (found.format, list(found.sources)) == ("Signal K", ["gps"])
+
+
+NEW_YEAR = 1672531200.0  # 2023, of the points in tests.messages
+
+
+def test_speed_and_course_of_version_1_0():
+    fixes = only(gpx.read(document(POINT.format(1, "<course>90</course><speed>2.5</speed>"), POINT.format(2, ""))))
+    assert list(fixes.time - NEW_YEAR) == [1, 2]
+    assert_allclose(np.degrees(fixes.latitude), [1.5, 2.5])
+    assert_allclose(np.degrees(fixes.longitude), 2.25)
+    assert_allclose(fixes.sog, [2.5, np.nan])
+    assert_allclose(np.degrees(fixes.cog), [90.0, np.nan])
+
+
+def test_version_1_1_with_extensions():
+    head = '<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1" xmlns:gpxtpx="http://www.garmin.com/x">'
+    inner = (
+        "<extensions><gpxtpx:E><gpxtpx:speed>1.5</gpxtpx:speed><gpxtpx:course>5</gpxtpx:course></gpxtpx:E></extensions>"
+    )
+    fixes = only(gpx.read(document(POINT.format(3, inner), head=head)))
+    assert_allclose((fixes.sog[0], np.degrees(fixes.cog[0])), (1.5, 5.0))
+
+
+def test_points_without_time_or_place_are_counted():
+    recording = gpx.read(
+        document('<trkpt lat="1" lon="2"/>', POINT.format(1, ""), POINT.format(2, "").replace("2.5", "95"))
+    )
+    assert len(only(recording)) == 1
+    assert recording.counts == {"track points": 3}
+    assert recording.skipped == {"no time": 1, "no position": 1}
+
+
+def test_tracks_named_by_mmsi_are_vessels():
+    tracks = [f"<trk><name>MMSI {m}</name><trkseg>{POINT.format(1, '')}</trkseg></trk>" for m in (235000002, 235000001)]
+    fixes = only(gpx.read(f"{HEAD}{''.join(tracks)}</gpx>".encode()))
+    assert list(fixes.mmsi) == [235000001, 235000002]
+    assert only(gpx.read(document(POINT.format(1, ""), name="<name>Sunday</name>"))).mmsi is None
+
+
+AT = WHOLE.index(POINTS[3].encode()) + 20
+
+
+@pytest.mark.parametrize(
+    ("damaged", "lost"),
+    [
+        (WHOLE[: AT + 5], {4, 5, 6, 7}),
+        (WHOLE[:AT] + b"\x00<<&" + WHOLE[AT + 9 :], {4}),
+        (WHOLE[:AT] + WHOLE[AT + 55 :], {4}),
+        (WHOLE[:AT] + b'"' + WHOLE[AT:], {4}),
+        (WHOLE[:AT] + b">\n<!-- " + WHOLE[AT:], {4}),
+        (WHOLE[: AT - 8] + WHOLE[WHOLE.index(POINTS[4].encode()) :], {4}),
+        (WHOLE.replace(b"</trkpt>", b"", 1), {1}),
+        (b"junk " + WHOLE, set()),
+        (WHOLE.replace(b"<gpx ", b"<gpx <", 1), set()),
+        (WHOLE[WHOLE.index(b"<trkseg>") :], set()),
+    ],
+)
+def test_nothing_valid_is_lost_around_damage(damaged, lost):
+    recording = gpx.read(damaged)
+    assert set((only(recording).time - NEW_YEAR).astype(int)) == {1, 2, 3, 4, 5, 6, 7} - lost
+    assert recording.skipped["damaged place"] >= 1
+
+
+def test_entities_are_refused():
+    with pytest.raises(InputError, match="XML entities"):
+        gpx.read(b'<!DOCTYPE x [<!ENTITY a "b">]><gpx>&a;</gpx>')

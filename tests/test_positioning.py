@@ -225,17 +225,6 @@ def test_a_turned_scene_asks_for_the_same_force():
         np.testing.assert_allclose(turned, force, atol=1e-12)
 
 
-def test_an_integral_does_not_wind_up_while_its_force_is_limited():
-    pid = PositionPID(scenario.PRINTED_GAINS)
-    for _ in range(100):
-        pid.step((50.0, 0.0, 0.0), 0.0, 0.0, 0.0, np.zeros(3), 0.1)
-    np.testing.assert_array_equal(pid.integral, np.zeros(3))
-    careless = PositionPID(scenario.PRINTED_GAINS, anti_windup=False)
-    for _ in range(100):
-        careless.step((50.0, 0.0, 0.0), 0.0, 0.0, 0.0, np.zeros(3), 0.1)
-    assert careless.integral[0] == pytest.approx(0.0026 * 50.0 * 10.0)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [

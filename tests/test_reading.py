@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 
 from steerway.core import InputError
-from steerway.formats.testing import read, survey
-from tests.sentences import START, gga, place, rmc, sealed, sortie, track
+from steerway.formats.testing import ais, gpx, nmea0183, nmea2000, read, survey, table, ubx
+from tests.messages import WHOLE, pvt
+from tests.sentences import START, assert_same_columns, gga, place, rmc, sealed, sortie, track
 
 
 def rough_rmc(k, lat, lon, talker="GP"):
     return sealed(f"{talker}RMC,{120000 + k % 60},A,{place(lat, lon, 2)},1.0,2.0,010724,,,A")
-
-
-def assert_same(one, other):
-    for name, column in one.columns().items():
-        np.testing.assert_array_equal(column, other.columns()[name], err_msg=name)
 
 
 @pytest.fixture
@@ -32,26 +28,12 @@ def test_every_way_in_says_the_same(log, tmp_path, monkeypatch):
     plain = read(log)
     packed = tmp_path / "sortie.gz"
     packed.write_bytes(gzip.compress(sortie(30)) + gzip.compress(sortie(60)[len(sortie(30)) :]))
-    assert_same(read(str(log)), plain)
-    assert_same(read(packed), plain)
-    assert_same(read(sortie(60)), plain)
-    assert_same(read(io.BytesIO(sortie(60))), plain)
+    assert_same_columns(read(str(log)), plain)
+    assert_same_columns(read(packed), plain)
+    assert_same_columns(read(sortie(60)), plain)
+    assert_same_columns(read(io.BytesIO(sortie(60))), plain)
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(sortie(60))))
-    assert_same(read("-"), plain)
-
-
-def test_fixes_with_the_compass_of_another_talker(log):
-    fixes = read(log)
-    assert fixes.source == "GP" and len(fixes) == 60
-    np.testing.assert_allclose(fixes.heading, np.radians(122.5))
-    assert "heading from HC" in fixes.notes
-
-
-def test_a_damaged_archive_is_read_as_far_as_it_goes(tmp_path):
-    path = tmp_path / "cut.gz"
-    whole = sortie(3000)
-    path.write_bytes(gzip.compress(whole)[:-4000])
-    assert 100 < len(read(path)) < 3000
+    assert_same_columns(read("-"), plain)
 
 
 def test_logs_that_follow_one_another_are_one_record():
@@ -59,7 +41,7 @@ def test_logs_that_follow_one_another_are_one_record():
     fixes = read(second, first)
     assert fixes.source == "GP"
     np.testing.assert_allclose(fixes.time, START + np.arange(60), atol=1e-6)
-    assert_same(read(first, first + second), fixes)
+    assert_same_columns(read(first, first + second), fixes)
 
 
 def test_logs_of_the_same_hours_are_two_devices(tmp_path):
@@ -74,38 +56,36 @@ def test_logs_of_the_same_hours_are_two_devices(tmp_path):
     assert len(read(coarse, fine, source="GP in coarse.nmea")) == 30
 
 
+def epochs(*parts):
+    """A log of the lines of several receivers, epoch by epoch."""
+    return b"".join(map(b"".join, zip(*parts, strict=True)))
+
+
 def test_the_best_source_by_rate_resolution_and_continuity():
-    time, lat, lon = track(60)
-    fixes = list(zip(time, lat, lon, strict=True))
+    fixes = list(zip(*track(60), strict=True))
     coarse = [gga(t, a + 1e-3, o, talker="II") for t, a, o in fixes]
     fine = [rmc(t, a, o, talker="GN") for t, a, o in fixes]
-
-    def chosen(*parts):
-        return read(b"".join(b"".join(epoch) for epoch in zip(*parts, strict=True))).source
-
     rough = [rough_rmc(k, a, o, "II") for k, (_, a, o) in enumerate(fixes)]
-    assert chosen(rough, fine) == "GN"
-    rare = [line if k % 5 == 0 else b"" for k, line in enumerate(fine)]
-    assert chosen(rare, coarse) == "II"
-    brief = [line if k < 10 else b"" for k, line in enumerate(fine)]
-    assert chosen(brief, coarse) == "II"
+    assert read(epochs(rough, fine)).source == "GN"
+    rare = [line * (k % 5 == 0) for k, line in enumerate(fine)]
+    assert read(epochs(rare, coarse)).source == "II"
+    brief = [line * (k < 10) for k, line in enumerate(fine)]
+    assert read(epochs(brief, coarse)).source == "II"
 
 
 def test_even_fixes_are_better_than_frequent_ones():
-    rng = np.random.default_rng(3)
     time, lat, lon = track(120, step=0.5)
-    late = np.sort(time + rng.uniform(0.0, 0.4, len(time)))
-    uneven = [f"{t:.3f} ".encode() + rmc(t, a, o, talker="II") for t, a, o in zip(late, lat, lon, strict=True)]
-    even = [f"{t:.3f} ".encode() + rmc(t, a, o, talker="GN") for t, a, o in zip(time, lat, lon, strict=True)][::2]
-    even = [line for pair in zip(even, [b""] * len(even), strict=True) for line in pair]
-    assert read(b"".join(x + y for x, y in zip(uneven, even, strict=True))).source == "GN"
+    late = np.sort(time + np.random.default_rng(3).uniform(0.0, 0.4, len(time)))
+    uneven, even = (
+        [f"{t:.3f} ".encode() + rmc(t, a, o, talker=talker) for t, a, o in zip(times, lat, lon, strict=True)]
+        for times, talker in ((late, "II"), (time, "GN"))
+    )
+    assert read(epochs(uneven, [line * (k % 2 == 0) for k, line in enumerate(even)])).source == "GN"
 
 
 def test_the_wanted_source():
-    time, lat, lon = track(20)
-    both = b"".join(
-        rmc(t, a, o, talker="GN") + rmc(t, a + 1e-3, o, talker="II") for t, a, o in zip(time, lat, lon, strict=True)
-    )
+    fixes = list(zip(*track(20), strict=True))
+    both = epochs([rmc(*fix, talker="GN") for fix in fixes], [rmc(t, a + 1e-3, o, talker="II") for t, a, o in fixes])
     assert read(both, source="ii").source == "II"
     with pytest.raises(InputError, match="'XX' is not in the log; the sources with positions are 'GN', 'II'"):
         read(both, source="XX")
@@ -159,34 +139,52 @@ def test_progress_ends_at_all(log):
 
 
 @pytest.mark.parametrize(
-    "make, message",
+    "data, message",
     [
-        (lambda folder: folder / "missing.nmea", "missing.nmea: cannot be read (no such file)"),
-        (lambda folder: folder, "cannot be read (a directory)"),
-        (lambda folder: b"", "is empty"),
-        (lambda folder: b" \r\n", "is empty"),
-        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "unrecognized format, expected one of NMEA 0183"),
-        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "a table needs columns time_s, lat_deg and lon_deg"),
-        (
-            lambda folder: b"time,lat,lon\n1,99,2\n",
-            "no position in it; found 1 × rows (1 × latitude or longitude out of range)",
-        ),
-        (lambda folder: sealed("HEHDT,90.0,T"), "no position in it; found 1 × HEHDT"),
-        (lambda folder: b"\x1f\x8b\x08 no archive", "the gzip archive is damaged from the beginning"),
-        (lambda folder: 7, "expected a path"),
+        ("missing.nmea", "missing.nmea: cannot be read (no such file)"),
+        ("", "cannot be read (a directory)"),
+        (b"", "is empty"),
+        (b" \r\n", "is empty"),
+        (b"a,b,c\n1,2,3\n" * 40, "unrecognized format, expected one of NMEA 0183"),
+        (b"a,b,c\n1,2,3\n" * 40, "a table needs columns time_s, lat_deg and lon_deg"),
+        (b"time,lat,lon\n1,99,2\n", "no position in it; found 1 × rows (1 × latitude or longitude out of range)"),
+        (sealed("HEHDT,90.0,T"), "no position in it; found 1 × HEHDT"),
+        (b"\x1f\x8b\x08 no archive", "the gzip archive is damaged from the beginning"),
+        (7, "expected a path"),
     ],
 )
-def test_what_it_refuses(tmp_path, make, message):
+def test_what_it_refuses(tmp_path, data, message):
     for call in (read, survey):
         if call is survey and "no position" in message:
             continue
         with pytest.raises(InputError, match=re.escape(message)):
-            call(make(tmp_path))
+            call(tmp_path / data if isinstance(data, str) else data)
 
 
 def test_nothing_named():
     with pytest.raises(InputError, match="no log is given"):
         read()
+
+
+HEADS = {
+    nmea0183: [
+        b"# a comment\n" + gga(START, 54.0, 10.0),
+        b"# Date: 2017-07-19\n# Location: lat lon\n" + gga(START, 54.0, 10.0),
+        b"2014-08-01T00:00:00Z $IIMWV,337,T,00.2,N,A*10\r\n",
+    ],
+    ais: [b"!AIVDM,1,1,,A,13mb9U0P00PRk8fT5nw>4?wj2006,0*5D\r\n"],
+    gpx: [WHOLE[:200]],
+    nmea2000: [b"2014-08-15T19:00:00.042Z,3,129029,160,255,43,87,a9\n"],
+    table: [b"\xef\xbb\xbfTime;Lat;Lon\r\n", b"PAR1....", b"t,lat,lon\n", b"time,x,y\n"],
+    ubx: [b"# comment\n$GPTXT\r\n" + pvt(1) + pvt(2)[:50]],
+    None: [b"", b"\xb5\x62\x01\x07" + bytes(100), b"<svg></svg>"],
+}
+"""The formats, and beginnings of logs in each."""
+
+
+@pytest.mark.parametrize(("format", "head"), [(format, head) for format, heads in HEADS.items() for head in heads])
+def test_a_log_is_recognised_by_its_format_alone(format, head):
+    assert [each for each in HEADS if each and each.recognises(head)] == ([format] if format else [])
 
 
 def test_survey(log):

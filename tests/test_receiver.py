@@ -16,18 +16,14 @@ from steerway.estimation.testing import (
     MODES,
     SPEED,
     LogEstimator,
-    advance,
     extrapolated,
     medians_of,
-    model_of,
     of_other_receiver,
     take_fix,
     without_copies,
 )
-from steerway.estimation.testing import bank_start as start
-from steerway.estimation.testing import model_empty_bank as empty_bank
 from tests import scenes
-from tests.scenes import sailed, straight, turning
+from tests.scenes import banked, sailed, straight, turning
 
 SETTLED = 100
 
@@ -66,15 +62,9 @@ def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
 def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
     """Against the hypotheses corrected one by one, those of less than 1e-6 too; an outlier leaves a mode as it is."""
     parts = ("base", "wander", "steps", "clock")
-    values = medians_of(parts) | {"step_every": 20.0, "poor_rate": 0.1}
-    model = model_of(parts, values)
-    bank = empty_bank(model)
-    states = bank.x.shape[1]
-    start(bank, model, 0.0, 0.0)
-    for k in range(1, 20):
-        advance(bank, model, 1.0)
-        take_fix(bank, model, 2.0 * k, 1.0 * k, 1.0)
-    advance(bank, model, 1.0)
+    given = {"step_every": 20.0, "poor_rate": 0.1}
+    model, bank = banked(parts, [(2.0 * k, 1.0 * k) for k in range(1, 20)], **given)
+    values, states = medians_of(parts) | given, bank.x.shape[1]
     x, p = bank.x.copy(), bank.p.copy()
     fix = np.array([41.2, 19.1])
     take_fix(bank, model, *fix, 1.0)
@@ -121,19 +111,7 @@ def student(nu, s):
     return (1.0 + nu @ np.linalg.solve(s, nu) / 4.0) ** -3 / (2.0 * math.pi * math.sqrt(np.linalg.det(s)))
 
 
-def fed(parts, tail, **given):
-    """A model of these parts, and its bank after 20 fixes on a line and the offsets (m) of `tail` from it, east."""
-    model = model_of(parts, medians_of(parts) | given)
-    bank = empty_bank(model)
-    start(bank, model, 0.0, 0.0)
-    for k, off in enumerate([0.0] * 20 + tail, start=1):
-        advance(bank, model, 1.0)
-        take_fix(bank, model, 2.0 * k, off, 1.0)
-    advance(bank, model, 1.0)
-    return model, bank
-
-
-STATES = {
+STATES = {  # parts, and offsets (m) to the east of fixes after twenty on a line
     "usual": (("base", "wander"), []),
     "after an outlier": (("base", "wander"), [20.0]),
     "in a run of outliers": (("base", "wander"), [20.0, 20.3, 19.8]),
@@ -148,7 +126,8 @@ STATES = {
 @pytest.mark.parametrize("state", STATES)
 def test_the_density_of_the_next_fix_integrates_to_one(state):
     """By quasi-random importance sampling; that of outliers as far as its own integral is 1."""
-    model, bank = fed(*STATES[state], fix_std=0.3)
+    parts, tail = STATES[state]
+    model, bank = banked(parts, [(2.0 * k, off) for k, off in enumerate([0.0] * 20 + tail, start=1)], fix_std=0.3)
     weights, x = bank.probability.copy(), bank.x[:, :2].copy()
     predicted = weights @ x
     s = (
@@ -161,7 +140,7 @@ def test_the_density_of_the_next_fix_integrates_to_one(state):
         [[0.0, 0.0], [-run["step_north"], -run["step_east"]], [run["outlier_north"], run["outlier_east"]]]
     )
     shares, reach = (0.4, 0.15, 0.15, 0.15, 0.15), math.sqrt(np.trace(s) + 9.0)
-    u = qmc.Sobol(3, rng=np.random.default_rng(7)).random(1 << 14)
+    u = qmc.Sobol(3, rng=np.random.default_rng(7)).random(1 << 12)
     kind, angle = np.searchsorted(np.cumsum(shares)[:-1], u[:, 0]), 2.0 * math.pi * u[:, 1]
     around = np.c_[np.cos(angle), np.sin(angle)]
     near, wide = 1.5 * s, 9.0 * s + np.eye(2)

@@ -47,7 +47,7 @@ def entry(text):
 
 
 def crafted(harm):
-    """Entries of somebody else's making."""
+    """Entries of somebody else's making, and entries that were cut off."""
     program = json.dumps({"tuple": [1, {"object": ["steerway.__main__", "main", {"dict": []}]}]}).encode()
     call = json.dumps({"tuple": [1, {"object": ["os", "system", {"tuple": [f"touch {harm}"]}]}]}).encode()
     opened = json.dumps({"tuple": [1, {"object": ["subprocess", "Popen", {"dict": [["args", "true"]]}]}]}).encode()
@@ -60,20 +60,22 @@ def crafted(harm):
         pickle.dumps((1, Harm(harm))),
         entry(pickle.dumps((1, Harm(harm))).replace(b"\n", b" ")),
         *map(entry, (program, call, opened, through, array)),
+        entry(b'{"tuple": [1, 2]}')[:-1],
+        entry(b'{"tuple": [1, 2]}')[:-5],
         *map(entry, (b"[" * 100_000, b"{}", b'{"tuple": 5}', b'{"tuple": [{"dict": []}, 1]}', b"1e999")),
     ]
 
 
-@pytest.mark.parametrize("k", range(12))
-def test_a_crafted_file_runs_nothing_and_is_begun_anew(k, tmp_path):
+@pytest.mark.parametrize("k", range(14))
+def test_a_crafted_or_cut_entry_runs_nothing_and_is_overwritten(k, tmp_path):
     path, harm = tmp_path / "work.unfinished", tmp_path / "harm"
-    Unfinished(path, {"work": "w"})
+    Unfinished(path, {"work": "w"}).add(3, "kept")
     with open(path, "ab") as file:
         file.write(crafted(harm)[k])
     work = Unfinished(path, {"work": "w"}, resume=True, packages=("tests",))
-    assert work.results == {} and not harm.exists()
+    assert work.results == {3: "kept"} and not harm.exists()
     work.add(7, 1.5)
-    assert Unfinished(path, {"work": "w"}, resume=True).results == {7: 1.5}
+    assert Unfinished(path, {"work": "w"}, resume=True).results == {3: "kept", 7: 1.5}
 
 
 @dataclass(frozen=True)

@@ -13,18 +13,13 @@ from steerway.estimation import LearningFilter, choose_profile, load_profile
 from steerway.estimation.testing import (
     Sym2,
     Vec2,
-    advance,
     cell_of,
     interval_of,
-    medians_of,
-    model_of,
     step_density,
     take_fix,
 )
-from steerway.estimation.testing import bank_start as start
-from steerway.estimation.testing import model_empty_bank as empty_bank
 from steerway_studies.testing import rounded
-from tests.scenes import straight
+from tests.scenes import banked, straight
 
 CELLS = (0.0, 0.4), (0.7, 0.3), (-2.5, 1.0), (6.0, 0.5), (0.1, 30.0), (0.3, 0.05), (30.0, 1.0)
 """Middle and width of an interval about which a number of unit variance is known: also narrow, wide and far."""
@@ -81,15 +76,9 @@ def test_a_cell_behind_a_step_has_the_density_of_students_distribution(middle, w
 def test_the_densities_of_all_cells_add_up_to_one(steps):
     """Those of outliers fill a kilometre, of which the cells hold little."""
     parts = ("base", "wander", "steps") if steps else ("base", "wander")
-    values = medians_of(parts) | {"fix_std": 0.01, "outlier_rate": 1e-4} | steps
     width = np.array([1.85, 1.2])
-    model = model_of(parts, values, tuple(width))
-    bank = empty_bank(model)
-    start(bank, model, 0.0, 0.0)
-    for k in range(1, 30):
-        advance(bank, model, 1.0)
-        take_fix(bank, model, *(np.round(np.array([0.6 * k, 0.4 * k]) / width) * width), 1.0)
-    advance(bank, model, 1.0)
+    places = np.round(np.outer(np.arange(1, 30), [0.6, 0.4]) / width) * width
+    model, bank = banked(parts, places, tuple(width), fix_std=0.01, outlier_rate=1e-4, **steps)
     before = [np.copy(each) for each in bank]
     total = 0.0
     for i in range(-8, 20):
@@ -114,21 +103,17 @@ def test_a_straight_track_is_as_fast_as_it_is(digit, speed, rate, smooth):
     assert np.nanmin(motion.sog_std) > math.radians(step) * 4e6 / math.sqrt(12.0) / math.sqrt(300.0) / 300.0
 
 
-def test_a_moored_boat_is_known_no_better_than_its_digit():
-    fixes = rounded_to(1e-4, straight(0.0, 0.0, 400.0, 1.0).fixes(0.05, 1))
+@pytest.mark.parametrize(("digit", "noise", "place", "speed"), [(1e-4, 0.05, 0.5, 1e-3), (1e-7, 0.0, 1e-3, 1e-5)])
+def test_a_moored_boat_is_known_no_better_than_its_digit(digit, noise, place, speed):
+    """Also where the receiver holds its place, in digits that are otherwise too fine to matter."""
+    fixes = rounded_to(digit, straight(0.0, 0.0, 300.0, 1.0).fixes(noise, 1))
     motion = steerway.estimate(fixes, smooth=True)
-    assert motion.position_std.min() > 0.5 and np.nanmin(motion.sog_std) > 1e-3
+    assert motion.position_std.min() > place and np.nanmin(motion.sog_std) > speed
     assert (motion.sog < NORMAL_95 * motion.sog_std)[30:].mean() > 0.9
 
 
-def test_fixes_that_are_all_at_one_place_are_known_no_better_than_a_fine_digit():
-    """Positions of seven decimals, which are otherwise too fine to matter: a receiver that holds its place."""
-    motion = steerway.estimate(rounded_to(1e-7, straight(0.0, 0.0, 200.0, 1.0).fixes(0.0, 1)), causal=True)
-    assert motion.position_std.min() > 1e-3 and np.nanmin(motion.sog_std) > 1e-5
-
-
 def test_the_digit_is_in_the_profile_and_learned_from_a_stream(tmp_path):
-    fixes = rounded_to(1e-5, straight(1.5, 0.7, 150.0, 2.0).fixes(0.1, 2))
+    fixes = rounded_to(1e-5, straight(1.5, 0.7, 60.0, 2.0).fixes(0.1, 2))
     profile = choose_profile(fixes)
     profile.save(tmp_path / "mine.toml")
     assert load_profile(tmp_path / "mine.toml") == profile
@@ -138,9 +123,10 @@ def test_the_digit_is_in_the_profile_and_learned_from_a_stream(tmp_path):
     for latitude, longitude in zip(fixes.latitude, fixes.longitude, strict=True):
         learning.row(0.5, latitude, longitude)
     assert learning.learned.structures[0].quantum == pytest.approx((north, east), rel=1e-4)
-    assert choose_profile(straight(1.5, 0.7, 150.0, 2.0).fixes(0.1, 2)).structures[0].quantum == (0.0, 0.0)
+    assert choose_profile(straight(1.5, 0.7, 60.0, 2.0).fixes(0.1, 2)).structures[0].quantum == (0.0, 0.0)
 
 
+@pytest.mark.study
 def test_the_scene_set_judges_what_was_put_in():
     case = rounded.Case("4 decimals", 1.0, "straight 3", False, 5)
     time, places, sog, cog = rounded.sailed(case)

@@ -93,12 +93,19 @@ def test_gauss_markov_errors_have_their_spread_and_their_memory():
 
 
 def test_faults_do_what_their_kinds_say():
-    jump, step = (Fault(kind=each, start=3.0, size=9.0, direction_deg=0.0) for each in ("jump", "step"))
+    jump, step = (Fault(kind=each, start=3.0, size=9.0, direction_deg=30.0) for each in ("jump", "step"))
     for fault, expected in ((jump, [0, 0, 0, 9, 0, 0, 0]), (step, [0, 0, 0, 9, 9, 9, 9])):
         error = plane(whole(Gnss(rate=1.0, faults=(fault,)), 0, **still(6, 1)))
-        np.testing.assert_allclose(error, [expected, np.zeros(7)], atol=1e-9)
-    burst = plane(whole(Gnss(faults=(Fault(kind="burst", start=0.0, duration=400.0, size=3.0),)), 5, **still(800, 5)))
-    assert abs(burst[:, :2000].std() / 3.0 - 1.0) < 0.05 and not burst[:, 2000:].any()
+        np.testing.assert_allclose(error, np.outer([math.sqrt(0.75), 0.5], expected), atol=1e-9)
+    jumps = plane(whole(Gnss(rate=1.0, faults=(Fault(kind="jump", per_hour=360.0, size=9.0),)), 1, **still(36_000, 1)))
+    sizes = np.hypot(*jumps)
+    assert sizes[0] < 1.0 and (sizes > 1.0).sum() == pytest.approx(3600, rel=0.1)
+    np.testing.assert_allclose(sizes[sizes > 1.0], 9.0)
+    assert np.abs(jumps[:, sizes > 1.0].mean(axis=1)).max() < 0.6  # in every direction
+    twice = 2 * (Fault(kind="burst", start=0.0, duration=400.0, size=3.0),)
+    burst = plane(whole(Gnss(faults=twice), 5, **still(800, 5)))
+    assert abs(burst[:, :2000].std() / math.sqrt(18.0) - 1.0) < 0.05 and not burst[:, 2000:].any()
+    assert abs(np.corrcoef(burst[:, :2000])[0, 1]) < 0.1
     dropout = whole(Gnss(faults=(Fault(kind="dropout", start=2.0, duration=3.0),)), 0, **still(10, 5))
     assert len(dropout) == 51 - 15 and np.diff(dropout.time).max() == pytest.approx(3.2)
     frozen = whole(Gnss(white=0.3, faults=(Fault(kind="frozen", start=2.0, duration=1.0),)), 0, **truth(seconds=6.0))
@@ -140,8 +147,10 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
     motion = truth(seconds=400.0)
     assert np.isnan(whole(gnss.white(0.1), 0, **motion).sog).all()
     output = whole(Gnss(rate=5.0, velocity_std=0.1), 0, **motion)
-    along = output.sog * np.cos(output.cog)
-    assert abs(along.mean() - 1.3) < 0.01 and abs(along.std() - 0.1) < 0.01
+    true = 1.3, np.cos(0.2 * output.time)
+    errors = np.array([np.cos(output.cog), np.sin(output.cog)]) * output.sog - np.array(np.broadcast_arrays(*true))
+    assert np.abs(errors.mean(axis=1)).max() < 0.01 and np.abs(errors.std(axis=1) - 0.1).max() < 0.01
+    assert abs(np.corrcoef(errors)[0, 1]) < 0.1
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from steerway.core.testing import iso
 from steerway.formats.testing import deviation, gpx, nmea0183, nmea2000, table
 from steerway.live.testing import GpsdDecoder, Navigator, SignalKDecoder, rows_of
 from tests.messages import POINT, document, gnss, line
-from tests.sentences import START, clock, place, rmc, sealed
+from tests.sentences import START, clock, only, place, rmc, sealed
 
 ALONE, DIFFERENTIAL, FIXED, FLOAT = 1.5, 0.7, 0.02, 0.3
 
@@ -30,7 +30,7 @@ def gst(second, north, east, talker="GP"):
 
 
 def stds(*sentences):
-    (fixes,) = nmea0183.read(b"".join(sentences)).sources.values()
+    fixes = only(nmea0183.read(b"".join(sentences)))
     return fixes.position_std.tolist()
 
 
@@ -56,20 +56,16 @@ def test_deviations_overrule_dilution_from_the_first_on():
     assert sources["GN"].position_std[0] == pytest.approx(1.5 * ALONE)
 
 
-def test_nmea_2000_tells_it_with_the_gnss_position():
-    (fixes,) = nmea2000.read("\n".join([line(0.5, 129029, 3, gnss(50.0, -4.5, method=4))]).encode()).sources.values()
-    assert fixes.position_std[0] == pytest.approx(FIXED)
-
-
-def test_nmea_2000_dilution_not_available():
-    payload = bytearray(gnss(50.0, -4.5))
-    payload[34:36] = struct.pack("<h", 0x7FFF)
-    (fixes,) = nmea2000.read(line(0.5, 129029, 3, bytes(payload)).encode()).sources.values()
-    assert np.isnan(fixes.position_std).all()
+def test_nmea_2000_tells_it_with_the_gnss_position_unless_it_is_not_available():
+    payload = bytearray(gnss(50.0, -4.5, method=4))
+    for dilution, std in ((80, FIXED), (170, 1.7 * FIXED), (0x7FFF, math.nan)):
+        payload[34:36] = struct.pack("<h", dilution)
+        fixes = only(nmea2000.read(line(0.5, 129029, 3, bytes(payload)).encode()))
+        assert fixes.position_std[0] == pytest.approx(std, nan_ok=True)
 
 
 def test_gpx_dilution():
-    (fixes,) = gpx.read(document(POINT.format(1, "<hdop>1.2</hdop>"), POINT.format(2, ""))).sources.values()
+    fixes = only(gpx.read(document(POINT.format(1, "<hdop>1.2</hdop>"), POINT.format(2, ""))))
     np.testing.assert_allclose(fixes.position_std, [1.2 * ALONE, np.nan])
 
 
@@ -77,14 +73,14 @@ def test_columns_of_tables():
     cells = {("position_std_m", "0.5"): 0.5, ("hAcc", "-1"): math.nan, ("HDOP", "1.2"): 1.2 * ALONE}
     cells |= dict.fromkeys([("hAcc", "2"), ("hacc_mm", "2000"), ("ehpe", "2")], math.sqrt(2.0))
     for (name, cell), std in cells.items():
-        (fixes,) = table.read(f"time,lat,lon,{name}\n1700000000,1,2,{cell}\n".encode()).sources.values()
+        fixes = only(table.read(f"time,lat,lon,{name}\n1700000000,1,2,{cell}\n".encode()))
         assert fixes.position_std[0] == pytest.approx(std, rel=1e-12, nan_ok=True), name
 
 
 def test_a_deviation_goes_before_a_dilution_and_accuracy_in_ais_is_none():
-    (fixes,) = table.read(b"time,lat,lon,hdop,hacc\n1700000000,1,2,9,2\n").sources.values()
+    fixes = only(table.read(b"time,lat,lon,hdop,hacc\n1700000000,1,2,9,2\n"))
     assert fixes.position_std[0] == pytest.approx(math.sqrt(2.0))
-    (fixes,) = table.read(b"mmsi,time,lat,lon,accuracy\n367000000,1700000000,1,2,1\n").sources.values()
+    fixes = only(table.read(b"mmsi,time,lat,lon,accuracy\n367000000,1700000000,1,2,1\n"))
     assert np.isnan(fixes.position_std).all()
 
 
@@ -119,7 +115,7 @@ def sailing(quality, hdop="0.9"):
 
 @pytest.mark.parametrize(("quality", "slow"), [(1, ALONE), (2, DIFFERENTIAL), (4, FIXED), (5, FLOAT)])
 def test_the_kind_of_fix_sets_what_of_the_position_cannot_be_seen(quality, slow):
-    (fixes,) = nmea0183.read(sailing(quality)).sources.values()
+    fixes = only(nmea0183.read(sailing(quality)))
     motion = estimate(fixes, "small-usv", causal=True)
     relative = motion.position_relative_std
     np.testing.assert_allclose(motion.position_std, np.hypot(relative, slow), rtol=1e-12)

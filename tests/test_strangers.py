@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from steerway.live.testing import Guided, MavlinkLink, addresses, dialect
-from tests.mavlink_wire import signed
+from steerway.live.testing import Guided, MavlinkLink, addresses
+from tests.mavlink_wire import Wire, signed
+from tests.mavlink_wire import messages as m
 from tests.ports import free_port, under_way
 
 PLUGIN = Path(__file__).parents[1] / "integrations" / "signalk" / "index.js"
@@ -24,7 +25,7 @@ BEGINNINGS = (b"\xfd\xff\x00\x00\x00\x01\x01\x00\x00\x00", b"\xfe\xff\x00\x01\x0
 def test_a_stranger_costs_no_message_of_the_vehicle(is_signed, stranger, tmp_path):
     """A stranger sends ten bytes, such as the start of an incomplete packet, before every fifth datagram."""
     port = free_port(socket.SOCK_DGRAM)
-    m, heard = dialect("a test"), []
+    heard = []
     (tmp_path / "key").write_text(KEY.hex())
     key = f"?signing={tmp_path / 'key'}" if is_signed else ""
     (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:{port}{key}"])
@@ -54,7 +55,7 @@ def test_a_stranger_costs_no_message_of_the_vehicle(is_signed, stranger, tmp_pat
 
 
 def test_a_signed_packet_that_is_sent_again_is_dropped(tmp_path):
-    m, heard = dialect("a test"), []
+    heard = []
     (tmp_path / "key").write_text(KEY.hex())
     (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:1?signing={tmp_path / 'key'}"])
     link = MavlinkLink(uri, lambda message: heard.append(message.get_type()) or True)
@@ -64,42 +65,38 @@ def test_a_signed_packet_that_is_sent_again_is_dropped(tmp_path):
     assert heard == ["SYSTEM_TIME"] and link.broken == 2
 
 
-def heartbeat(m, system, kind, autopilot=3, component=1):
-    message = m.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 0, 3)
-    message._header = m.MAVLink_header(0, srcSystem=system, srcComponent=component)
+def heartbeat(system, kind):
+    (message,) = Wire(system, 1).carry([m.MAVLink_heartbeat_message(kind, 3, 0, 0, 0, 3)])
     return message
 
 
 def test_a_boat_takes_the_place_of_a_drone_and_no_drone_that_of_a_boat():
-    m = dialect("a test")
     guided, boat, drone = Guided(m), m.MAV_TYPE_SURFACE_BOAT, m.MAV_TYPE_QUADROTOR
-    guided.receive(heartbeat(m, 7, drone), 0.0)
+    guided.receive(heartbeat(7, drone), 0.0)
     assert guided.vehicle == (7, 1)
-    guided.receive(heartbeat(m, 3, boat), 0.5)
+    guided.receive(heartbeat(3, boat), 0.5)
     assert guided.vehicle == (7, 1)  # after one heartbeat
-    guided.receive(heartbeat(m, 3, boat), 1.5)
+    guided.receive(heartbeat(3, boat), 1.5)
     assert guided.vehicle == (3, 1) and guided.is_rover
     for k in range(20):
-        guided.receive(heartbeat(m, 3, boat), 2.0 + k)
-        assert not guided.receive(heartbeat(m, 7, drone), 2.1 + k)
-        assert not guided.receive(heartbeat(m, 8, boat), 2.2 + k)
+        guided.receive(heartbeat(3, boat), 2.0 + k)
+        assert not guided.receive(heartbeat(7, drone), 2.1 + k)
+        assert not guided.receive(heartbeat(8, boat), 2.2 + k)
     assert guided.vehicle == (3, 1)
 
 
 def test_a_vehicle_that_is_silent_gives_way_to_another():
-    m = dialect("a test")
     guided, boat = Guided(m), m.MAV_TYPE_SURFACE_BOAT
-    guided.receive(heartbeat(m, 3, boat), 0.0)
+    guided.receive(heartbeat(3, boat), 0.0)
     for k in range(3):
-        guided.receive(heartbeat(m, 4, boat), 10.0 + k)
+        guided.receive(heartbeat(4, boat), 10.0 + k)
     assert guided.vehicle == (4, 1) and guided.alive(12.0)
 
 
 def test_a_system_that_is_named_is_waited_for():
-    m = dialect("a test")
     guided = Guided(m, system=5)
     for k in range(3):
-        guided.receive(heartbeat(m, 3, m.MAV_TYPE_SURFACE_BOAT), float(k))
+        guided.receive(heartbeat(3, m.MAV_TYPE_SURFACE_BOAT), float(k))
     assert guided.vehicle is None
 
 

@@ -15,6 +15,7 @@ from steerway.estimation import Profile
 from steerway.estimation.testing import compare
 from steerway.formats.testing import table
 from tests.command_line import run
+from tests.scenes import straight
 from tests.sentences import only
 
 T = 1672531201
@@ -23,13 +24,10 @@ NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"
 
 def log(names="time,lat,lon", speed=2.0, course=0.7, n=120, place=(63.4, 10.3), columns=()):
     """A straight track with 0.3 m of noise as CSV bytes; `columns` are more cells, equal in every row."""
-    noise = np.random.default_rng(5).normal(0.0, 0.3, (n, 2))
-    rows = [names]
-    for k in range(n):
-        north, east = speed * k * math.cos(course) + noise[k, 0], speed * k * math.sin(course) + noise[k, 1]
-        latitude, longitude = place[0] + north / 111412.0, place[1] + east / 49900.0
-        rows.append(",".join([f"{T + k}", f"{latitude:.8f}", f"{longitude:.8f}", *(f"{each:.4f}" for each in columns)]))
-    return "\n".join(rows).encode()
+    fixes = straight(speed, course, n - 1.0, 1.0, np.radians(place)).fixes(0.3, 5)
+    rows = zip(fixes.time, np.degrees(fixes.latitude), np.degrees(fixes.longitude), strict=True)
+    more = "".join(f",{each:.4f}" for each in columns)
+    return "\n".join([names, *(f"{t:.0f},{a:.8f},{o:.8f}{more}" for t, a, o in rows)]).encode()
 
 
 @pytest.mark.parametrize(("unit", "words"), [(1.0, "m/s"), (KNOT, "knots"), (1 / 3.6, "km/h")])
@@ -38,6 +36,7 @@ def test_the_unit_of_a_bare_speed_is_that_of_the_positions(name, unit, words):
     recording = table.read(log(f"time,lat,lon,{name}", columns=(2.0 / unit,)))
     assert_allclose(only(recording).sog, 2.0, rtol=1e-3)
     assert f"{name} as sog in {words} (by the positions)" in recording.notes[0]
+    assert "by the positions" not in table.read(log(f"time,lat,lon,{name}", columns=(30.0,))).notes[0]
     # A unit in the name is never overruled.
     assert_allclose(only(table.read(log("time,lat,lon,sog_kn", columns=(2.0,)))).sog, 2.0 * KNOT, rtol=1e-9)
 
@@ -89,6 +88,7 @@ def test_positions_in_radians_are_refused_unless_named_so():
         table.read("\n".join(["time,latitude,longitude", *rows]).encode())
     fixes = only(table.read("\n".join(["time,lat_rad,lon_rad", *rows]).encode()))
     assert_allclose(np.degrees(fixes.latitude[0]), 63.4, atol=1e-6)
+    assert len(only(table.read(log(place=(0.5, 10.3))))) == 120
 
 
 def test_degrees_are_not_taken_for_radians_in_python():
