@@ -245,7 +245,8 @@ class SteeringFilter:
     def _forget_heading(self) -> None:
         """Make the heading unknown if the boat has no order and no gyro and is at rest in the water: no fix shows it.
 
-        The current hardly changes. If the velocity over ground changes, the boat moves: hypotheses are made again.
+        The current hardly changes. If the velocity over ground changes although the motor is not known to idle, the
+        boat moves: hypotheses are made again.
         """
         slow = _REST * self.response.speed
         if math.isfinite(self._orders[-1][1]) or np.any(self._mixture.states[:, WATER_SPEED] > slow):
@@ -258,7 +259,7 @@ class SteeringFilter:
         x = self._mixture.states[best]
         velocity = over_ground(x)
         self._drift = self._drift or velocity
-        if math.dist(velocity, self._drift) > slow:
+        if math.dist(velocity, self._drift) > slow and not self._drifts:
             self._begin(self._time, 0.5 * START_TIME)
         elif self._mixture.heading_std() < _UNKNOWN_STD and math.isnan(self._measured_rate):
             found = any_heading(x, self._mixture.covariances[best], self.response, self._way(self._time))
