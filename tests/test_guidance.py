@@ -18,7 +18,7 @@ from steerway.guidance import (
     VectorField,
 )
 from steerway.guidance.testing import off_path, turn_path, wheel_over
-from tests.golden import golden
+from tests.golden import assert_golden, golden
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 
@@ -45,52 +45,35 @@ def on_line(cross_track, direction=0.0, along_track=0.0):
     return LegState(1, direction, along_track, cross_track, left, math.hypot(left, cross_track), bearing, math.nan)
 
 
-def follow(shared_data, name, law, radius, dt=1.0):
-    rows = golden(shared_data, name)
+@pytest.mark.parametrize(
+    ("law", "radius", "table", "angle", "across"),
+    [
+        (LineOfSight(500.0), 400.0, "los_chi", "chi_ref_D500_R400", "ye_D500_R400"),
+        (LineOfSight(800.0), 50.0, "los_chi", "chi_ref_D800_R50", "ye_D800_R50"),
+        (AdaptiveLineOfSight(500.0, 2e-4), 400.0, "los_psi", "alos_psi_ref", "alos_ye"),
+        (IntegralLineOfSight(500.0, 0.3), 400.0, "los_psi", "ilos_psi_ref", "ilos_ye"),
+    ],
+)
+def test_a_law_gives_the_reference_numbers(shared_data, law, radius, table, angle, across):
+    rows = golden(shared_data, table)
     mission = Mission(Route(*P1_WAYPOINTS, acceptance=radius), at_end="continue")
     out = []
     for north, east in zip(rows["x"], rows["y"], strict=True):
-        leg = mission.step(north, east, dt)
-        out.append((law.step(leg, math.nan, math.nan, dt).angle, leg.cross_track, leg.target))
-    return rows, *np.array(out).T
-
-
-@pytest.mark.parametrize(("lookahead", "radius"), [(500.0, 400.0), (800.0, 50.0)])
-def test_line_of_sight_gives_the_reference_numbers(shared_data, lookahead, radius):
-    rows, course, cross_track, _ = follow(shared_data, "los_chi", LineOfSight(lookahead), radius)
-    case = f"D{lookahead:.0f}_R{radius:.0f}"
-    np.testing.assert_allclose(course, rows[f"chi_ref_{case}"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(cross_track, rows[f"ye_{case}"], rtol=1e-9, atol=1e-10)
-
-
-def test_adaptive_line_of_sight_gives_the_reference_numbers(shared_data):
-    law = AdaptiveLineOfSight(500.0, 2e-4)
-    estimates = []
-
-    class Watched:
-        def step(self, *given):
-            estimates.append(law.crab_angle)
-            return law.step(*given)
-
-    rows, heading, cross_track, target = follow(shared_data, "los_psi", Watched(), 400.0, dt=0.5)
-    np.testing.assert_allclose(heading, rows["alos_psi_ref"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(cross_track, rows["alos_ye"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(estimates, rows["alos_beta_hat"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_array_equal(target[1:], np.minimum(rows["alos_k"], 5)[:-1])  # k is the index of the next call
-
-
-def test_integral_line_of_sight_gives_the_reference_numbers(shared_data):
-    rows, heading, cross_track, _ = follow(shared_data, "los_psi", IntegralLineOfSight(500.0, 0.3), 400.0, dt=0.5)
-    np.testing.assert_allclose(heading, rows["ilos_psi_ref"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(cross_track, rows["ilos_ye"], rtol=1e-9, atol=1e-10)
+        leg, before = mission.step(north, east, 0.5), getattr(law, "crab_angle", math.nan)
+        out.append((law.step(leg, math.nan, math.nan, 0.5).angle, leg.cross_track, leg.target, before))
+    angles, errors, targets, estimates = np.array(out).T
+    assert_golden(angles, rows[angle])
+    assert_golden(errors, rows[across])
+    if isinstance(law, AdaptiveLineOfSight):
+        assert_golden(estimates, rows["alos_beta_hat"])
+        np.testing.assert_array_equal(targets[1:], np.minimum(rows["alos_k"], 5)[:-1])  # that of the next call
 
 
 def test_cross_track_gives_the_reference_numbers(shared_data):
-    rows = golden(shared_data, "crosstrack")
-    for row in rows:
+    for row in golden(shared_data, "crosstrack"):
         direction = leg_direction(row["x_ref"], row["y_ref"], row["x_t"], row["y_t"])
         _, cross_track = track_errors(row["x"], row["y"], row["x_ref"], row["y_ref"], direction)
-        np.testing.assert_allclose([cross_track] * 2, [row["y_e"], row["y_e_wpt"]], rtol=1e-9, atol=1e-10)
+        assert_golden([cross_track] * 2, [row["y_e"], row["y_e_wpt"]])
 
 
 @pytest.mark.parametrize(
