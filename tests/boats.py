@@ -22,10 +22,12 @@ class Nomoto:
         self.rate += dt * (self.gain * control + self.disturbance - self.rate) / self.time_constant
 
 
-def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, **vessel):
+def record(
+    seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, card=(0.0,) * 5, **vessel
+):
     """(propeller speed differences, compass readings, headings, velocities) of a weaving run, one per second."""
     rng = np.random.default_rng(seed)
-    boat, stream = Springer(plant, **vessel), DynamicCompass(compass).start(heading, rng)
+    boat, stream = Springer(plant, **vessel), DynamicCompass(compass, card).start(heading, rng)
     state, around, rows = boat.start(heading=heading), conditions(current), []
     for k in range(seconds):
         difference = 60.0 * RPM * math.sin(k / 15.0)

@@ -158,17 +158,6 @@ def test_the_command_writes_them(tmp_path, suffix):
     assert code == 2 and "expected .csv or .json" in message
 
 
-def test_info_lists_the_models(tmp_path):
-    log = tmp_path / "sortie.csv"
-    fixes, _ = estimated()
-    fixes.rows(slice(300)).to_frame().write_csv(log)
-    code, printed, _ = run("info", log, "--models")
-    assert code == 0 and "log evidence" in printed
-    (found,) = json.loads(run("info", log, "--models", "--json")[1])
-    assert sum(each["weight"] for each in found["inferred"]["models"]) == pytest.approx(1.0)
-    assert found["inferred"]["fixes"] == 300 and len(found["inferred"]["models"]) >= 3
-
-
 @pytest.mark.parametrize("causal", [True, False])
 def test_a_fix_on_another_sea_moves_no_row(causal):
     fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)

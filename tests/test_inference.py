@@ -235,7 +235,7 @@ def test_rows_at_a_rate_and_gaps():
     assert usual.status[60] != REJECTED
 
 
-def test_the_summary_names_what_was_inferred(tmp_path):
+def test_estimate_and_info_name_what_was_inferred(tmp_path):
     path = tmp_path / "track.csv"
     steerway.write(straight(2.0, 1.0, 90.0, 1.0).fixes(0.3, 5), path)
     summary = json.loads(run("estimate", path, "--json")[1])
@@ -243,8 +243,13 @@ def test_the_summary_names_what_was_inferred(tmp_path):
     assert math.isclose(sum(each["weight"] for each in summary["structures"]), 1.0, rel_tol=1e-9)
     assert {"parts", "weight", "log_evidence", "values", "words"} == set(summary["structures"][0])
     named = json.loads(run("estimate", path, "--json", "--profile", "small-usv")[1])
-    assert named["profile"] == "small-usv"
-    assert named["structures"] == []
+    assert named["profile"] == "small-usv" and named["structures"] == []
+    code, printed, _ = run("info", path, "--models")
+    assert code == 0 and "log evidence" in printed
+    (found,) = json.loads(run("info", path, "--models", "--json")[1])
+    models = found["inferred"]["models"]
+    assert found["inferred"]["fixes"] == 91 and len(models) >= 3
+    assert math.isclose(sum(each["weight"] for each in models), 1.0, rel_tol=1e-6)
 
 
 @pytest.mark.study

@@ -159,7 +159,7 @@ OTTER = ("u", "v", "w", "p", "q", "r", "x", "y", "z", "phi", "theta", "psi")
 MARINER = ("u", "v", "r", "x", "y", "psi", "delta")
 
 
-def test_the_otter_has_the_golden_derivatives_and_masses(shared_data):
+def test_otter_and_mariner_have_the_golden_derivatives_and_masses(shared_data):
     table = golden(shared_data, "otter_derivs")
     inputs = columns(table, "n1", "n2", "mp", "rpx", "rpy", "rpz", "V_c", "beta_c")
     states = columns(table, *OTTER)
@@ -167,6 +167,9 @@ def test_the_otter_has_the_golden_derivatives_and_masses(shared_data):
     assert_golden(measured, columns(table, *("d" + name for name in OTTER)))
     for row in golden(shared_data, "otter_M").tolist():
         assert_golden(mass_matrix(row[0], LOAD[1]), np.reshape(row[1:], (6, 6)).T)
+    table = golden(shared_data, "mariner_derivs")
+    rows = zip(columns(table, *MARINER), table["ui"], table["U0"], strict=True)
+    assert_golden([mariner_derivatives(*row) for row in rows], columns(table, *("d" + name for name in MARINER)))
 
 
 def test_an_otter_sails_the_golden_way(shared_data):
@@ -205,13 +208,6 @@ def test_the_otters_propellers_saturate_lag_and_are_what_the_allocation_takes_th
     full = sail(boat, boat.start(), (500.0, 500.0), 30.0, step=0.02)
     assert full[0] == pytest.approx(6.0 * 0.5144, rel=0.01)  # six knots
     assert math.isnan(boat.motion(np.zeros(14), CALM).course_rate)
-
-
-def test_the_mariner_has_the_golden_derivatives(shared_data):
-    table = golden(shared_data, "mariner_derivs")
-    rows = zip(columns(table, *MARINER), table["ui"], table["U0"], strict=True)
-    measured = [mariner_derivatives(x, ui, u0) for x, ui, u0 in rows]
-    assert_golden(measured, columns(table, *("d" + name for name in MARINER)))
 
 
 def test_a_mariner_sails_the_golden_zigzag(shared_data):
