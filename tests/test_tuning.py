@@ -35,7 +35,7 @@ def one_mode(seed, duration=600.0):
 @pytest.fixture(scope="module")
 def sortie():
     """A log and what `tune` finds in it."""
-    fixes = one_mode(3, 300.0)
+    fixes = one_mode(3, 180.0)
     return fixes, tune(fixes, name="made")
 
 
