@@ -44,13 +44,6 @@ def test_the_gain_astern_is_its_own():
     assert -turning.starboard / turning.port == pytest.approx(math.sqrt(0.02216 / 0.01289))
 
 
-def test_limits_of_the_otter_are_its_bollard_pull():
-    assert OTTER_PROPELLERS.max_speed == pytest.approx(103.93, abs=0.01)
-    assert OTTER_PROPELLERS.min_speed == pytest.approx(-101.74, abs=0.01)
-    assert OTTER_PROPELLERS.step(1e6, 0.0).surge_force == pytest.approx(24.4 * 9.81)
-    assert OTTER_PROPELLERS.step(-1e6, 0.0).surge_force == pytest.approx(-13.6 * 9.81)
-
-
 def test_propellers_that_do_not_reverse():
     boat = replace(OTTER_PROPELLERS, min_speed=0.0)
     out = boat.step(0.0, 10.0)
