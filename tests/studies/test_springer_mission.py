@@ -17,7 +17,7 @@ from steerway.estimation.heading import (
     corners,
     outside,
 )
-from steerway.estimation.testing import gain_range, shipped
+from steerway.estimation.testing import gain_range
 from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.vessels import SPRINGER_PAPER_YAW
 from steerway_studies.testing import (
@@ -62,16 +62,6 @@ def test_mission_is_the_same_seen_in_a_mirror():
     n = min(len(one.heading), len(other.heading))
     np.testing.assert_allclose(one.position[:n, 0], other.position[:n, 0], atol=1.0)
     np.testing.assert_allclose(one.position[:n, 1], -other.position[:n, 1], atol=1.0)
-
-
-def test_shipped_networks():
-    assert [len(shipped(name).layers) for name in ("weight", "innovations", "correction")] == [3, 3, 3]
-    with pytest.raises(InputError, match="network"):
-        shipped("none")
-    learned = LearnedHeading()
-    for _ in range(5):
-        learned.step(0.0, np.zeros(40))
-        assert learned.low <= learned.heading <= learned.high and 0.0 <= learned.weight <= 1.0
 
 
 def test_a_bank_and_lessons_of_another_compass():
