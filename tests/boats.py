@@ -1,4 +1,4 @@
-"""A simple boat for tests of guidance and control, and records of a weaving Springer with compass and velocities."""
+"""Records of a weaving Springer with compass and velocities."""
 
 import math
 
@@ -6,20 +6,6 @@ import numpy as np
 
 from steerway.sensors import TRUE_TCM2, DynamicCompass
 from steerway.vessels import RPM, Springer, conditions
-
-
-class Nomoto:
-    """T ω̇ + ω = K u + disturbance: course rate ω, and constant speed along the course."""
-
-    def __init__(self, gain, time_constant, speed=0.0, course=0.0, north=0.0, east=0.0, disturbance=0.0):
-        self.gain, self.time_constant, self.speed, self.disturbance = gain, time_constant, speed, disturbance
-        self.course, self.rate, self.north, self.east = course, 0.0, north, east
-
-    def step(self, control, dt):
-        self.north += dt * self.speed * math.cos(self.course)
-        self.east += dt * self.speed * math.sin(self.course)
-        self.course += dt * self.rate
-        self.rate += dt * (self.gain * control + self.disturbance - self.rate) / self.time_constant
 
 
 def record(

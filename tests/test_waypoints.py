@@ -11,7 +11,6 @@ from steerway.core import InputError, track_errors
 from steerway.guidance import LineOfSight, Mission, Passing, Phase, Route
 from steerway.guidance.testing import Voyage, corner
 from steerway_studies.testing import RangeRatePassing
-from tests.boats import Nomoto
 
 SQUARE = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0])
 
@@ -217,12 +216,10 @@ def test_the_scene_may_be_turned_shifted_and_mirrored(turn, shift, mirrored, rul
         corners = [place(*corner) for corner in zip(SQUARE.north, SQUARE.east, strict=True)]
         mission = Mission(Route(*zip(*corners, strict=True)), Passing(rule=rule))
         law = LineOfSight(15.0)
-        boat = Nomoto(1.0, 1.0, north=-23.0, east=17.0)
-        legs = []
+        north, east, legs = -23.0, 17.0, []
         for step in range(60):
-            boat.north += 8.0 * math.cos(step / 9.0)
-            boat.east += 8.0 * math.sin(step / 9.0)
-            leg = mission.step(*place(boat.north, boat.east), 1.0)
+            north, east = north + 8.0 * math.cos(step / 9.0), east + 8.0 * math.sin(step / 9.0)
+            leg = mission.step(*place(north, east), 1.0)
             legs.append((leg, law.step(leg, math.nan, math.nan, 1.0)))
         return legs, mission.log
 
