@@ -144,6 +144,10 @@ def test_the_observer_finds_what_the_guess_leaves_out():
     held = control.disturbance
     control.step(6.0, math.nan, 0.05)
     assert control.disturbance == held
+    control.step(6.0, u + 0.5, 0.05, n)
+    left = math.exp(-4.0 * gains.rate * 0.05)  # of an error within a step: both poles at four times the model's
+    error = (u + 0.5 - control.speed) / left**2
+    assert control.disturbance - held == pytest.approx((1.0 - left) ** 2 / 0.05 * error)
 
 
 GAINS = SpeedPIGains(mass=85.0, linear_drag=60.0, bandwidth=0.4, limit=200.0, limit_astern=100.0)
