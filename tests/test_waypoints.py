@@ -89,50 +89,45 @@ def test_what_a_mission_says_of_a_place():
 
 def test_remaining_distance_switches_for_the_next_step():
     mission = Mission(SQUARE)
-    targets = [leg.target for leg in sail(mission, [(89.0, 30.0), (90.0, 30.0), (91.0, 30.0)])]
+    targets = [leg.target for leg in sail(mission, [(89.0, 20.0), (90.0, 30.0), (91.0, 30.0)])]
     assert targets == [1, 1, 2]
     assert mission.log.passages[0]._asdict() == {
         "waypoint": 1,
         "reached": True,
         "why": "remaining",
         "time": 2.0,
-        "sailed": 1.0,
+        "sailed": pytest.approx(math.hypot(1, 10)),
         "distance": pytest.approx(math.hypot(10, 30)),
-        "closest": pytest.approx(math.hypot(10, 30)),
+        "closest": pytest.approx(math.hypot(11, 20)),
     }
 
 
-def test_a_boat_behind_the_first_waypoint_does_not_switch():
-    mission = Mission(SQUARE)
-    legs = sail(mission, [(-500.0, 0.0), (-95.0, 0.0), (-105.0, 40.0)])
-    assert [leg.target for leg in legs] == [1, 1, 1] and not mission.log.passages
-    assert legs[0].along_track == pytest.approx(-500.0)
+STRAIGHT = Route([0.0, 100.0], [0.0, 0.0])
+TURNING_ROUND = [(0.0, 0.0), (4.0, 0.0), (0.0, 0.0), (-4.0, 0.0), (-8.0, 0.0), (-4.0, 0.0)]
 
 
-def test_circle_of_acceptance():
-    mission = Mission(SQUARE, CIRCLE)
-    sail(mission, [(95.0, 9.0), (95.0, 8.0)])
-    assert mission.log.reached == [1]
-    beside = Mission(SQUARE, CIRCLE)
-    legs = sail(beside, [(0.0, 15.0), (99.0, 15.0), (101.0, 15.0), (102.0, 15.0)])
-    assert [leg.target for leg in legs] == [1, 1, 1, 2]
-    passage = beside.log.passages[0]
-    assert beside.log.missed == [1] and passage.why == "plane"
-    assert passage.closest == pytest.approx(math.hypot(1.0, 15.0))
-    kept = Mission(SQUARE, Passing(rule="circle", by_plane=False))
-    assert sail(kept, [(0.0, 15.0), (101.0, 15.0), (300.0, 15.0)])[-1].target == 1
-
-
-def test_the_plane_test_is_silent_at_the_start_and_after_a_switch_where_the_printed_one_fires():
-    """A boat that still has to turn round moves away from its waypoint without having missed it."""
-    points = [(0.0, 0.0), (4.0, 0.0), (0.0, 0.0), (-4.0, 0.0), (-8.0, 0.0), (-4.0, 0.0)]
-    mission, printed = (Mission(Route([0.0, 100.0], [0.0, 0.0]), rule) for rule in (CIRCLE, RangeRatePassing()))
-    sail(mission, points)
-    assert not mission.log.passages
-    sail(printed, points[:2])
-    assert not printed.log.passages
-    sail(printed, points[2:3])
-    assert printed.log.missed == [1] and printed.log.passages[0].why == "range rate"
+@pytest.mark.parametrize(
+    ("mission", "points", "targets", "why"),
+    [
+        (Mission(SQUARE), [(-500.0, 0.0), (-95.0, 0.0), (-105.0, 40.0)], [1, 1, 1], []),  # behind the first waypoint
+        (Mission(SQUARE, CIRCLE), [(95.0, 9.0), (95.0, 8.0), (95.0, 8.0)], [1, 1, 2], ["circle"]),
+        (Mission(SQUARE, CIRCLE), [(0.0, 15.0), (99.0, 15.0), (101.0, 15.0), (102.0, 15.0)], [1, 1, 1, 2], ["plane"]),
+        (
+            Mission(SQUARE, Passing(rule="circle", by_plane=False)),
+            [(0.0, 15.0), (101.0, 15.0), (300.0, 15.0)],
+            [1, 1, 1],
+            [],
+        ),
+        # A boat that still has to turn round moves away from its waypoint without having missed it.
+        (Mission(STRAIGHT, CIRCLE), TURNING_ROUND, [1] * 6, []),
+        (Mission(STRAIGHT, RangeRatePassing()), TURNING_ROUND[:2], [1, 1], []),
+        (Mission(STRAIGHT, RangeRatePassing()), TURNING_ROUND[:3], [1, 1, 1], ["range rate"]),
+    ],
+)
+def test_a_waypoint_is_passed_or_not(mission, points, targets, why):
+    assert [leg.target for leg in sail(mission, points)] == targets
+    assert [each.why for each in mission.log.passages] == why
+    assert mission.log.missed == ([1] if why in (["plane"], ["range rate"]) else [])
 
 
 def test_a_leg_is_given_up_after_its_time():
