@@ -11,7 +11,6 @@ from steerway.core import InputError
 from steerway.estimation.heading import (
     SCALE_ONLY,
     AidedHeadingFilter,
-    IntervalFilter,
     LearnedHeading,
     ModelBank,
     corners,
@@ -22,11 +21,9 @@ from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.vessels import SPRINGER_PAPER_YAW
 from steerway_studies.testing import (
     PAPER_CIRCUIT,
-    WeightedBounds,
     World,
     ideal,
     ideal_path,
-    interval_box,
     lesson,
     nominal,
     replayed,
@@ -43,16 +40,6 @@ def test_nominal_filter_overestimates_as_published(reached_all):
     """P4 §6: 'the KF tends to overestimate the heading, increasingly so during the latter part'."""
     error = np.degrees(replayed(reached_all, nominal()) - reached_all.heading)
     assert error[-1] > error[600] > error[300] > 0.0
-
-
-def test_erratum_the_weighted_estimate_is_the_ideal_one(reached_all):
-    navigator = WeightedBounds(IntervalFilter(interval_box(0.01)), TRUE_TCM2)
-    voyage = sail(World(), navigator, 3)
-    low, high, weight, truth = np.array(navigator.record).T
-    allowed = np.maximum(1e-6, 1e-12 * np.degrees(high - low))
-    assert np.all(np.degrees(np.abs(low + weight * (high - low) - truth)) <= allowed)
-    assert 0.0 <= weight.min() and weight.max() <= 1.0
-    np.testing.assert_allclose(voyage.position, reached_all.position, atol=1e-3)
 
 
 def test_mission_is_the_same_seen_in_a_mirror():
