@@ -99,18 +99,24 @@ def test_the_model_feeds_pole_placement():
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("identify", "message"),
     [
-        (lambda t, r, a: (t, r[:-1], a), "rudder has shape"),
-        (lambda t, r, a: (t, np.full_like(r, 0.1), a), "the rudder stays at 0.1"),
-        (lambda t, r, a: (t, r, np.full_like(a, np.nan)), "0 angles were measured"),
-        (lambda t, r, a: (t, r, 0.01 * np.sin(t)), "the vessel turned by 1.1°"),
+        (lambda t, r, a: identify_yaw(t, r[:-1], a), "rudder has shape"),
+        (lambda t, r, a: identify_yaw(t, np.full_like(r, 0.1), a), "the rudder stays at 0.1"),
+        (lambda t, r, a: identify_yaw(t, r, np.full_like(a, np.nan)), "0 angles were measured"),
+        (lambda t, r, a: identify_yaw(t, r, 0.01 * np.sin(t)), "the vessel turned by 1.1°"),
+        (lambda t, r, a: identify_heading(t[:20], r[:20], a[:20]), "identify heading"),
+        (lambda t, r, a: identify_heading(t + 5.0 * (t > 50.0), r, a), "identify heading"),
+        (lambda t, r, a: identify_heading(t, r, a[1:]), "identify heading"),
+        (lambda t, r, a: identify_surge(t[:9], a[:9], a[:9]), "the log has 9 rows"),
+        (lambda t, r, a: identify_surge(np.minimum(t, 29.0), a, a), "time goes from 29 to 29 s"),
+        (lambda t, r, a: identify_surge(t, a, 0.0 * a), "the shaft never turns"),
     ],
 )
-def test_a_manoeuvre_that_cannot_tell_is_refused(change, message):
+def test_a_record_that_cannot_tell_is_refused(identify, message):
     time, rudder, _, _, heading = yaw_manoeuvre("boat")
     with pytest.raises(InputError, match=message):
-        identify_yaw(*change(time, rudder, heading))
+        identify(time, rudder, heading)
 
 
 def table_of(tmp_path, **columns):
@@ -175,18 +181,6 @@ def test_mirrored_steering_mirrors_the_gains_and_rates_are_per_second():
     half = identify_heading(*heading_manoeuvre(noise_deg=0.0, step=0.5))
     assert half.turn_rate == pytest.approx(one.turn_rate, rel=1e-3)
     assert half.time_constant == pytest.approx(one.time_constant, rel=1e-3)
-
-
-def test_unusable_records_are_named():
-    time, steering, heading = heading_manoeuvre(seconds=100)
-    uneven = time + 5.0 * (time > 50.0)
-    for record in (
-        (time[:20], steering[:20], heading[:20]),
-        (uneven, steering, heading),
-        (time, steering, heading[1:]),
-    ):
-        with pytest.raises(InputError, match="identify heading"):
-            identify_heading(*record)
 
 
 STEPS = (5.0, 9.0, 14.0, 9.0, 5.0)
@@ -276,19 +270,6 @@ def test_what_no_controller_can_do_is_said():
     assert not possible and "infeasible" in sentence and "49" in sentence
     assert sailing.NOMINAL.feasible(9.0, sailing.shaft(lag=0.5))[0]
     assert sailing.NOMINAL.time_to(12.0, sailing.shaft()) == math.inf
-
-
-@pytest.mark.parametrize(
-    ("columns", "message"),
-    [
-        ((np.arange(9.0), np.ones(9), np.ones(9)), "the log has 9 rows"),
-        ((np.r_[0:30.0, 29.0:59.0], np.ones(60), np.ones(60)), "time goes from 29 to 29 s"),
-        ((np.arange(60.0), np.ones(60), np.zeros(60)), "the shaft never turns"),
-    ],
-)
-def test_a_log_that_cannot_tell_is_refused(columns, message):
-    with pytest.raises(InputError, match=message):
-        identify_surge(*columns)
 
 
 def test_a_log_of_sentences_is_no_table_of_a_manoeuvre(tmp_path):
