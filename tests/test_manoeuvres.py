@@ -105,17 +105,6 @@ def test_the_command_line_takes_a_manoeuvre_in_place_of_the_route(tmp_path):
     assert "zigzag:20/20" in page and "25.0" in page and "IMO" in page
 
 
-@pytest.mark.parametrize("kind", ["zigzag", "zigzag:10", "zigzag:10/ten", "circle:35", "pull-out:0", "zigzag:10/200"])
-def test_what_no_manoeuvre_is_is_refused(kind):
-    with pytest.raises(InputError, match=f"manoeuvre is '{kind}', expected"):
-        numbers(kind)
-
-
-def test_a_boat_that_cannot_turn_makes_none():
-    with pytest.raises(InputError, match=r"needs a steered vessel, which kind surge is not"):
-        numbers("", 'manoeuvre = "zigzag:10/10"\n[vessel]\nkind = "surge"\n')
-
-
 ORDERED = """
 duration = 120.0
 step = 0.1
@@ -181,6 +170,12 @@ def test_orders_stand_for_a_leg_that_has_only_a_speed():
     assert isinstance(legs[0], LegState) and math.isnan(legs[0].direction)
 
 
+@pytest.mark.parametrize("kind", ["zigzag", "zigzag:10", "zigzag:10/ten", "circle:35", "pull-out:0", "zigzag:10/200"])
+def test_what_no_manoeuvre_is_is_refused(kind):
+    with pytest.raises(InputError, match=f"manoeuvre is '{kind}', expected"):
+        numbers(kind)
+
+
 @pytest.mark.parametrize(
     "text, words",
     [
@@ -189,6 +184,7 @@ def test_orders_stand_for_a_leg_that_has_only_a_speed():
         ("[[orders]]\nspeed = 99.0", r"orders\[0\]\.speed is 99 m/s, expected at most the vessel's 3 m/s"),
         ("[speed]\nforce = 50.0\ncruise = 1.0\n[[orders]]", r"speed\.cruise has no effect with speed\.force"),
         ("[[orders]]\ncourse = 5.0", r"orders\[0\]\.course"),
+        ("manoeuvre = 'zigzag:10/10'\nvessel.kind = 'surge'", "needs a steered vessel, which kind surge is not"),
     ],
 )
 def test_what_cannot_be_ordered_is_refused(text, words):
