@@ -61,18 +61,13 @@ def test_unknown_names_are_answered_with_the_known_ones():
         FiveStateFilter("otter", aid=("compass",))
 
 
-def in_steps_of_a_second(track):
-    """The motion at the reports of a vessel, predicted from second to second."""
-    motion = FiveStateFilter("ais").filter(track, 1.0)
-    return motion.rows(np.isin(motion.time, track.time))
-
-
 def test_at_rest_few_steps_are_many():
     """A hundredth of a deviation here too, though at rest the model is least linear."""
     k = np.arange(5)
     places = displaced_all(0.9, 0.2, 5.0 * (k % 2), 3.0 * (k % 3))
     rest = Fixes(180.0 * k, *places, mmsi=np.full(5, 257000001))
-    at_once, in_steps = FiveStateFilter("ais").filter(rest), in_steps_of_a_second(rest)
+    at_once, in_steps = (FiveStateFilter("ais").filter(rest, rate) for rate in (None, 1.0))
+    in_steps = in_steps.rows(np.isin(in_steps.time, rest.time))
     assert np.isnan(at_once.cog).all(), "she may go either way"
     assert np.nanmax(np.abs(at_once.sog - in_steps.sog) / at_once.sog_std) < 0.01
     assert np.nanmax(at_once.sog) < 0.1

@@ -123,14 +123,6 @@ def test_the_filter_is_the_dense_filter(parameters):
     np.testing.assert_allclose(of_course(x, bank.p[0]), p, rtol=1e-9, atol=1e-9)
 
 
-def in_plane(fixes):
-    """The record of a sortie: s, and m north and east of the first fix."""
-    north = sorties.EARTH_RADIUS * (fixes.latitude - fixes.latitude[0])
-    east = sorties.EARTH_RADIUS * math.cos(fixes.latitude[0]) * (fixes.longitude - fixes.longitude[0])
-    rows = record(fixes.time - fixes.time[0], north, east)
-    return rows._replace(restarts=np.flatnonzero(np.diff(rows.time) > LONGEST_GAP) + 1)
-
-
 TROUBLE = (sorties.weaving_fixes, sorties.outliers, sorties.burst, sorties.standstill, sorties.fast_start, sorties.gaps)
 
 
@@ -138,7 +130,11 @@ TROUBLE = (sorties.weaving_fixes, sorties.outliers, sorties.burst, sorties.stand
 @pytest.mark.parametrize("kind", ["white", "no-rate-decay", "speed-decay"])
 def test_it_is_the_general_filter_with_one_mode(kind, sortie):
     """Rows, state and covariance agree through outliers, gaps, rest and starts, also where the fast path is left."""
-    model, rows = model_of_profile(Profile(**sorties.KINDS[kind])), in_plane(sortie())
+    model, fixes = model_of_profile(Profile(**sorties.KINDS[kind])), sortie()
+    north = sorties.EARTH_RADIUS * (fixes.latitude - fixes.latitude[0])
+    east = sorties.EARTH_RADIUS * math.cos(fixes.latitude[0]) * (fixes.longitude - fixes.longitude[0])
+    rows = record(fixes.time - fixes.time[0], north, east)
+    rows = rows._replace(restarts=np.flatnonzero(np.diff(rows.time) > LONGEST_GAP) + 1)
     fast, general = model_empty_bank(model), model_empty_bank(model)
     limit = {"rtol": 1e-12, "atol": 1e-12}
     np.testing.assert_allclose(run(rows, model, fast), run(rows, model, general, "run"), **limit)

@@ -20,16 +20,11 @@ from tests.command_line import run
 ONE = Profile(speed_noise=1e-3, course_rate_noise=1e-3, course_rate_decay=0.3, position_std=0.3)
 
 
-def logged(scenario, seed, **receiver):
-    """Fixes of one voyage at the scenario's rate."""
-    return sail(scenario, seed).fixes(Gnss(rate=scenario.rate, **receiver), seed)
-
-
 def one_mode(seed, duration=600.0):
     """A sortie whose speed and course rate wander as ONE has it, with its receiver."""
     never = {"turn_time": 1.0, "straight_time": 1e9, "turn_speed_noise": 1.0, "turn_course_rate_noise": 1.0}
     scenario = replace(FAST, profile=ONE.model_copy(update=never), duration=duration, rate=2.0, speed=4.0)
-    return logged(scenario, seed, white=0.3)
+    return sail(scenario, seed).fixes(Gnss(rate=scenario.rate, white=0.3), seed)
 
 
 @pytest.fixture(scope="module")

@@ -42,11 +42,6 @@ def predicted(x, p, dt, profile):
     return bank.x[0], bank.p[0]
 
 
-def spread(seed=1, states=6):
-    root = np.random.default_rng(seed).normal(size=(states, states)) * 0.1
-    return root @ root.T
-
-
 def test_an_oscillation_has_the_poles_of_its_equations_and_the_variance_that_their_noise_keeps():
     (process,) = model_of_profile(SWELL).processes
     poles = np.linalg.eigvals(DYNAMICS[1:, 1:])
@@ -63,7 +58,8 @@ def test_on_a_straight_course_acceleration_is_the_linear_model():
     noise = np.diag([0.0, 1e-4, density])
     block = expm(np.block([[-a, noise], [np.zeros((3, 3)), a.T]]) * dt)
     q = f @ block[:3, 3:]
-    start = 100.0 * spread(states=3)
+    root = np.random.default_rng(1).normal(size=(3, 3))
+    start = root @ root.T
     chosen = np.array([0, 2, 5])
     x, p = np.zeros(6), np.eye(6) * 1e-12
     x[chosen] = 0.0, 3.0, 0.4

@@ -318,21 +318,14 @@ def test_to_a_waypoint_beyond_which_the_boat_lies_she_goes_straight_unless_she_i
 VOYAGE = Route([0.0, 50.0, 50.0, 0.0], [0.0, 0.0, 50.0, 50.0], 5.0, 1.0)
 
 
-def voyaged(mission, speed=1.0, duration=200.0, dt=0.5):
-    """(time, phase, target) of a point that follows each leg, and waits while the phase is holding."""
-    north, east, seen = 0.0, 0.0, []
-    for k in range(round(duration / dt)):
-        leg = mission.step(north, east, dt)
-        seen.append((k * dt, mission.phase, leg.target))
-        if mission.phase is Phase.UNDER_WAY:
-            north += speed * dt * math.cos(leg.bearing)
-            east += speed * dt * math.sin(leg.bearing)
-    return seen
-
-
 def test_a_stay_lasts_as_long_as_it_should_and_the_route_goes_on():
-    voyage = Voyage(VOYAGE, (0.0, 30.0, 0.0, 0.0))
-    seen = voyaged(voyage)
+    """By a point that follows each leg, and waits while the phase is holding."""
+    voyage, north, east, seen = Voyage(VOYAGE, (0.0, 30.0, 0.0, 0.0)), 0.0, 0.0, []
+    for k in range(400):
+        leg = voyage.step(north, east, 0.5)
+        seen.append((0.5 * k, voyage.phase, leg.target))
+        if voyage.phase is Phase.UNDER_WAY:
+            north, east = north + 0.5 * math.cos(leg.bearing), east + 0.5 * math.sin(leg.bearing)
     holding = [time for time, phase, _ in seen if phase is Phase.HOLDING]
     assert holding[0] == 45.0 and holding[-1] == pytest.approx(75.0, abs=0.5)
     assert all(target == 1 for time, _, target in seen if time <= holding[-1])
