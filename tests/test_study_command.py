@@ -19,8 +19,6 @@ from steerway.simulation import Unfinished
 from steerway_studies.testing import Quantity, Results, Study, judged, keeping, means, over_cases, reached
 from tests.command_line import run
 
-ROOT = Path(steerway.__file__).parents[2]
-
 
 def entry_points_of(folder: Path, table: str) -> None:
     """Makes `folder` look like an installed package that offers studies."""
@@ -31,7 +29,8 @@ def entry_points_of(folder: Path, table: str) -> None:
 
 
 def test_the_package_names_its_table_and_every_study_loads():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    root = Path(steerway.__file__).parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     (value,) = project["entry-points"][GROUP].values()
     assert EntryPoint("papers", value, GROUP).load() is steerway_studies.STUDIES
     for name, module in steerway_studies.STUDIES.items():

@@ -315,12 +315,10 @@ def test_to_a_waypoint_beyond_which_the_boat_lies_she_goes_straight_unless_she_i
         assert mission.step(*place, 1.0).direction == pytest.approx(direction)
 
 
-VOYAGE = Route([0.0, 50.0, 50.0, 0.0], [0.0, 0.0, 50.0, 50.0], 5.0, 1.0)
-
-
 def test_a_stay_lasts_as_long_as_it_should_and_the_route_goes_on():
     """By a point that follows each leg, and waits while the phase is holding."""
-    voyage, north, east, seen = Voyage(VOYAGE, (0.0, 30.0, 0.0, 0.0)), 0.0, 0.0, []
+    route = Route([0.0, 50.0, 50.0, 0.0], [0.0, 0.0, 50.0, 50.0], 5.0, 1.0)
+    voyage, north, east, seen = Voyage(route, (0.0, 30.0, 0.0, 0.0)), 0.0, 0.0, []
     for k in range(400):
         leg = voyage.step(north, east, 0.5)
         seen.append((0.5 * k, voyage.phase, leg.target))
