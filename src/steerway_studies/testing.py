@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
     from steerway_studies.papers.positioning import PrintedPositionPID
     from steerway_studies.papers.speed import PrintedMrac, PrintedSpeedEkf
+    from steerway_studies.springer_mission.bounds import tautology
     from steerway_studies.springer_mission.missions import ideal, nominal
     from steerway_studies.springer_mission.training import lesson, train
     from steerway_studies.springer_mission.world import (

@@ -117,7 +117,9 @@ def test_p1_the_ideal_approach_is_37_integrated_once():
 
 def test_p0_the_published_tuning_is_for_fixes_without_noise():
     """P0 says "not sensitive": true without noise; with 1 cm the least error is elsewhere, and the paper is lost."""
-    record = as_published()
+    record, failing = as_published(), as_published(0.01)
+    assert abs(record.cog[-1]) < math.radians(0.5)
+    assert np.abs(failing.cog - failing.desired)[failing.time > 5.0].max() > math.radians(45.0)
     quiet = [otter_course.retuned(record, 0.0, ratio, 2) for ratio in (1e9, 5e13)]
     noisy = [otter_course.retuned(record, 0.01, ratio, 2) for ratio in (1e2, 1e5, 5e13)]
     assert quiet[0] == pytest.approx(quiet[1], rel=0.2) and max(quiet) < 0.05

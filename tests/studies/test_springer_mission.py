@@ -21,12 +21,14 @@ from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.vessels import SPRINGER_PAPER_YAW
 from steerway_studies.testing import (
     PAPER_CIRCUIT,
+    RangeRatePassing,
     World,
     ideal,
     ideal_path,
     lesson,
     nominal,
     replayed,
+    tautology,
 )
 from steerway_studies.testing import world_sail as sail
 
@@ -36,10 +38,25 @@ def reached_all():
     return sail(World(), ideal(TRUE_TCM2), 3)
 
 
+@pytest.mark.parametrize("passing, seconds", [(None, 892), (RangeRatePassing(), 971)])
+def test_nominal_filter_misses_later_waypoints(passing, seconds):
+    voyage = sail(World(), nominal(), 3, passing=passing)
+    assert 3 <= voyage.reached <= 5 and voyage.log.reached == list(range(voyage.reached))
+    assert voyage.heading_rms_deg > 15.0
+    assert len(voyage.heading) == pytest.approx(seconds, abs=12)
+
+
 def test_nominal_filter_overestimates_as_published(reached_all):
     """P4 §6: 'the KF tends to overestimate the heading, increasingly so during the latter part'."""
     error = np.degrees(replayed(reached_all, nominal()) - reached_all.heading)
     assert error[-1] > error[600] > error[300] > 0.0
+
+
+def test_erratum_the_weighted_estimate_is_the_ideal_one(reached_all):
+    found, voyage, _ = tautology(3)
+    assert found["weighted_ideal_difference_deg"] <= 1e-6
+    assert 0.0 <= found["weight_least"] and found["weight_largest"] <= 1.0
+    np.testing.assert_allclose(voyage.position, reached_all.position, atol=1e-3)
 
 
 def test_mission_is_the_same_seen_in_a_mirror():
