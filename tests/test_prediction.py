@@ -114,7 +114,10 @@ def test_silence_lengthens_the_horizon():
     assert math.hypot(*apart) < 150.0, "both lie where the course leads by then"
 
 
-def test_an_impossible_horizon_is_refused():
+def test_an_impossible_horizon_and_an_unknown_aid_are_refused():
+    for use in (lambda aid: predict(fleet(), 60.0, aid=aid), lambda aid: hindcast(fleet(), (60.0,), aid=aid)):
+        with pytest.raises(steerway.InputError, match="aid 'compass' is unknown, expected some of sog, cog, heading"):
+            use(("compass",))
     for horizon in (0.0, 4000.0, math.nan):
         with pytest.raises(steerway.InputError, match="horizon is"):
             predict(fleet(), horizon)
