@@ -40,15 +40,10 @@ def pytest_collection_finish(session):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Print the ten slowest files, and what to run for the tests that failed."""
+    """Print the ten slowest files."""
     spent = Counter()
     for report in (each for reports in terminalreporter.stats.values() for each in reports):
         if hasattr(report, "duration"):
             spent[report.nodeid.partition("::")[0]] += report.duration
     slowest = ", ".join(f"{Path(file).stem} {seconds:.0f} s" for file, seconds in spent.most_common(10))
     terminalreporter.write_line(f"slowest files: {slowest}")
-    failed = [each.nodeid for kind in ("failed", "error") for each in terminalreporter.getreports(kind)]
-    if failed:
-        data = "STEERWAY_DATA=… " if os.environ.get("STEERWAY_DATA") else ""
-        shown = " ".join(f"'{nodeid}'" for nodeid in failed[:10])
-        terminalreporter.write_line(f"to run again: {data}.venv/bin/python -m pytest {shown}")

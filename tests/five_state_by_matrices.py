@@ -1,4 +1,4 @@
-"""The five-state filter in dense matrices, for tests and benchmarks: x ← f(x), P ← F P Fᵀ + Q, Joseph's form.
+"""The five-state filter in dense matrices, for tests and benchmarks: x ← f(x), P ← F P Fᵀ + Q.
 
 Written from the model alone (constant turn rate over a step, e^{−α t} in closed form), not from the kernels.
 """
@@ -71,14 +71,6 @@ def responses(rate, t):
         area = (t + math.expm1(-a) / rate) / rate
     turn = t - rate * area
     return 1.0 - rate * turn, turn, area
-
-
-def update(x, p, fix, variance):
-    """Textbook corrector with Joseph's covariance: (I − K C) P (I − K C)ᵀ + K R Kᵀ."""
-    r = variance * np.eye(2)
-    gain = p @ MEASURED.T @ np.linalg.inv(MEASURED @ p @ MEASURED.T + r)
-    kept = np.eye(5) - gain @ MEASURED
-    return x + gain @ (fix - x[:2]), kept @ p @ kept.T + gain @ r @ gain.T
 
 
 def dense(profile, dt):

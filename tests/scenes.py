@@ -77,6 +77,11 @@ def straight(speed, course, duration, rate=5.0, home=HOME) -> Scene:
     return sailed(np.full(n, speed), np.full(n, course), rate, home)
 
 
+def thinned(scene, every) -> Scene:
+    """A finely sailed scene, of which every so manieth row is seen."""
+    return Scene(*(getattr(scene, name)[::every] for name in ("time", "north", "east", "sog", "cog")), scene.home)
+
+
 def turning(speed, start, duration, rate=5.0, seed=0, decay=0.3, density=2e-3, home=HOME) -> Scene:
     """A wandering course: the course rate is Gauss–Markov as in P0 (15), rad, 1/s and rad²/s³."""
     n = round(duration * rate) + 1

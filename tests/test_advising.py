@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from steerway.control import Rudder, carried_bandwidth
+from steerway.control import carried_bandwidth
 from steerway.control.testing import advice
-from steerway.estimation import FiveStateFilter, Profile
-from steerway.estimation.testing import FilterEstimator
-from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
-from steerway.pilot import Pilot
-from steerway.sensors import Gnss, Suite
+from steerway.estimation import Profile
 from steerway.sensors.testing import GnssTable
-from steerway.simulation import Start, parse_scenario, sail
+from steerway.simulation import parse_scenario, sail, sail_scenario
 from steerway.simulation.testing import advise, assembly, steering_loop, tolerated_current
-from steerway.vessels import Nomoto
-from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 SCENARIO = """
 duration = 300.0
@@ -100,33 +94,34 @@ def test_the_papers_otter_autopilot_is_too_quick_for_half_a_metre():
     assert fits and sentence.startswith("An autopilot of 0.5 rad/s fits")
 
 
-def hunting(bandwidth, density, std, nomoto_time, speed=2.0, seed=4):
+HUNTING = """
+duration = 500.0
+step = 0.1
+estimator.profile = "%s"
+autopilot.bandwidth = %g
+reference = { kind = "tracking", bandwidth = 0.05 }
+guidance.lookahead = 2000.0
+gnss = { white = %g, markov = [] }
+vessel = { kind = "nomoto", gain = 0.2, time_constant = %g, speed = 2.0 }
+start.east = 3.0
+route.waypoints = [{ north = 0.0, east = 0.0 }, { north = 5000.0, east = 0.0 }]
+"""
+
+
+def hunting(path, bandwidth, density, std, nomoto_time):
     """Largest excursion of the true course, rad, on a straight leg with fixes all but free of noise."""
-    gain = 0.2
-    boat = OTTER.but(
-        nomoto_gain=gain, nomoto_time=nomoto_time, bandwidth=bandwidth, yaw_limit=0.6, propulsion=Rudder(0.6)
-    )
-    profile = Profile(speed_noise=1e-3, course_rate_noise=density, course_rate_decay=0.0, position_std=std)
-    pilot = Pilot(
-        FilterEstimator(FiveStateFilter(profile)),
-        Mission(Route([0.0, 5000.0], [0.0, 0.0], 5.0)),
-        LineOfSight(2000.0),
-        boat.autopilot(TrackingFilter(0.05)),
-        boat.propulsion,
-    )
-    instruments = Suite(Gnss(rate=5.0, white=0.02 * std))
-    run = sail(Nomoto(gain, nomoto_time, speed), pilot, instruments, 500.0, 0.1, start=Start(0.0, 3.0), seed=seed)
-    late = run.time > 300.0
-    return float(np.max(np.abs(run.true_cog[late])))
+    Profile(speed_noise=1e-3, course_rate_noise=density, course_rate_decay=0.0, position_std=std).save(path)
+    run = sail_scenario(parse_scenario(HUNTING % (path, bandwidth, 0.02 * std, nomoto_time)), 4).run
+    return float(np.max(np.abs(run.true_cog[run.time > 300.0])))
 
 
 @pytest.mark.parametrize(
     ("bandwidth", "nomoto_time", "calm"), [(0.2, 5.0, True), (0.35, 5.0, False), (0.65, 1.0, False)]
 )
-def test_advice_tells_what_the_loop_then_does(bandwidth, nomoto_time, calm):
+def test_advice_tells_what_the_loop_then_does(bandwidth, nomoto_time, calm, tmp_path):
     """ω_e is 0.69 rad/s throughout: ω_n ≤ ω_e alone would let all of these sail."""
     circumstances = (2.0, 1.35e-3, 0.5, 0.2)
     fits, sentence = advice(bandwidth, *circumstances, nomoto_time)
     assert fits is calm, sentence
-    excursion = hunting(bandwidth, circumstances[1], circumstances[2], nomoto_time)
+    excursion = hunting(tmp_path / "boat.toml", bandwidth, circumstances[1], circumstances[2], nomoto_time)
     assert (excursion < math.radians(1.0)) is calm

@@ -1,5 +1,6 @@
 """The closed loop: invariance to rotation, translation and mirroring; a quick boat; the least possible error."""
 
+import cmath
 import math
 
 import numpy as np
@@ -17,76 +18,72 @@ from steerway.vessels import Current, Environment, Otter
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 STEP = 0.02
-NORTH, EAST = np.array([0.0, 60.0, 60.0]), np.array([0.0, 0.0, 50.0])
+CORNERS = 0.0, 60.0, 60.0 + 50.0j
 
 
 class Moved:
-    """Instruments whose errors are rotated, translated and mirrored with the scene."""
+    """Instruments whose errors are rotated, translated and mirrored with the scene; a place is north + i east."""
 
-    def __init__(self, suite, turn, shift, mirrored):
-        self.suite, self.turn, self.shift, self.mirrored = suite, turn, shift, mirrored
+    def __init__(self, suite, turn=0.0, shift=0.0j, mirrored=False):
+        self.suite, self.turned, self.shift, self.mirrored = suite, cmath.rect(1.0, turn), shift, mirrored
 
     def start(self, seed):
         self.stream = self.suite.start(seed)
         return self
 
     def step(self, time, motion, waves):
-        home = motion._replace(**dict(zip(("north", "east"), self.back(motion.north, motion.east), strict=True)))
-        readings = self.stream.step(time, home, waves)
-        if math.isnan(readings.north):
-            return readings
-        north, east = self.there(readings.north, readings.east)
-        return readings._replace(north=north, east=east)
+        readings = self.stream.step(time, placed(motion, self.back(complex(motion.north, motion.east))), waves)
+        return placed(readings, self.there(complex(readings.north, readings.east)))
 
-    def there(self, north, east):
-        east = -east if self.mirrored else east
-        c, s = math.cos(self.turn), math.sin(self.turn)
-        return c * north - s * east + self.shift[0], s * north + c * east + self.shift[1]
+    def there(self, place):
+        return self.turned * (place.conjugate() if self.mirrored else place) + self.shift
 
-    def back(self, north, east):
-        c, s = math.cos(self.turn), math.sin(self.turn)
-        north, east = north - self.shift[0], east - self.shift[1]
-        north, east = c * north + s * east, c * east - s * north
-        return north, -east if self.mirrored else east
+    def back(self, place):
+        place = (place - self.shift) / self.turned
+        return place.conjugate() if self.mirrored else place
 
     def angle(self, angle):
-        return wrap((-angle if self.mirrored else angle) + self.turn)
+        return wrap((-angle if self.mirrored else angle) + cmath.phase(self.turned))
+
+
+def placed(row, place):
+    return row._replace(north=place.real, east=place.imag)
 
 
 def mission(scene):
     """The cross-track errors, true positions moved back, and commands of one mission in a moved scene."""
-    route = np.array([scene.there(n, e) for n, e in zip(NORTH, EAST, strict=True)]).T
+    corners = [scene.there(each) for each in CORNERS]
     pilot = Pilot(
         FilterEstimator(FiveStateFilter("otter")),
-        Mission(Route(*route, 5.0)),
+        Mission(Route(np.real(corners), np.imag(corners), 5.0)),
         LineOfSight(12.0),
         OTTER.autopilot(TrackingFilter(1.0)),
         OTTER.propulsion,
         OTTER.speed_loop(),
         cruise=1.2,
     )
-    start = Start(*scene.there(-3.0, 4.0), scene.angle(0.5), 0.5)
+    start = scene.there(-3.0 + 4.0j)
+    start = Start(start.real, start.imag, scene.angle(0.5), 0.5)
     sea = Environment(current=Current(speed=0.3, direction_deg=math.degrees(scene.angle(1.2))))
     run = sail(Otter(), pilot, scene, 130.0, STEP, start=start, environment=sea, seed=8)
-    track = np.array([scene.back(n, e) for n, e in zip(run["true_north"], run["true_east"], strict=True)])
-    return run, track
+    return run, [scene.back(each) for each in (run["true_north"] + 1j * run["true_east"]).tolist()]
 
 
 @pytest.fixture(scope="module")
 def home():
-    return mission(Moved(Suite(low_cost()), 0.0, (0.0, 0.0), False))
+    return mission(Moved(Suite(low_cost())))
 
 
 def test_a_turned_and_moved_scene_is_the_same_mission(home):
-    run, track = mission(Moved(Suite(low_cost()), math.radians(137.0), (250.0, -90.0), False))
+    run, track = mission(Moved(Suite(low_cost()), math.radians(137.0), 250.0 - 90.0j))
     assert len(run) == len(home[0]) and run["mode"][-1] == Mode.STOPPED
-    assert np.max(np.abs(track - home[1])) < 1e-9
+    assert np.max(np.abs(np.subtract(track, home[1]))) < 1e-9
     assert np.max(np.abs(run["leg_cross_track"][1:] - home[0]["leg_cross_track"][1:])) < 1e-9
 
 
 def test_a_mirrored_scene_is_the_mirrored_mission(home):
-    run, track = mission(Moved(Suite(low_cost()), 0.0, (0.0, 0.0), True))
-    assert np.max(np.abs(track - home[1])) < 1e-9
+    run, track = mission(Moved(Suite(low_cost()), mirrored=True))
+    assert np.max(np.abs(np.subtract(track, home[1]))) < 1e-9
     assert np.max(np.abs(run.command - home[0].command[:, ::-1])) < 1e-6
     assert np.max(np.abs(run["leg_cross_track"][1:] + home[0]["leg_cross_track"][1:])) < 1e-9
 

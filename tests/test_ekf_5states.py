@@ -3,66 +3,50 @@
 import math
 
 import numpy as np
-import polars as pl
 import pytest
 
 import steerway
 from steerway.core import radii
 from steerway_studies.testing import Ekf5States, ekf_5states
+from tests.golden import assert_golden, columns, golden
 
 SHIP = {"h": 0.1, "z": 1, "alpha_1": 1e-5}
 TUNINGS_NED = {
-    "a": ("ekf5_ned.csv", "meas", np.diag([0.1, 0.1]), np.diag([0.09, 0.09]), {}),
-    "b": ("ekf5_ned.csv", "meas", np.diag([0.5, 0.05]), np.eye(2), {}),
-    "s1": ("ekf5_ned_ship.csv", "meas", 1e-5 * np.eye(2), 0.1 * np.eye(2), SHIP | {"alpha_2": 0.2}),
-    "s1init": ("ekf5_ned_ship.csv", "meas", 1e-5 * np.eye(2), 0.1 * np.eye(2), SHIP | {"alpha_2": 0.2}),
-    "mss": ("ekf5_ned_ship.csv", "meas3", 10.0 * np.eye(2), 1000.0 * np.eye(2), SHIP | {"alpha_2": 1e-5}),
+    "a": ("ekf5_ned", "meas", np.diag([0.1, 0.1]), np.diag([0.09, 0.09]), {}),
+    "b": ("ekf5_ned", "meas", np.diag([0.5, 0.05]), np.eye(2), {}),
+    "s1": ("ekf5_ned_ship", "meas", 1e-5 * np.eye(2), 0.1 * np.eye(2), SHIP | {"alpha_2": 0.2}),
+    "s1init": ("ekf5_ned_ship", "meas", 1e-5 * np.eye(2), 0.1 * np.eye(2), SHIP | {"alpha_2": 0.2}),
+    "mss": ("ekf5_ned_ship", "meas3", 10.0 * np.eye(2), 1000.0 * np.eye(2), SHIP | {"alpha_2": 1e-5}),
 }
 
 
-def assert_golden(ours, golden):
-    np.testing.assert_allclose(ours, golden, rtol=1e-9, atol=1e-10)
-
-
-@pytest.fixture(scope="module")
-def mss(shared_data):
-    return lambda name: pl.read_csv(shared_data / "reference" / "mss" / name)
-
-
 @pytest.mark.parametrize("label", TUNINGS_NED)
-def test_north_east_frame_equals_the_toolbox(mss, label):
+def test_north_east_frame_equals_the_toolbox(shared_data, label):
     name, measured, q_d, r_d, options = TUNINGS_NED[label]
-    table = mss(name)
-    pos1, pos2 = table[f"{measured}_x"].to_numpy(), table[f"{measured}_y"].to_numpy()
+    table = golden(shared_data, name)
     options = {"h": 0.02, "z": 10} | options
     if label in ("s1init", "mss"):
-        options["x_init"] = [pos1[0], pos2[0], table["U_true"][0], table["chi_true"][0], 0.0]
-    states = ekf_5states(pos1, pos2, frame="NED", q_d=q_d, r_d=r_d, **options)
-    assert_golden(states, table.select(f"{label}_{s}" for s in ("x", "y", "U", "chi", "omega")).to_numpy())
+        first = table[0]
+        options["x_init"] = [first[f"{measured}_x"], first[f"{measured}_y"], first["U_true"], first["chi_true"], 0.0]
+    pos1, pos2 = table[f"{measured}_x"], table[f"{measured}_y"]
+    states, covariances = ekf_5states(pos1, pos2, frame="NED", q_d=q_d, r_d=r_d, return_covariance=True, **options)
+    assert_golden(states, columns(table, *(f"{label}_{s}" for s in ("x", "y", "U", "chi", "omega"))))
+    if label == "a":
+        assert_upper_triangle(covariances, golden(shared_data, "ekf5_ned_P_a"))
 
 
-def test_latitude_longitude_frame_and_covariance_equal_the_toolbox(mss):
-    table, golden_p = mss("ekf5_ll_otter.csv"), mss("ekf5_ll_otter_P.csv")
-    latitude, longitude = table["meas_mu"].to_numpy(), table["meas_l"].to_numpy()
-    q_d, r_d = 5e5 * np.eye(2), 1e-8 * np.eye(2)
-    states, covariances = ekf_5states(latitude, longitude, 0.02, 10, "LL", q_d, r_d, return_covariance=True)
-    assert_golden(states, table.select("mu", "l", "U", "chi", "omega").to_numpy())
-    assert_upper_triangle(covariances, golden_p)
+def test_latitude_longitude_frame_and_covariance_equal_the_toolbox(shared_data):
+    table = golden(shared_data, "ekf5_ll_otter")
+    noise = 5e5 * np.eye(2), 1e-8 * np.eye(2)
+    found = ekf_5states(table["meas_mu"], table["meas_l"], 0.02, 10, "LL", *noise, return_covariance=True)
+    assert_golden(found[0], columns(table, "mu", "l", "U", "chi", "omega"))
+    assert_upper_triangle(found[1], golden(shared_data, "ekf5_ll_otter_P"))
 
 
-def test_covariance_equals_the_toolbox(mss):
-    table, golden_p = mss("ekf5_ned.csv"), mss("ekf5_ned_P_a.csv")
-    _, covariances = ekf_5states(
-        table["meas_x"], table["meas_y"], 0.02, 10, "NED", [0.1, 0.1], [0.09, 0.09], return_covariance=True
-    )
-    assert_upper_triangle(covariances, golden_p)
-
-
-def assert_upper_triangle(covariances, golden):
-    for row in golden.iter_rows(named=True):
-        for i in range(5):
-            for j in range(i, 5):
-                assert_golden(covariances[row["k"], i, j], row[f"P{i + 1}{j + 1}"])
+def assert_upper_triangle(covariances, table):
+    rows, i, j = table["k"].astype(int), *np.triu_indices(5)
+    expected = columns(table, *(f"P{a + 1}{b + 1}" for a, b in zip(i, j, strict=True)))
+    assert_golden(covariances[rows][:, i, j], expected)
 
 
 def test_another_frame_is_refused():

@@ -10,7 +10,7 @@ import pytest
 
 import steerway
 from steerway.core import OK, REJECTED, Fixes
-from steerway.core.testing import PREDICTED, STARTING, displaced_all
+from steerway.core.testing import STARTING, displaced_all
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.report.testing import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
 from tests.command_line import run
@@ -30,27 +30,6 @@ def test_columns_and_ranges():
     undefined = frame.filter(frame["cog_deg"].is_null())
     assert set(undefined["status"]) <= {"starting", "no_course", "rejected"}
     assert undefined["course_rate_dps"].null_count() == len(undefined)
-
-
-def test_a_rate_adds_rows_between_fixes_and_changes_nothing_at_them():
-    fixes = turning(1.3, 0.5, 60.0).fixes(0.5, 1)
-    plain = steerway.estimate(fixes, SMALL, causal=True)
-    fine = steerway.estimate(fixes, SMALL, rate=50.0, causal=True)
-    assert len(fine) == 3001
-    np.testing.assert_allclose(np.diff(fine.time), 0.02, atol=1e-4)
-    at_fixes = fine.rows(slice(None, None, 10))
-    np.testing.assert_allclose(at_fixes.sog, plain.sog, atol=1e-5)
-    assert (at_fixes.status[10:] == OK).all()
-    assert (np.delete(fine.status, np.s_[::10])[100:] == PREDICTED).all()
-    between = fine.sog_std[105:110]
-    assert (np.diff(between) > 0.0).all(), "uncertainty grows until the next fix"
-
-
-def test_the_last_smoothed_row_is_the_filtered_one():
-    fixes, estimator = turning(1.3, 0.5, 60.0).fixes(0.5, 2), FiveStateFilter(SMALL)
-    filtered, smoothed = estimator.filter(fixes), estimator.smooth(fixes)
-    for name in ("sog", "cog", "course_rate", "sog_std", "cog_std", "latitude"):
-        np.testing.assert_allclose(getattr(smoothed, name)[-1], getattr(filtered, name)[-1], rtol=1e-12)
 
 
 def test_vessels_are_estimated_each_for_itself():
@@ -82,18 +61,13 @@ def test_unknown_names_are_answered_with_the_known_ones():
         FiveStateFilter("otter", aid=("compass",))
 
 
-def in_steps_of_a_second(track):
-    """The motion at the reports of a vessel, predicted from second to second."""
-    motion = FiveStateFilter("ais").filter(track, 1.0)
-    return motion.rows(np.isin(motion.time, track.time))
-
-
 def test_at_rest_few_steps_are_many():
     """A hundredth of a deviation here too, though at rest the model is least linear."""
     k = np.arange(5)
     places = displaced_all(0.9, 0.2, 5.0 * (k % 2), 3.0 * (k % 3))
     rest = Fixes(180.0 * k, *places, mmsi=np.full(5, 257000001))
-    at_once, in_steps = FiveStateFilter("ais").filter(rest), in_steps_of_a_second(rest)
+    at_once, in_steps = (FiveStateFilter("ais").filter(rest, rate) for rate in (None, 1.0))
+    in_steps = in_steps.rows(np.isin(in_steps.time, rest.time))
     assert np.isnan(at_once.cog).all(), "she may go either way"
     assert np.nanmax(np.abs(at_once.sog - in_steps.sog) / at_once.sog_std) < 0.01
     assert np.nanmax(at_once.sog) < 0.1
@@ -158,31 +132,13 @@ def test_the_command_writes_them(tmp_path, suffix):
     assert code == 2 and "expected .csv or .json" in message
 
 
-def test_info_lists_the_models(tmp_path):
-    log = tmp_path / "sortie.csv"
-    fixes, _ = estimated()
-    fixes.rows(slice(300)).to_frame().write_csv(log)
-    code, printed, _ = run("info", log, "--models")
-    assert code == 0 and "log evidence" in printed
-    (found,) = json.loads(run("info", log, "--models", "--json")[1])
-    assert sum(each["weight"] for each in found["inferred"]["models"]) == pytest.approx(1.0)
-    assert found["inferred"]["fixes"] == 300 and len(found["inferred"]["models"]) >= 3
-
-
-@pytest.mark.parametrize("causal", [True, False])
-def test_a_fix_on_another_sea_moves_no_row(causal):
+def test_a_fix_on_another_sea_moves_no_smoothed_row():
     fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
-    true = steerway.estimate(fixes, "small-usv", causal=causal)
     longitude = fixes.longitude.copy()
     longitude[150] += 1.0  # rad
-    found = steerway.estimate(replace(fixes, longitude=longitude), "small-usv", causal=causal)
+    true, found = (steerway.estimate(each, "small-usv") for each in (fixes, replace(fixes, longitude=longitude)))
     assert abs(found.longitude[150] - true.longitude[150]) < 1e-6
     assert abs(angle_error(found.cog[150], true.cog[150])) < 0.3
-
-
-def output(fixes: Fixes, **columns) -> Fixes:
-    """The fixes with further columns."""
-    return Fixes(fixes.time, fixes.latitude, fixes.longitude, **columns)
 
 
 def test_nis_is_two_when_the_filter_knows_the_noise():
@@ -210,7 +166,7 @@ def test_aids_help(aid, better_than):
         n = len(scene.time)
         true_rate = np.gradient(np.unwrap(scene.cog), scene.time)
         velocity = scene.sog * np.exp(1j * scene.cog) + rng.normal(0, 0.05, n) + 1j * rng.normal(0, 0.05, n)
-        fixes = output(
+        fixes = replace(
             scene.fixes(0.5, seed),
             sog=np.abs(velocity),
             cog=np.angle(velocity),

@@ -12,19 +12,19 @@ from steerway.guidance import (
     AdaptiveLineOfSight,
     IntegralLineOfSight,
     LineOfSight,
+    LowPass,
     Mission,
     PurePursuit,
+    ReferenceModel,
     Route,
+    TrackingFilter,
     VectorField,
 )
 from steerway.guidance.testing import off_path, turn_path, wheel_over
-from tests.golden import golden
+from tests.golden import assert_golden, golden
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 
-course_laws = pytest.mark.parametrize(
-    "law", [LineOfSight(20.0), VectorField(0.05), VectorField(0.1, 1.0)], ids=["line of sight", "field", "flat field"]
-)
 all_laws = pytest.mark.parametrize(
     "new_law",
     [
@@ -45,67 +45,53 @@ def on_line(cross_track, direction=0.0, along_track=0.0):
     return LegState(1, direction, along_track, cross_track, left, math.hypot(left, cross_track), bearing, math.nan)
 
 
-def follow(shared_data, name, law, radius, dt=1.0):
-    rows = golden(shared_data, name)
+@pytest.mark.parametrize(
+    ("law", "radius", "table", "angle", "across"),
+    [
+        (LineOfSight(500.0), 400.0, "los_chi", "chi_ref_D500_R400", "ye_D500_R400"),
+        (LineOfSight(800.0), 50.0, "los_chi", "chi_ref_D800_R50", "ye_D800_R50"),
+        (AdaptiveLineOfSight(500.0, 2e-4), 400.0, "los_psi", "alos_psi_ref", "alos_ye"),
+        (IntegralLineOfSight(500.0, 0.3), 400.0, "los_psi", "ilos_psi_ref", "ilos_ye"),
+    ],
+)
+def test_a_law_gives_the_reference_numbers(shared_data, law, radius, table, angle, across):
+    rows = golden(shared_data, table)
     mission = Mission(Route(*P1_WAYPOINTS, acceptance=radius), at_end="continue")
     out = []
     for north, east in zip(rows["x"], rows["y"], strict=True):
-        leg = mission.step(north, east, dt)
-        out.append((law.step(leg, math.nan, math.nan, dt).angle, leg.cross_track, leg.target))
-    return rows, *np.array(out).T
-
-
-@pytest.mark.parametrize(("lookahead", "radius"), [(500.0, 400.0), (800.0, 50.0)])
-def test_line_of_sight_gives_the_reference_numbers(shared_data, lookahead, radius):
-    rows, course, cross_track, _ = follow(shared_data, "los_chi", LineOfSight(lookahead), radius)
-    case = f"D{lookahead:.0f}_R{radius:.0f}"
-    np.testing.assert_allclose(course, rows[f"chi_ref_{case}"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(cross_track, rows[f"ye_{case}"], rtol=1e-9, atol=1e-10)
-
-
-def test_adaptive_line_of_sight_gives_the_reference_numbers(shared_data):
-    law = AdaptiveLineOfSight(500.0, 2e-4)
-    estimates = []
-
-    class Watched:
-        def step(self, *given):
-            estimates.append(law.crab_angle)
-            return law.step(*given)
-
-    rows, heading, cross_track, target = follow(shared_data, "los_psi", Watched(), 400.0, dt=0.5)
-    np.testing.assert_allclose(heading, rows["alos_psi_ref"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(cross_track, rows["alos_ye"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(estimates, rows["alos_beta_hat"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_array_equal(target[1:], np.minimum(rows["alos_k"], 5)[:-1])  # k is the index of the next call
-
-
-def test_integral_line_of_sight_gives_the_reference_numbers(shared_data):
-    rows, heading, cross_track, _ = follow(shared_data, "los_psi", IntegralLineOfSight(500.0, 0.3), 400.0, dt=0.5)
-    np.testing.assert_allclose(heading, rows["ilos_psi_ref"], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(cross_track, rows["ilos_ye"], rtol=1e-9, atol=1e-10)
+        leg, before = mission.step(north, east, 0.5), getattr(law, "crab_angle", math.nan)
+        out.append((law.step(leg, math.nan, math.nan, 0.5).angle, leg.cross_track, leg.target, before))
+    angles, errors, targets, estimates = np.array(out).T
+    assert_golden(angles, rows[angle])
+    assert_golden(errors, rows[across])
+    if isinstance(law, AdaptiveLineOfSight):
+        assert_golden(estimates, rows["alos_beta_hat"])
+        np.testing.assert_array_equal(targets[1:], np.minimum(rows["alos_k"], 5)[:-1])  # that of the next call
 
 
 def test_cross_track_gives_the_reference_numbers(shared_data):
-    rows = golden(shared_data, "crosstrack")
-    for row in rows:
+    for row in golden(shared_data, "crosstrack"):
         direction = leg_direction(row["x_ref"], row["y_ref"], row["x_t"], row["y_t"])
         _, cross_track = track_errors(row["x"], row["y"], row["x_ref"], row["y_ref"], direction)
-        np.testing.assert_allclose([cross_track] * 2, [row["y_e"], row["y_e_wpt"]], rtol=1e-9, atol=1e-10)
+        assert_golden([cross_track] * 2, [row["y_e"], row["y_e_wpt"]])
 
 
 @pytest.mark.parametrize(
     ("make", "output"),
     [
         (lambda: LineOfSight(0.0), "line_of_sight.lookahead is 0"),
-        (lambda: LineOfSight(math.nan), "line_of_sight.lookahead is nan"),
         (lambda: IntegralLineOfSight(-5.0, 1.0), "integral_line_of_sight.lookahead is -5"),
         (lambda: IntegralLineOfSight(5.0, -1.0), "integral_line_of_sight.integral_gain is -1"),
         (lambda: AdaptiveLineOfSight(5.0, math.inf), "adaptive_line_of_sight.gain is inf"),
         (lambda: VectorField(0.0), "vector_field.steepness is 0"),
         (lambda: VectorField(0.1, 2.0), "vector_field.approach is 2, expected an angle"),
+        (lambda: LowPass(0.0), "low_pass.time_constant is 0"),
+        (lambda: TrackingFilter(-1.0), "tracking_filter.bandwidth is -1"),
+        (lambda: ReferenceModel(math.inf), "reference_model.bandwidth is inf"),
+        (lambda: ReferenceModel(1.0, max_rate=math.nan), "reference_model.max_rate is nan"),
     ],
 )
-def test_a_law_that_cannot_be_is_refused(make, output):
+def test_a_law_or_a_reference_filter_that_cannot_be_is_refused(make, output):
     with pytest.raises(InputError, match=output):
         make()
 
@@ -163,7 +149,7 @@ def test_mirrored_and_turned(new_law, cross_track, course, direction):
     assert turned.rate == pytest.approx(rate, abs=1e-9) and -math.pi <= turned.angle < math.pi
 
 
-@course_laws
+@pytest.mark.parametrize("law", [LineOfSight(20.0), VectorField(0.05), VectorField(0.1, 1.0)])
 def test_a_perfect_course_runs_into_the_path_without_crossing(law):
     """P1 (37)–(38): the Lyapunov function decreases all the way, from any side and any distance."""
     for cross_track in (-400.0, 60.0):

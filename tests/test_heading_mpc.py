@@ -70,17 +70,6 @@ def test_unusable_settings_are_named():
         HeadingMpc(autopilot_parts(PAPER_YAW)[0], InputLimits(), autopilot_parts(PAPER_YAW)[2])
 
 
-def held_course(controller, boat, command, target, seconds, dt, noise=0.0, state=None):
-    """(n,) true headings of a boat whose controller steers a constant heading."""
-    rng, state, headings = np.random.default_rng(0), boat.start() if state is None else state, []
-    for _ in range(round(seconds / dt)):
-        heading = boat.motion(state, CALM).heading
-        wanted = controller.step((target, 0.0, 0.0), wrap(heading + noise * rng.standard_normal()), 0.0, dt)
-        state = boat.step(state, command(wanted), CALM, dt)
-        headings.append(heading)
-    return np.array(headings)
-
-
 @pytest.mark.parametrize("kind", ["mpc", "lqg"])
 @pytest.mark.parametrize(
     ("boat", "gain", "time", "dt"),
@@ -89,7 +78,12 @@ def held_course(controller, boat, command, target, seconds, dt, noise=0.0, state
 def test_any_boat_known_by_nomoto_s_numbers_is_steered_without_offset(kind, boat, gain, time, dt):
     limit, noise = 0.6, math.radians(0.5)
     control = steering(kind, HeadingResponse.of_nomoto(gain, time), limit, angle_std=noise)
-    headings = held_course(control, boat, lambda u: (u,), 1.0, 15.0 * time if time < 50.0 else 600.0, dt, noise)
+    rng, state, headings = np.random.default_rng(0), boat.start(), []
+    for _ in range(round((15.0 * time if time < 50.0 else 600.0) / dt)):
+        headings.append(boat.motion(state, CALM).heading)
+        command = control.step((1.0, 0.0, 0.0), wrap(headings[-1] + noise * rng.standard_normal()), 0.0, dt)
+        state = boat.step(state, (command,), CALM, dt)
+    headings = np.array(headings)
     late = headings[-len(headings) // 4 :]
     assert abs(np.degrees(late.mean() - 1.0)) < 0.5 and np.degrees(np.abs(late - 1.0)).max() < 2.0
     assert headings.max() < 1.0 + (0.3 if kind == "lqg" else 0.1)

@@ -18,39 +18,30 @@ from tests.scenes import turning
 def late_receiver(late, duration=300.0):
     """Fixes whose SOG and COG are those of `late` seconds ago."""
     scene = turning(3.0, 0.5, duration)
-    waving = 3.0 + np.sin(scene.time / 7.0)
-    fixes = replace(scene, sog=waving).fixes(0.1, 1)
-    then = scene.time - late
-    return scene, replace(fixes, sog=np.full(len(then), 3.0), cog=np.interp(then, scene.time, scene.cog))
+    cog = np.interp(scene.time - late, scene.time, scene.cog)
+    return replace(scene.fixes(0.1, 1), sog=scene.sog, cog=cog)
 
 
 def test_nothing_is_said_of_a_receiver_in_time_nor_without_one():
-    _, fixes = late_receiver(0.0)
+    fixes = late_receiver(0.0)
     silent = replace(fixes, sog=None, cog=None)
     for each in (fixes, silent, replace(fixes, mmsi=np.ones(len(fixes))), fixes.rows(slice(0, 50))):
         assert math.isnan(lateness(each).cog) and math.isnan(lateness(each).sog)
 
 
 def test_instruments_beside_a_late_receiver_keep_their_time():
-    _, fixes = late_receiver(0.0, 10.0)
+    fixes = late_receiver(0.0, 10.0)
     moved = on_time(replace(fixes, heading=fixes.cog), 0.3)
     np.testing.assert_allclose(moved.time[moved.has_position], fixes.time - 0.3)
     np.testing.assert_allclose(moved.time[np.isfinite(moved.heading)], fixes.time)
 
 
-@pytest.fixture
-def log(tmp_path):
-    """A table whose receiver doubts a tenth of its fixes, and whose course is two seconds late."""
-    _, fixes = late_receiver(2.0)
-    n = len(fixes)
-    std = np.where(np.arange(n) % 200 >= 180, 20.0, 1.0)
-    path = tmp_path / "log.csv"
+def test_options_of_estimate(tmp_path):
+    """On a table whose receiver doubts a tenth of its fixes, and whose course is two seconds late."""
+    fixes, path = late_receiver(2.0), tmp_path / "log.csv"
+    std = np.where(np.arange(len(fixes)) % 200 >= 180, 20.0, 1.0)
+    doubted = int((std > 1.0).sum())
     replace(fixes, position_std=std).to_frame().write_csv(path)
-    return path, int((std > 1.0).sum())
-
-
-def test_options_of_estimate(log, tmp_path):
-    path, doubted = log
     _, given, _ = run("estimate", path, "--profile", "otter")
     assert f"{doubted} fixes of poor reported accuracy" in given and "COG lags the estimate by 2.0 s" in given
     runs = {}

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control import OTTER_PROPELLERS, AnglePID, Autopilot, SpeedPI, SpeedPIGains, place_poles
 from steerway.core import InputError
 from steerway.estimation import FiveStateFilter
 from steerway.estimation.testing import FilterEstimator
@@ -13,29 +12,30 @@ from steerway.guidance import LineOfSight, Mission, ReferenceModel, Route
 from steerway.pilot import Mode, Pilot
 from steerway.sensors import Gnss, Suite, low_cost
 from steerway.sensors.testing import Fault
-from steerway.simulation import Start, sail
+from steerway.simulation import sail
 from steerway.vessels import Current, Environment, Otter
+from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 STEP = 0.02
 CROSSING = Environment(current=Current(speed=0.3, direction_deg=90.0))
 
 
-def otter_pilot(north=(0.0, 60.0, 60.0), east=(0.0, 0.0, 60.0), cruise=1.2, **more):
+def otter_pilot(**more):
     return Pilot(
         FilterEstimator(FiveStateFilter("otter")),
-        Mission(Route(np.array(north), np.array(east), 5.0)),
+        Mission(Route([0.0, 60.0, 60.0], [0.0, 0.0, 60.0], 5.0)),
         LineOfSight(12.0),
-        Autopilot(AnglePID(place_poles(0.0242, 1.0, 0.5)), ReferenceModel(0.5, max_rate=math.radians(15.0))),
-        OTTER_PROPELLERS,
-        SpeedPI(SpeedPIGains(mass=85.0, linear_drag=77.0, limit=200.0)),
-        cruise=cruise,
+        OTTER.autopilot(ReferenceModel(0.5, max_rate=math.radians(15.0))),
+        OTTER.propulsion,
+        OTTER.speed_loop(),
+        cruise=1.2,
         **more,
     )
 
 
-def mission(gnss=None, duration=150.0, seed=3, pilot=None, start=Start()):  # noqa: B008
+def mission(gnss=None, duration=150.0, seed=3, **pilot):
     suite = Suite(gnss or low_cost())
-    return sail(Otter(), pilot or otter_pilot(), suite, duration, STEP, start=start, environment=CROSSING, seed=seed)
+    return sail(Otter(), otter_pilot(**pilot), suite, duration, STEP, environment=CROSSING, seed=seed)
 
 
 def test_an_otter_sails_her_route_and_stops():
@@ -60,7 +60,7 @@ def test_the_same_seed_is_the_same_run_and_another_is_not():
 
 def test_a_boat_without_fixes_switches_off_and_goes_on_when_they_return():
     gnss = Gnss(white=0.1, faults=(Fault(kind="dropout", start=20.0, duration=12.0),))
-    run = mission(gnss, duration=60.0, pilot=otter_pilot(max_dead_reckoning=8.0))
+    run = mission(gnss, duration=60.0, max_dead_reckoning=8.0)
     blind = run["mode"] == Mode.BLIND
     assert run.time[blind][0] == pytest.approx(27.8, abs=0.3) and run.time[blind][-1] == pytest.approx(32.0, abs=0.3)
     assert not run.command[blind].any()

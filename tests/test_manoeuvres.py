@@ -69,11 +69,12 @@ def test_an_unstable_ship_goes_on_turning_to_either_side():
     assert numbers("", text)["residual_difference_dps"] > 1.0
 
 
-def test_mariner_turns_at_15_degrees_as_in_the_author_s_toolbox():
-    """A steady radius of 711 m with the rudder 15° to port."""
-    text = 'duration = 1500.0\nstep = 0.1\nmanoeuvre = "turning-circle:-15"\n[vessel]\nkind = "mariner"\n'
+@pytest.mark.parametrize(("helm", "radius"), [(-35, 575.7), (35, 555.7)])
+def test_mariner_turns_as_in_the_author_s_toolbox(helm, radius):
+    """A single-screw ship turns tighter to starboard."""
+    text = f'duration = 1500.0\nstep = 0.1\nmanoeuvre = "turning-circle:{helm}"\n[vessel]\nkind = "mariner"\n'
     found = numbers("", text)
-    assert 0.5 * found["steady_diameter_m"] == pytest.approx(711.0, abs=1.0)
+    assert 0.5 * found["steady_diameter_m"] == pytest.approx(radius, abs=0.05)
     assert found["advance_lengths"] == pytest.approx(found["advance_m"] / 160.93)
 
 
@@ -102,17 +103,6 @@ def test_the_command_line_takes_a_manoeuvre_in_place_of_the_route(tmp_path):
     assert 0.0 < found["overshoot_1_deg"] < 25.0
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "zigzag:20/20" in page and "25.0" in page and "IMO" in page
-
-
-@pytest.mark.parametrize("kind", ["zigzag", "zigzag:10", "zigzag:10/ten", "circle:35", "pull-out:0", "zigzag:10/200"])
-def test_what_no_manoeuvre_is_is_refused(kind):
-    with pytest.raises(InputError, match=f"manoeuvre is '{kind}', expected"):
-        numbers(kind)
-
-
-def test_a_boat_that_cannot_turn_makes_none():
-    with pytest.raises(InputError, match=r"needs a steered vessel, which kind surge is not"):
-        numbers("", 'manoeuvre = "zigzag:10/10"\n[vessel]\nkind = "surge"\n')
 
 
 ORDERED = """
@@ -160,6 +150,9 @@ def test_a_speed_settles_within_two_percent_of_what_is_ordered():
     sailed = sail_scenario(parse_scenario(text))
     outside = np.abs(sailed.run.true_sog - 4.0) > 0.08
     assert sailed.numbers["settling_s_4"] == pytest.approx(sailed.run.time[outside][-1] + 0.05)
+    time = np.arange(6.0) + 100.0
+    for error, settled in (([2.0, 0.5, 2.0, 0.5, -0.5, 0.0], 3.0), ([0.0] * 6, 0.0), ([0.0] * 5 + [np.nan], math.inf)):
+        assert settling(time, np.array(error), 1.0) == settled
     unfinished = sail_scenario(parse_scenario(text.replace("40.0", "5.0", 1)))
     assert unfinished.numbers["settling_s_4"] == math.inf
 
@@ -170,18 +163,17 @@ def test_a_steady_thrust_takes_the_place_of_a_speed_loop():
     assert (run["force"] == 80.0).all()
 
 
-def test_settling_counts_from_the_first_row_to_the_last_exit():
-    time = np.arange(6.0) + 100.0
-    assert settling(time, np.array([2.0, 0.5, 2.0, 0.5, -0.5, 0.0]), 1.0) == 3.0
-    assert settling(time, np.zeros(6), 1.0) == 0.0
-    assert settling(time, np.array([0.0] * 5 + [np.nan]), 1.0) == math.inf
-
-
 def test_orders_stand_for_a_leg_that_has_only_a_speed():
     ordered = Ordered([Order(0.0, 0.1), Order(0.3, 0.2, 2.0)], cruise=1.0)
     legs = [ordered.step(math.nan, math.nan, 0.1) for _ in range(4)]
     assert [leg.speed for leg in legs] == [1.0, 1.0, 1.0, 2.0] and ordered.given_course == 0.2
     assert isinstance(legs[0], LegState) and math.isnan(legs[0].direction)
+
+
+@pytest.mark.parametrize("kind", ["zigzag", "zigzag:10", "zigzag:10/ten", "circle:35", "pull-out:0", "zigzag:10/200"])
+def test_what_no_manoeuvre_is_is_refused(kind):
+    with pytest.raises(InputError, match=f"manoeuvre is '{kind}', expected"):
+        numbers(kind)
 
 
 @pytest.mark.parametrize(
@@ -192,6 +184,7 @@ def test_orders_stand_for_a_leg_that_has_only_a_speed():
         ("[[orders]]\nspeed = 99.0", r"orders\[0\]\.speed is 99 m/s, expected at most the vessel's 3 m/s"),
         ("[speed]\nforce = 50.0\ncruise = 1.0\n[[orders]]", r"speed\.cruise has no effect with speed\.force"),
         ("[[orders]]\ncourse = 5.0", r"orders\[0\]\.course"),
+        ("manoeuvre = 'zigzag:10/10'\nvessel.kind = 'surge'", "needs a steered vessel, which kind surge is not"),
     ],
 )
 def test_what_cannot_be_ordered_is_refused(text, words):

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 import steerway
-from steerway.core import Fixes, displacement, wrap
+from steerway.core import Fixes, displacement
 from steerway.estimation import FiveStateFilter, Prediction, Profile, choose_profile, hindcast, predict
 from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight, usual_profile
@@ -114,7 +114,10 @@ def test_silence_lengthens_the_horizon():
     assert math.hypot(*apart) < 150.0, "both lie where the course leads by then"
 
 
-def test_an_impossible_horizon_is_refused():
+def test_an_impossible_horizon_and_an_unknown_aid_are_refused():
+    for use in (lambda aid: predict(fleet(), 60.0, aid=aid), lambda aid: hindcast(fleet(), (60.0,), aid=aid)):
+        with pytest.raises(steerway.InputError, match="aid 'compass' is unknown, expected some of sog, cog, heading"):
+            use(("compass",))
     for horizon in (0.0, 4000.0, math.nan):
         with pytest.raises(steerway.InputError, match="horizon is"):
             predict(fleet(), horizon)
@@ -152,46 +155,29 @@ def judged_predictions(fixes, horizons):
     """Every half minute is made the present; predictions of each vessel against the reports that followed.
 
     Returns (n, 5): horizon, SOG transmitted at the time, error (m), error of dead reckoning (m; NaN where no course is
-    transmitted), squared error in units of its covariance.
+    transmitted), squared error in units of its covariance, to which the report's own of position and time is added.
     """
     aid = "sog", "cog"
     profile = choose_profile(fixes, None, aid)
     rows = []
     for _, track in fixes.rows(fixes.has_position).in_order().tracks():
-        origins, prediction = hindcast(track, horizons, SPACING, profile, aid)
+        origins, found = hindcast(track, horizons, SPACING, profile, aid)
         for i, k in enumerate(np.repeat(origins, len(horizons))):
-            if (there := reported(track, prediction.time[i])) is not None:
-                rows.append((prediction.horizon[i], track.sog[k], *judged(track, k, prediction, i, profile, there)))
-    return np.array(rows).reshape(-1, 5)
-
-
-def reported(track, moment):
-    """Latitude and longitude at a moment between two reports; None where they are too far apart."""
-    j = int(np.searchsorted(track.time, moment))
-    if j == 0 or j == len(track) or track.time[j] - track.time[j - 1] > WIDEST_GAP:
-        return None
-    share = (moment - track.time[j - 1]) / max(track.time[j] - track.time[j - 1], 1e-9)
-    turned = wrap(track.longitude[j] - track.longitude[j - 1])
-    latitude = track.latitude[j - 1] + share * (track.latitude[j] - track.latitude[j - 1])
-    return latitude, wrap(track.longitude[j - 1] + share * turned)
-
-
-def judged(track, k, prediction, i, profile, there):
-    """Row i of a prediction from row k of a track against the report `there`: the last three columns.
-
-    The report's own error, of position and moment, is added to the predicted covariance.
-    """
-    latitude, longitude, horizon = prediction.latitude[i], prediction.longitude[i], prediction.horizon[i]
-    error = np.array(displacement(*there, latitude, longitude))
-    sailed = np.array(displacement(latitude, longitude, track.latitude[k], track.longitude[k]))
-    spread = [
-        [prediction.variance_north[i], prediction.covariance[i]],
-        [prediction.covariance[i], prediction.variance_east[i]],
-    ]
-    spread += profile.position_std**2 * np.eye(2) + (profile.time_std / horizon) ** 2 * np.outer(sailed, sailed)
-    reckoned = np.array(displacement(*there, track.latitude[k], track.longitude[k]))
-    reckoned -= track.sog[k] * horizon * np.array((math.cos(track.cog[k]), math.sin(track.cog[k])))
-    return math.hypot(*error), math.hypot(*reckoned), error @ np.linalg.solve(spread, error)
+            moment, horizon, sog = found.time[i], found.horizon[i], track.sog[k]
+            j = int(np.searchsorted(track.time, moment))
+            if j == len(track) or track.time[j] - track.time[j - 1] > WIDEST_GAP:
+                continue
+            there = [float(np.interp(moment, track.time, each)) for each in (track.latitude, track.longitude)]
+            place, here = (found.latitude[i], found.longitude[i]), (track.latitude[k], track.longitude[k])
+            error, way = np.array(displacement(*there, *place)), np.array(displacement(*place, *here))
+            ahead = np.array((math.cos(track.cog[k]), math.sin(track.cog[k])))
+            reckoned = np.array(displacement(*there, *here)) - sog * horizon * ahead
+            covariance = found.covariance[i]
+            spread = np.array([[found.variance_north[i], covariance], [covariance, found.variance_east[i]]])
+            spread += profile.position_std**2 * np.eye(2) + (profile.time_std / horizon) ** 2 * np.outer(way, way)
+            square = error @ np.linalg.solve(spread, error)
+            rows.append((horizon, sog, math.hypot(*error), math.hypot(*reckoned), square))
+    return np.array(rows)
 
 
 @pytest.mark.study

@@ -1,6 +1,5 @@
 """A profile that `tune` or `profile make` wrote is taken wherever a profile is named."""
 
-import numpy as np
 import pytest
 
 import steerway.archive
@@ -31,9 +30,7 @@ def inferred(tmp_path_factory):
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     path = tmp_path_factory.mktemp("log") / "log.csv"
-    fixes = turning(2.0, 0.5, 60.0, rate=1.0).fixes(0.3, 1)
-    rows = zip(fixes.time, np.degrees(fixes.latitude), np.degrees(fixes.longitude), strict=True)
-    path.write_text("\n".join(["time_s,lat_deg,lon_deg", *(f"{t},{a:.9f},{o:.9f}" for t, a, o in rows)]))
+    steerway.write(turning(2.0, 0.5, 60.0, rate=1.0).fixes(0.3, 1), path)
     return path
 
 

@@ -65,24 +65,19 @@ def test_parameters_stay_within_their_bounds_and_it_is_reported():
     assert control.at_bounds
 
 
-def test_the_first_step_sets_out_from_the_boat_s_speed():
-    control = AdaptiveSpeed()
-    control.step(6.0, 4.0, 0.05)
-    assert 4.0 < control.model < 4.03
-
-
 def test_a_slow_shaft_is_driven_harder_than_it_is_to_go():
     gains = AdaptiveSpeedGains(shaft_lag=10.0)
     assert AdaptiveSpeed(gains).step(3.0, 3.0, 0.05, 3.0) > AdaptiveSpeed().step(3.0, 3.0, 0.05, 3.0) > 3.0
     assert AdaptiveSpeed(gains).step(3.0, 3.0, 0.05) == AdaptiveSpeed().step(3.0, 3.0, 0.05)
 
 
-def test_restart_forgets():
+def test_a_restart_forgets_and_the_first_step_sets_out_from_the_boat_s_speed():
     control, fresh = AdaptiveSpeed(), AdaptiveSpeed()
     for _ in range(50):
         control.step(3.0, 1.0, 0.05)
     control.restart()
-    assert control.step(6.0, 2.0, 0.05) == fresh.step(6.0, 2.0, 0.05)
+    assert control.step(6.0, 4.0, 0.05) == fresh.step(6.0, 4.0, 0.05)
+    assert control.model == fresh.model and 4.0 < control.model < 4.03
 
 
 @pytest.mark.parametrize(
@@ -149,6 +144,10 @@ def test_the_observer_finds_what_the_guess_leaves_out():
     held = control.disturbance
     control.step(6.0, math.nan, 0.05)
     assert control.disturbance == held
+    control.step(6.0, u + 0.5, 0.05, n)
+    left = math.exp(-4.0 * gains.rate * 0.05)  # of an error within a step: both poles at four times the model's
+    error = (u + 0.5 - control.speed) / left**2
+    assert control.disturbance - held == pytest.approx((1.0 - left) ** 2 / 0.05 * error)
 
 
 GAINS = SpeedPIGains(mass=85.0, linear_drag=60.0, bandwidth=0.4, limit=200.0, limit_astern=100.0)

@@ -53,50 +53,44 @@ PROFILES = {
     "receiver errs": ONE.model_copy(update={"error_std": 0.7, "error_time": 20.0, "speed_decay": 0.05}),
     "swell": "swell",
     "inferred": None,
+    "inferred, aided": None,
 }
+
+
+def with_velocity(scene, fixes, chosen):
+    """The fixes with SOG and COG, and the profile with the numbers of their errors."""
+    chance = np.random.default_rng(3)
+    sog, cog = scene.sog + chance.normal(0.0, 0.1, len(fixes)), scene.cog + chance.normal(0.0, 0.05, len(fixes))
+    extra = {"sog_std": 0.1, "sog_error_std": 0.05, "sog_error_time": 3.0}
+    extra |= {"velocity_std": 0.1, "cog_error_std": 0.05, "cog_error_time": 3.0}
+    aided = [{"parts": (*s.parts, "sog", "cog"), "values": s.values | extra} for s in chosen.structures]
+    structures = (s.model_copy(update=more) for s, more in zip(chosen.structures, aided, strict=True))
+    return replace(fixes, sog=sog, cog=cog), Profile.of(structures), ("sog", "cog")
 
 
 @pytest.mark.parametrize("name", PROFILES)
 def test_a_stream_is_the_record_whatever_the_profile(name):
     """By rows, and by predictions and updates."""
-    fixes, chosen = with_trouble(sortie()[1]), PROFILES[name] or profile()
+    fixes, chosen, aid = with_trouble(sortie()[1]), PROFILES[name] or profile(), ()
+    if "aided" in name:
+        fixes, chosen, aid = with_velocity(sortie()[0], fixes, chosen)
     if "at rest" in name:
         slow = straight(0.1, 0.4, 60.0).fixes(0.0, 1)
         fixes = with_trouble(slow.rows(slice(380)))
-    motion = FiveStateFilter(chosen).filter(fixes)
-    values, nis, status = streamed(FiveStateFilter(chosen), fixes)
+    motion = steerway.estimate(fixes, chosen, aid=aid, causal=True)
+    values, nis, status = streamed(FiveStateFilter(chosen, aid), fixes)
     for column, found in zip(("latitude", "longitude", *NAMES), values.T, strict=True):
         np.testing.assert_allclose(found, getattr(motion, column), rtol=1e-9, atol=1e-12, err_msg=column)
     np.testing.assert_allclose(nis, motion.nis, rtol=1e-9)
     np.testing.assert_array_equal(status, motion.status)
+    if aid:
+        return
     estimator = FiveStateFilter(chosen)
     for k in range(300):
         estimator.predict(fixes.time[k] - fixes.time[k - 1] if k else 0.0)
         said = () if math.isnan(fixes.position_std[k]) else (fixes.position_std[k],)
         estimator.update(fixes.latitude[k], fixes.longitude[k], *said)
     np.testing.assert_allclose(estimator.output()[:8], values[k, :8], rtol=1e-9)
-
-
-@pytest.mark.parametrize("trouble", [False, True])
-@pytest.mark.parametrize("aid", [(), ("sog", "cog")])
-def test_the_rows_are_those_of_estimate(aid, trouble):
-    scene, fixes = sortie()
-    fixes = with_trouble(fixes) if trouble else fixes
-    chosen = profile()
-    if aid:
-        chance = np.random.default_rng(3)
-        sog, cog = scene.sog + chance.normal(0.0, 0.1, len(fixes)), scene.cog + chance.normal(0.0, 0.05, len(fixes))
-        fixes = replace(fixes, sog=sog, cog=cog)
-        extra = {"sog_std": 0.1, "sog_error_std": 0.05, "sog_error_time": 3.0}
-        extra |= {"velocity_std": 0.1, "cog_error_std": 0.05, "cog_error_time": 3.0}
-        aided = [{"parts": (*s.parts, *aid), "values": s.values | extra} for s in chosen.structures]
-        chosen = Profile.of(s.model_copy(update=more) for s, more in zip(chosen.structures, aided, strict=True))
-    motion = steerway.estimate(fixes, chosen, aid=aid, causal=True)
-    values, nis, status = streamed(InferredFilter(chosen, aid), fixes)
-    for name, column in zip(("latitude", "longitude", *NAMES), values.T, strict=True):
-        np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-12, err_msg=name)
-    np.testing.assert_allclose(nis, motion.nis, rtol=1e-9)
-    np.testing.assert_array_equal(status, motion.status)
 
 
 def test_a_snapshot_is_the_whole_filter():

@@ -12,14 +12,19 @@ from steerway.estimation.testing import (
     FUSED,
     LONGEST_GAP,
     Asked,
+    Fix,
     Rows,
+    correct,
     five_state,
+    innovation,
     model_empty_bank,
     model_of_profile,
+    normalised_square,
+    place_by_fix,
     room_to_keep,
     run_record,
 )
-from tests.five_state_by_matrices import PROFILE, dense, responses, update, winding
+from tests.five_state_by_matrices import PROFILE, dense, responses, winding
 from tests.reference_outputs import sorties
 
 STEPS = (0.02, 0.2, 1.0)
@@ -45,8 +50,9 @@ def some_state(seed):
 
 def across(x, p):
     """Covariance in terms of the velocity across, from that in terms of the course; with 1/U as speed the inverse."""
-    scale = np.diag([1.0, 1.0, 1.0, x[SPEED], 1.0])
-    return scale @ p @ scale
+    scale = np.ones(len(p))
+    scale[COURSE] = x[SPEED]
+    return p * np.outer(scale, scale)
 
 
 def of_course(x, p):
@@ -86,59 +92,35 @@ def test_a_prediction_is_dense_f_p_f_plus_q(decays):
         np.testing.assert_allclose(of_course(moved, bank.p[0]), expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("speed_decay", [0.0, 0.02])
-def test_the_filter_is_the_dense_filter(speed_decay):
+ERRORS = {"error_std": 0.4, "error_time": 8.0, "drift_std": 0.8, "drift_time": 60.0}
+"""Two first-order errors of the receiver, north and east: nine states; a fix measures position plus both errors."""
+
+
+@pytest.mark.parametrize("parameters", [{}, {"speed_decay": 0.02}, ERRORS])
+def test_the_filter_is_the_dense_filter(parameters):
     """Three hundred fixes of a vessel under way, by kernels and by matrices."""
-    profile = PROFILE.model_copy(update={"speed_decay": speed_decay})
-    time, north, east = winding(300)
-    x, p = np.array([north[0], east[0], 2.5, 0.0, 0.0]), np.diag([0.04, 0.04, 0.01, 0.01, 0.001])
-    model, by_matrices = model_without_drift(profile), dense(profile, 0.2)
-    bank = started(model, x, p)
-    run(record(time[1:] - 0.2, north[1:], east[1:]), model, bank)
-    for k in range(1, 300):
-        if k > 1:
-            x, f, q = by_matrices.step(x)
-            p = f @ p @ f.T + q
-        x, p = update(x, p, np.array([north[k], east[k]]), profile.position_std**2)
-    x[COURSE] = wrap(x[COURSE])
-    np.testing.assert_allclose(bank.x[0], x, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(of_course(x, bank.p[0]), p, rtol=1e-9, atol=1e-9)
-
-
-def test_the_general_filter_with_errors_of_the_receiver_is_the_dense_filter():
-    """Two first-order errors, north and east: nine states; a fix measures position plus both errors."""
-    errors = {"error_std": 0.4, "error_time": 8.0, "drift_std": 0.8, "drift_time": 60.0}
-    profile = PROFILE.model_copy(update=errors)
+    profile = PROFILE.model_copy(update=parameters)
     time, north, east = winding(300)
     model, by_matrices = model_without_drift(profile), dense(profile, 0.2)
-    bank, variance = model_empty_bank(model), np.repeat([0.4**2, 0.8**2], 2)
-    x = np.r_[north[0], east[0], 2.5, 0.0, 0.0, np.zeros(4)]
+    variance, left = np.empty(0), np.empty(0)
+    if parameters is ERRORS:
+        variance, left = np.repeat([0.4**2, 0.8**2], 2), np.exp(-0.2 / np.repeat([8.0, 60.0], 2))
+    x = np.r_[north[0], east[0], 2.5, 0.0, 0.0, np.zeros(len(variance))]
     p = np.diag(np.r_[0.5, 0.5, 0.01, 0.01, 0.001, variance])
-    bank.x[0], bank.p[0], bank.probability[0], bank.run["started"] = x, p, 1.0, 1
-    bank.p[0, COURSE, COURSE] *= x[SPEED] ** 2
-    run(record(time[1:] - 0.2, north[1:], east[1:]), model, bank, "run")
-    h, r = np.hstack([np.eye(2), np.zeros((2, 3)), np.eye(2), np.eye(2)]), profile.position_std**2 * np.eye(2)
-    left = np.exp(-0.2 / np.repeat([8.0, 60.0], 2))
+    bank = started(model, x, p)
+    run(record(time[1:] - 0.2, north[1:], east[1:]), model, bank, "run" if parameters is ERRORS else "fast")
+    h = np.hstack([np.eye(2), np.zeros((2, 3)), *[np.eye(2)] * (len(variance) // 2)])
     for k in range(1, 300):
         if k > 1:
             f, q = np.diag(np.r_[np.ones(5), left]), np.diag(np.r_[np.zeros(5), variance * (1.0 - left**2)])
             x[:5], f[:5, :5], q[:5, :5] = by_matrices.step(x[:5])
             x[5:] *= left
             p = f @ p @ f.T + q
-        gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
+        gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + profile.position_std**2 * np.eye(2))
         x, p = x + gain @ ([north[k], east[k]] - h @ x), p - gain @ h @ p
     x[COURSE] = wrap(x[COURSE])
-    scale = np.r_[1.0, 1.0, 1.0, x[SPEED], np.ones(5)]
     np.testing.assert_allclose(bank.x[0], x, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(bank.p[0], p * np.outer(scale, scale), rtol=1e-9, atol=1e-9)
-
-
-def in_plane(fixes):
-    """The record of a sortie: s, and m north and east of the first fix."""
-    north = sorties.EARTH_RADIUS * (fixes.latitude - fixes.latitude[0])
-    east = sorties.EARTH_RADIUS * math.cos(fixes.latitude[0]) * (fixes.longitude - fixes.longitude[0])
-    rows = record(fixes.time - fixes.time[0], north, east)
-    return rows._replace(restarts=np.flatnonzero(np.diff(rows.time) > LONGEST_GAP) + 1)
+    np.testing.assert_allclose(of_course(x, bank.p[0]), p, rtol=1e-9, atol=1e-9)
 
 
 TROUBLE = (sorties.weaving_fixes, sorties.outliers, sorties.burst, sorties.standstill, sorties.fast_start, sorties.gaps)
@@ -148,7 +130,11 @@ TROUBLE = (sorties.weaving_fixes, sorties.outliers, sorties.burst, sorties.stand
 @pytest.mark.parametrize("kind", ["white", "no-rate-decay", "speed-decay"])
 def test_it_is_the_general_filter_with_one_mode(kind, sortie):
     """Rows, state and covariance agree through outliers, gaps, rest and starts, also where the fast path is left."""
-    model, rows = model_of_profile(Profile(**sorties.KINDS[kind])), in_plane(sortie())
+    model, fixes = model_of_profile(Profile(**sorties.KINDS[kind])), sortie()
+    north = sorties.EARTH_RADIUS * (fixes.latitude - fixes.latitude[0])
+    east = sorties.EARTH_RADIUS * math.cos(fixes.latitude[0]) * (fixes.longitude - fixes.longitude[0])
+    rows = record(fixes.time - fixes.time[0], north, east)
+    rows = rows._replace(restarts=np.flatnonzero(np.diff(rows.time) > LONGEST_GAP) + 1)
     fast, general = model_empty_bank(model), model_empty_bank(model)
     limit = {"rtol": 1e-12, "atol": 1e-12}
     np.testing.assert_allclose(run(rows, model, fast), run(rows, model, general, "run"), **limit)
@@ -160,3 +146,36 @@ def test_responses_to_a_unit_are_those_in_closed_form():
     for rate, t in itertools.product((0.0, 1e-6, 1e-3, 0.0999, 0.1001, 0.3, 3.0), (0.02, 1.0, 3.0)):
         found, expected = five_state.decaying(rate, t), responses(rate, t) if rate else (1.0, t, 0.5 * t * t)
         np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def upper(p):
+    """P as the filter keeps it: what lies below the diagonal is no part of it."""
+    kept = np.triu(p)
+    kept[np.tril_indices(len(p), -1)] = 1e3
+    return kept
+
+
+@pytest.mark.parametrize("pairs", [0, 1])
+def test_a_fix_with_error_states(pairs):
+    """Corrects; and a position that was set to it is the fix less the error states."""
+    n, g = 5 + 2 * pairs + 1, 5 * pairs  # the last is a state that no fix measures
+    rng = np.random.default_rng(0)
+    x, root = rng.normal(size=n), rng.normal(size=(n, n)) * rng.uniform(0.2, 1.0, n)[:, None]
+    p = root @ root.T + 0.1 * np.eye(n)
+    c, noise, fix = np.eye(2, n), np.diag([0.3, 0.7]), Fix(2.0, -1.0, 0.3, 0.7)
+    if pairs:
+        c[:, 5:7] = np.eye(2)
+    s, nu = c @ p @ c.T + noise, fix[:2] - c @ x
+    kept, x_after = upper(p), x.copy()
+    parts = innovation(x, kept, fix, g)
+    np.testing.assert_allclose(parts, [*nu, s[0, 0], s[0, 1], s[1, 1]], rtol=1e-10)
+    assert normalised_square(parts) == pytest.approx(nu @ np.linalg.inv(s) @ nu, rel=1e-9)
+    correct(x_after, kept, np.empty((2, n)), fix, g)
+    gain = p @ c.T @ np.linalg.inv(s)
+    np.testing.assert_allclose(x_after, x + gain @ nu, rtol=1e-9)
+    rest = np.eye(n) - gain @ c
+    np.testing.assert_allclose(np.triu(kept), np.triu(rest @ p @ rest.T + gain @ noise @ gain.T), rtol=1e-9, atol=1e-9)
+    move, kept = np.eye(n) - np.eye(n, 2) @ c, upper(p)
+    place_by_fix(kept, fix, g)
+    set_to_fix = move @ p @ move.T + np.diag([0.3, 0.7, *np.zeros(n - 2)])
+    np.testing.assert_allclose(np.triu(kept), np.triu(set_to_fix), rtol=1e-9, atol=1e-9)

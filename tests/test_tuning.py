@@ -20,22 +20,17 @@ from tests.command_line import run
 ONE = Profile(speed_noise=1e-3, course_rate_noise=1e-3, course_rate_decay=0.3, position_std=0.3)
 
 
-def logged(scenario, seed, **receiver):
-    """Fixes of one voyage at the scenario's rate."""
-    return sail(scenario, seed).fixes(Gnss(rate=scenario.rate, **receiver), seed)
-
-
 def one_mode(seed, duration=600.0):
     """A sortie whose speed and course rate wander as ONE has it, with its receiver."""
     never = {"turn_time": 1.0, "straight_time": 1e9, "turn_speed_noise": 1.0, "turn_course_rate_noise": 1.0}
     scenario = replace(FAST, profile=ONE.model_copy(update=never), duration=duration, rate=2.0, speed=4.0)
-    return logged(scenario, seed, white=0.3)
+    return sail(scenario, seed).fixes(Gnss(rate=scenario.rate, white=0.3), seed)
 
 
 @pytest.fixture(scope="module")
 def sortie():
     """A log and what `tune` finds in it."""
-    fixes = one_mode(3, 300.0)
+    fixes = one_mode(3, 180.0)
     return fixes, tune(fixes, name="made")
 
 
@@ -76,23 +71,14 @@ def test_where_more_effort_predicts_worse_the_answer_is_the_defaults(monkeypatch
     assert tuple(without) == tuned.default.structures == choose_profile(fixes).structures
 
 
-@pytest.fixture(scope="module")
-def noises(sortie):
-    """(std, low, high) of a receiver of 0.3 m in every structure of five logs."""
+@pytest.mark.study
+def test_the_noise_of_the_receiver_lies_in_its_intervals(sortie):
+    """A receiver of 0.3 m, in every structure of five logs."""
     found = [sortie[1], *(tune(one_mode(seed, 300.0)) for seed in (5, 7, 9, 12))]
     structures = [each for tuned in found for each in tuned.profile.structures]
     assert all(each.is_determined("fix_std") for each in structures)
-    return np.array([(each.values["fix_std"], *each.intervals["fix_std"]) for each in structures]).T
-
-
-def held(noises):
-    _, low, high = noises
-    return np.mean((low < 0.3) & (high > 0.3))
-
-
-@pytest.mark.study
-def test_the_noise_of_the_receiver_lies_in_its_intervals(noises):
-    assert held(noises) >= 0.85
+    low, high = np.array([each.intervals["fix_std"] for each in structures]).T
+    assert np.mean((low < 0.3) & (high > 0.3)) >= 0.85
 
 
 def test_what_a_log_determines_is_found_and_what_it_does_not_is_named(sortie):

@@ -46,5 +46,5 @@ def test_untold_noise_costs_nothing(std):
 
 
 def test_a_whole_record_is_estimated_as_by_estimate():
-    fixes = turning(1.3, 0.4, 60.0).fixes(1.0, 52)
+    fixes = turning(1.3, 0.4, 30.0).fixes(1.0, 52)
     np.testing.assert_array_equal(FiveStateFilter().filter(fixes).sog, steerway.estimate(fixes, causal=True).sog)

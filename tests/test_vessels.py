@@ -159,7 +159,7 @@ OTTER = ("u", "v", "w", "p", "q", "r", "x", "y", "z", "phi", "theta", "psi")
 MARINER = ("u", "v", "r", "x", "y", "psi", "delta")
 
 
-def test_the_otter_has_the_golden_derivatives_and_masses(shared_data):
+def test_otter_and_mariner_have_the_golden_derivatives_and_masses(shared_data):
     table = golden(shared_data, "otter_derivs")
     inputs = columns(table, "n1", "n2", "mp", "rpx", "rpy", "rpz", "V_c", "beta_c")
     states = columns(table, *OTTER)
@@ -167,6 +167,9 @@ def test_the_otter_has_the_golden_derivatives_and_masses(shared_data):
     assert_golden(measured, columns(table, *("d" + name for name in OTTER)))
     for row in golden(shared_data, "otter_M").tolist():
         assert_golden(mass_matrix(row[0], LOAD[1]), np.reshape(row[1:], (6, 6)).T)
+    table = golden(shared_data, "mariner_derivs")
+    rows = zip(columns(table, *MARINER), table["ui"], table["U0"], strict=True)
+    assert_golden([mariner_derivatives(*row) for row in rows], columns(table, *("d" + name for name in MARINER)))
 
 
 def test_an_otter_sails_the_golden_way(shared_data):
@@ -207,13 +210,6 @@ def test_the_otters_propellers_saturate_lag_and_are_what_the_allocation_takes_th
     assert math.isnan(boat.motion(np.zeros(14), CALM).course_rate)
 
 
-def test_the_mariner_has_the_golden_derivatives(shared_data):
-    table = golden(shared_data, "mariner_derivs")
-    rows = zip(columns(table, *MARINER), table["ui"], table["U0"], strict=True)
-    measured = [mariner_derivatives(x, ui, u0) for x, ui, u0 in rows]
-    assert_golden(measured, columns(table, *("d" + name for name in MARINER)))
-
-
 def test_a_mariner_sails_the_golden_zigzag(shared_data):
     """The golden run's "at 10 s" is rounded to whole seconds: it executes at 9.5 s."""
     table, ship, twenty = golden(shared_data, "mariner_zigzag"), Mariner(method="euler"), math.radians(20.0)
@@ -230,14 +226,8 @@ def test_a_mariner_sails_the_golden_zigzag(shared_data):
     assert_golden(rows, columns(table, *MARINER, "ui")[: len(rows)])
 
 
-def test_a_mariner_turns_in_her_known_circles_and_pushes_her_added_mass():
-    """The known radius is that of 35° to port; a single-screw ship turns tighter to starboard."""
+def test_a_force_pushes_a_mariner_with_its_added_mass():
     ship = Mariner()
-    port, starboard = (
-        ship.motion(sail(ship, ship.start(), (math.radians(angle),), 1500.0, step=0.1), CALM) for angle in (-35, 35)
-    )
-    assert port.sog / -port.yaw_rate == pytest.approx(575.7, abs=0.05)
-    assert starboard.sog / starboard.yaw_rate == pytest.approx(555.7, abs=0.05)
     calm, pushed = (ship.step(ship.start(), (0.0,), conditions(force=(f, 0.0)), 1e-6) for f in (0.0, 1e6))
     mass = (798 + 42) * 0.5 * 1025.0 * 160.93**3 * 1e-5
     assert (pushed[0] - calm[0]) / 1e-6 == pytest.approx(1e6 / mass, rel=1e-6)
@@ -361,29 +351,24 @@ def test_a_scenario_s_compass_may_have_springer_s_dynamics():
 CURVE = Propeller().curve()
 
 
-def test_the_curve_of_the_propeller_is_table_2():
+def test_thrust_is_the_formula_with_the_curve_of_table_2():
+    """(12): 2 η K_t ρ D⁴ n². Divided by the mass it is the 0.01086 n² of (13) at bollard pull: g is not a constant."""
     advance = (-2.0, -1.0, -0.75, -0.5, 0.0, 0.35, 0.7, 0.85)
     expected = (0.2, 0.2, 0.27, 0.34, 0.32, 0.22, 0.12, 0.06)
     np.testing.assert_allclose([thrust_coefficient(each, CURVE) for each in advance], expected, atol=1e-12)
     # Erratum: beyond the table the last segment is extrapolated to J = 3.
     assert thrust_coefficient(1.5, CURVE) == pytest.approx(-0.2)
     assert thrust_coefficient(3.0, CURVE) == thrust_coefficient(50.0, CURVE) == pytest.approx(-0.8)
-
-
-def test_thrust_is_the_formula():
-    """(12): 2 η K_t ρ D⁴ n². Divided by the mass it is the 0.01086 n² of (13) at bollard pull: g is not a constant."""
     assert propeller_thrust(0.0, 10.0, CURVE) == pytest.approx(2 * 0.8 * 0.32 * 1025.0 * 0.8**4 * 100.0)
     assert propeller_thrust(0.0, 1.0, CURVE) / CALDAS_MASS == pytest.approx(0.01086, abs=5e-6)
     assert propeller_thrust(3.0, 0.0, CURVE) == 0.0
     assert propeller_thrust(0.0, -10.0, CURVE) == -propeller_thrust(0.0, 10.0, CURVE) < 0.0
-    for speed, shaft, expected in ((3.0, 5.975, 0.00477), (6.0, 10.529, 0.00390), (9.0, 15.093, 0.00346)):
-        assert propeller_thrust(speed, shaft, CURVE) / shaft**2 / CALDAS_MASS == pytest.approx(expected, abs=1e-5)
     wake = Propeller(wake_fraction=0.25).curve()
     assert propeller_thrust(4.0, 9.0, wake) == pytest.approx(propeller_thrust(3.0, 9.0, CURVE))
 
 
 def test_p3s_boat_has_its_known_steady_states():
-    for speed, shaft, within in ((3.0, 5.975, 0.003), (6.0, 10.529, 0.003), (9.0, 15.093, 0.003), (10.59, 100.0, 0.02)):
+    for speed, shaft, within in ((3.0, 5.975, 1e-3), (6.0, 10.529, 1e-3), (9.0, 15.093, 1e-3), (10.59, 100.0, 3e-3)):
         assert sail(Surge(), Surge().start(speed=speed), (shaft,), 300.0)[3] == pytest.approx(speed, abs=within)
     kt = thrust_coefficient(2.5 / (0.8 * 7.0), CURVE)
     published = -0.0040839 * 2.5**2 + 0.0373039 * kt * 49.0

@@ -10,7 +10,7 @@ import steerway
 from steerway.core import REJECTED, displacement
 from steerway.estimation import Profile, choose_profile, predict
 from steerway.estimation.testing import advance, model_empty_bank, model_of_profile
-from tests.scenes import Scene, angle_error, sailed, straight
+from tests.scenes import angle_error, sailed, straight, thinned
 
 SWELL = Profile(
     speed_noise=1e-4,
@@ -42,11 +42,6 @@ def predicted(x, p, dt, profile):
     return bank.x[0], bank.p[0]
 
 
-def spread(seed=1, states=6):
-    root = np.random.default_rng(seed).normal(size=(states, states)) * 0.1
-    return root @ root.T
-
-
 def test_an_oscillation_has_the_poles_of_its_equations_and_the_variance_that_their_noise_keeps():
     (process,) = model_of_profile(SWELL).processes
     poles = np.linalg.eigvals(DYNAMICS[1:, 1:])
@@ -63,7 +58,8 @@ def test_on_a_straight_course_acceleration_is_the_linear_model():
     noise = np.diag([0.0, 1e-4, density])
     block = expm(np.block([[-a, noise], [np.zeros((3, 3)), a.T]]) * dt)
     q = f @ block[:3, 3:]
-    start = 100.0 * spread(states=3)
+    root = np.random.default_rng(1).normal(size=(3, 3))
+    start = root @ root.T
     chosen = np.array([0, 2, 5])
     x, p = np.zeros(6), np.eye(6) * 1e-12
     x[chosen] = 0.0, 3.0, 0.4
@@ -85,13 +81,7 @@ def swinging(period=9.0, duration=600.0, seed=0, heave=0.0, blow=0.0):
         course += step * rate
         courses.append(course)
     speed = 5.0 + heave * np.sin(2.0 * math.pi * step * np.arange(len(courses)) / 10.0)
-    return once_a_second(speed, 0.7 + np.array(courses), 1.0 / step)
-
-
-def once_a_second(sog, cog, rate):
-    """A finely sailed scene, seen once a second."""
-    fine = sailed(sog, cog, rate=rate)
-    return Scene(*(getattr(fine, name)[:: round(rate)] for name in ("time", "north", "east", "sog", "cog")))
+    return thinned(sailed(speed, 0.7 + np.array(courses), 1.0 / step), round(1.0 / step))
 
 
 def test_in_a_sea_the_course_is_known_better():
@@ -116,7 +106,8 @@ def likeliest(fixes):
 def test_the_inference_finds_who_swings_and_who_does_not():
     found = likeliest(swinging(period=11.0, duration=400.0).fixes(0.01, 3))
     assert "waves" in found.parts and 9.0 < found.values["yaw_period"] < 14.0
-    scene = once_a_second(np.full(3000, 5.0), 0.7 + np.cumsum(np.random.default_rng(2).normal(0.0, 1e-4, 3000)), 10.0)
+    course = 0.7 + np.cumsum(np.random.default_rng(2).normal(0.0, 1e-4, 3000))
+    scene = thinned(sailed(5.0, course, 10.0), 10)
     assert "waves" not in likeliest(scene.fixes(0.3, 3)).parts
 
 

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
         OTTER_NOMOTO,
         OTTER_PRINTED_GAINS,
         RangeRatePassing,
-        closed_loop_poles,
         feedforward,
         propeller_speeds,
         rudder,
@@ -37,7 +36,8 @@ if TYPE_CHECKING:
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
     from steerway_studies.papers.positioning import PrintedPositionPID
     from steerway_studies.papers.speed import PrintedMrac, PrintedSpeedEkf
-    from steerway_studies.springer_mission.missions import WeightedBounds, ideal, interval_box, nominal
+    from steerway_studies.springer_mission.bounds import tautology
+    from steerway_studies.springer_mission.missions import ideal, nominal
     from steerway_studies.springer_mission.training import lesson, train
     from steerway_studies.springer_mission.world import (
         PAPER_CIRCUIT,

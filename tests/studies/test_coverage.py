@@ -10,7 +10,6 @@ from steerway.commands.testing import SCENARIO
 from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario
 from tests.golden import missed, no_worse
 
-pytestmark = pytest.mark.study
 MISSION = Path(__file__).parents[2] / "examples" / "otter-mission.toml"
 
 

@@ -11,7 +11,6 @@ from steerway.estimation import choose_profile
 from tests.golden import missed, no_worse
 from tests.scenes import sailed
 
-pytestmark = pytest.mark.study
 RATE, LASTS, STD = 2.0, 400.0, 0.3  # Hz, s, m
 _SETTLED, _UNDER_WAY = 20, 0.5  # rows until the estimate has settled, and m/s
 _DEG = math.pi / 180.0

@@ -17,62 +17,42 @@ LONGEST = 60.0
 """s of one run on two cores, kernels compiled."""
 
 
-@pytest.fixture
-def results(tmp_path):
-    """results.json of a paper's scenario, by the command line, in no more than a minute."""
-
-    def of(name):
-        began = time.perf_counter()
-        code, _, errors = run("simulate", EXAMPLES / f"{name}.toml", "-o", tmp_path)
-        assert not code, errors
-        assert time.perf_counter() - began < LONGEST
-        assert (tmp_path / "index.html").stat().st_size > 50_000
-        return json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
-
-    return of
+def settles(found, *keys):
+    return max(found[key] for key in keys) < 40.0 and found["overshoot_pct"] <= 2.0
 
 
-def test_p0_settles_on_both_orders(results):
-    found = results("p0")
-    assert 9.2 <= found["settling_s"] <= 10.2 and found["overshoot_pct"] < 5.0
+def reaches(found, waypoints):
+    return (found["waypoints_reached"], found["waypoints_missed"]) == (waypoints, 0.0)
 
 
-def test_p1_passes_all_waypoints_without_saturation(results):
-    found = results("p1")
-    assert (found["waypoints_reached"], found["waypoints_missed"]) == (5.0, 0.0)
-    assert found["rudder_rate_max_dps"] < 5.0 and found["rudder_max_deg"] < 39.9
+EXPECTED = {
+    "p0": lambda found: 9.2 <= found["settling_s"] <= 10.2 and found["overshoot_pct"] < 5.0,
+    "p1": lambda found: reaches(found, 5.0) and found["rudder_rate_max_dps"] < 5.0 and found["rudder_max_deg"] < 39.9,
+    "p2": lambda found: 0.068 < found["position_mae_m"] < 0.088,  # 5 % to 95 % of seeds
+    "p3": lambda found: settles(found, "settling_s_3", "settling_s_6", "settling_s_9"),
+    "p4": lambda found: reaches(found, 7.0),
+}
 
 
-def test_p3_settles_at_every_speed(results):
-    found = results("p3")
-    assert max(found[f"settling_s_{speed}"] for speed in (3, 6, 9)) < 40.0
-    assert found["overshoot_pct"] <= 2.0
+@pytest.mark.parametrize("name", EXPECTED)
+def test_a_paper_s_scenario_by_the_command_line_in_no_more_than_a_minute(name, tmp_path):
+    began = time.perf_counter()
+    code, _, errors = run("simulate", EXAMPLES / f"{name}.toml", "-o", tmp_path)
+    assert not code, errors
+    assert time.perf_counter() - began < LONGEST
+    assert (tmp_path / "index.html").stat().st_size > 50_000
+    found = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert EXPECTED[name](found), found
 
 
 @pytest.mark.parametrize("speed", [3.0, 6.0, 9.0])
 @pytest.mark.parametrize("controller", ["adaptive", "disturbance-observer", "pi"])
 def test_p3_settles_from_rest_with_every_controller(controller, speed):
-    found = from_rest(controller, speed)
-    assert found[f"settling_s_{speed:g}"] < 40.0
-    assert found["overshoot_pct"] <= 2.0
-
-
-def from_rest(controller, speed):
-    """Numbers of P3's boat that is ordered one speed."""
     scenario = load_scenario(EXAMPLES / "p3.toml")
     changed = scenario.speed.model_copy(update={"controller": controller})
     orders = (OrderTable(speed=speed),)
-    return sail_scenario(scenario.model_copy(update={"speed": changed, "orders": orders, "duration": 80.0})).numbers
-
-
-def test_p4_reaches_all_waypoints(results):
-    found = results("p4")
-    assert (found["waypoints_reached"], found["waypoints_missed"]) == (7.0, 0.0)
-
-
-def test_p2_holds_its_place(results):
-    found = results("p2")
-    assert 0.068 < found["position_mae_m"] < 0.088  # 5 % to 95 % of seeds
+    found = sail_scenario(scenario.model_copy(update={"speed": changed, "orders": orders, "duration": 80.0})).numbers
+    assert settles(found, f"settling_s_{speed:g}"), found
 
 
 @pytest.mark.parametrize(

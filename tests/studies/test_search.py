@@ -8,7 +8,6 @@ from steerway.estimation.testing import Track, infer
 from tests.golden import missed, no_worse
 from tests.scenes import turning
 
-pytestmark = pytest.mark.study
 MOVED, SEARCHES = 1e-6, 4
 """m, far below any digit; searches of each log."""
 SHORT = missed("after four rounds 5 to 22 apart: more rounds meet, and cost a quarter")

@@ -11,26 +11,24 @@ from steerway.core import InputError
 from steerway.estimation.heading import (
     SCALE_ONLY,
     AidedHeadingFilter,
-    IntervalFilter,
     LearnedHeading,
     ModelBank,
     corners,
     outside,
 )
-from steerway.estimation.testing import gain_range, shipped
+from steerway.estimation.testing import gain_range
 from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.vessels import SPRINGER_PAPER_YAW
 from steerway_studies.testing import (
     PAPER_CIRCUIT,
     RangeRatePassing,
-    WeightedBounds,
     World,
     ideal,
     ideal_path,
-    interval_box,
     lesson,
     nominal,
     replayed,
+    tautology,
 )
 from steerway_studies.testing import world_sail as sail
 
@@ -40,9 +38,9 @@ def reached_all():
     return sail(World(), ideal(TRUE_TCM2), 3)
 
 
-@pytest.mark.parametrize("passing, seconds", [(None, 892), (RangeRatePassing, 971)])
+@pytest.mark.parametrize("passing, seconds", [(None, 892), (RangeRatePassing(), 971)])
 def test_nominal_filter_misses_later_waypoints(passing, seconds):
-    voyage = sail(World(), nominal(), 3, passing=passing and passing())
+    voyage = sail(World(), nominal(), 3, passing=passing)
     assert 3 <= voyage.reached <= 5 and voyage.log.reached == list(range(voyage.reached))
     assert voyage.heading_rms_deg > 15.0
     assert len(voyage.heading) == pytest.approx(seconds, abs=12)
@@ -55,12 +53,9 @@ def test_nominal_filter_overestimates_as_published(reached_all):
 
 
 def test_erratum_the_weighted_estimate_is_the_ideal_one(reached_all):
-    navigator = WeightedBounds(IntervalFilter(interval_box(0.01)), TRUE_TCM2)
-    voyage = sail(World(), navigator, 3)
-    low, high, weight, truth = np.array(navigator.record).T
-    allowed = np.maximum(1e-6, 1e-12 * np.degrees(high - low))
-    assert np.all(np.degrees(np.abs(low + weight * (high - low) - truth)) <= allowed)
-    assert 0.0 <= weight.min() and weight.max() <= 1.0
+    found, voyage, _ = tautology(3)
+    assert found["weighted_ideal_difference_deg"] <= 1e-6
+    assert 0.0 <= found["weight_least"] and found["weight_largest"] <= 1.0
     np.testing.assert_allclose(voyage.position, reached_all.position, atol=1e-3)
 
 
@@ -71,16 +66,6 @@ def test_mission_is_the_same_seen_in_a_mirror():
     n = min(len(one.heading), len(other.heading))
     np.testing.assert_allclose(one.position[:n, 0], other.position[:n, 0], atol=1.0)
     np.testing.assert_allclose(one.position[:n, 1], -other.position[:n, 1], atol=1.0)
-
-
-def test_shipped_networks():
-    assert [len(shipped(name).layers) for name in ("weight", "innovations", "correction")] == [3, 3, 3]
-    with pytest.raises(InputError, match="network"):
-        shipped("none")
-    learned = LearnedHeading()
-    for _ in range(5):
-        learned.step(0.0, np.zeros(40))
-        assert learned.low <= learned.heading <= learned.high and 0.0 <= learned.weight <= 1.0
 
 
 def test_a_bank_and_lessons_of_another_compass():

@@ -7,9 +7,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-import steerway
 import steerway_studies as studies
-from steerway.core.testing import displaced_all
+from steerway.core import rms, wrap_array
 from steerway_studies.testing import (
     JudgedLog,
     VelocityReference,
@@ -21,63 +20,51 @@ from steerway_studies.testing import (
     unseen_logs,
     velocity_lag,
 )
+from tests.scenes import sailed
 
-HOME = math.radians(54.0), math.radians(10.0)
 STEP = 0.2
 NOISE, VELOCITY_NOISE = 0.3, 0.05
 LATE = 0.6
+SINCE = np.arange(0.0, 240.0, STEP)
+WEAVING = sailed(3.0 + np.sin(0.11 * SINCE), 1.2 * np.sin(0.09 * SINCE), 1.0 / STEP)
+"""A boat that weaves at 3 m/s, faster and slower, for four minutes."""
+RATE = 1.2 * 0.09 * np.cos(0.09 * SINCE)
+TRUE = np.column_stack([WEAVING.north, WEAVING.east])
 
 
-@pytest.fixture(scope="module")
-def weaving():
-    """(time, north, east, sog, cog, rate) of a boat that weaves at 3 m/s, faster and slower, for four minutes."""
-    time = 1.7e9 + np.arange(0.0, 240.0, STEP)
-    t = time - time[0]
-    sog = 3.0 + np.sin(0.11 * t)
-    cog = 1.2 * np.sin(0.09 * t)
-    north, east = (np.concatenate([[0.0], np.cumsum(STEP * sog * f(cog))[:-1]]) for f in (np.cos, np.sin))
-    return time, north, east, sog, cog, 1.2 * 0.09 * np.cos(0.09 * t)
+def noisy(std, seed):
+    """Places (n, 2) with white noise."""
+    return TRUE + np.random.default_rng(seed).normal(0.0, std, TRUE.shape)
 
 
-def reference_of(weaving, late=0.0, rng=None):
-    time, _, _, sog, cog, rate = weaving
-    noise = np.zeros((2, len(time))) if rng is None else rng.normal(0.0, VELOCITY_NOISE, (2, len(time)))
-    return VelocityReference(time + late, sog + noise[0], cog + noise[1] / sog, rate)
+def reference_of(late=0.0, std=0.0):
+    noise = np.random.default_rng(4).normal(0.0, std, (2, len(SINCE)))
+    return VelocityReference(WEAVING.time + late, WEAVING.sog + noise[0], WEAVING.cog + noise[1] / WEAVING.sog, RATE)
 
 
-def recording_of(weaving, places=None, reference=None):
-    time, north, east, *_ = weaving
-    latitude, longitude = displaced_all(*HOME, north, east)
-    places = np.column_stack([north, east]) if places is None else places
-    fixes = steerway.Fixes(time, latitude, longitude)
-    return JudgedLog(catalogue.public_logs()[0], fixes, places, reference or reference_of(weaving))
-
-
-def write_log(folder, name, weaving, seed, columns):
+def write_log(folder, name, rows, seed, columns):
     """A table as the page asks for it, with white noise on the positions."""
-    rng = np.random.default_rng(seed)
-    time, north, east, sog, cog, rate = weaving
-    places = displaced_all(*HOME, *(side + rng.normal(0.0, NOISE, len(time)) for side in (north, east)))
-    late = np.arange(len(time)) - round(LATE / STEP)
+    late = np.arange(len(SINCE)) - round(LATE / STEP)
+    sog = WEAVING.sog + np.random.default_rng(seed).normal(0.0, VELOCITY_NOISE, len(SINCE))
     known = {
-        "ref_sog_mps": np.where(late >= 0, (sog + rng.normal(0.0, VELOCITY_NOISE, len(time)))[late], np.nan),
-        "ref_cog_deg": np.where(late >= 0, np.degrees(cog)[late] % 360.0, np.nan),
-        "ref_rate_dps": np.degrees(rate),
+        "ref_sog_mps": np.where(late >= 0, sog[late], np.nan),
+        "ref_cog_deg": np.where(late >= 0, np.degrees(WEAVING.cog)[late] % 360.0, np.nan),
+        "ref_rate_dps": np.degrees(RATE),
     }
-    table = {"time_s": time, "lat_deg": np.degrees(places[0]), "lon_deg": np.degrees(places[1])}
     (folder / name).mkdir()
-    frame = pl.DataFrame(table | {column: known[column] for column in columns}, nan_to_null=True)
-    frame.write_csv(folder / name / f"{name}.csv")
+    frame = WEAVING.fixes(NOISE, seed).to_frame().select("time_s", "lat_deg", "lon_deg")
+    frame = frame.with_columns(pl.Series(column, known[column], nan_to_null=True) for column in columns)
+    frame.head(rows).write_csv(folder / name / f"{name}.csv")
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory, weaving):
+def study(tmp_path_factory):
     """(results, written page) of two logs of the catalogue, one a half, generated."""
     folder = tmp_path_factory.mktemp("logs")
     report = next(log.name for log in catalogue.public_logs() if log.half == catalogue.REPORT)
     develop = next(log.name for log in catalogue.public_logs() if log.half == catalogue.DEVELOP)
-    write_log(folder, report, weaving, 1, ("ref_sog_mps", "ref_cog_deg", "ref_rate_dps"))
-    write_log(folder, develop, tuple(column[:500] for column in weaving), 2, ("ref_sog_mps",))
+    write_log(folder, report, len(SINCE), 1, ("ref_sog_mps", "ref_cog_deg", "ref_rate_dps"))
+    write_log(folder, develop, 500, 2, ("ref_sog_mps",))
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("STEERWAY_LOGS", str(folder))
         patch.delenv("STEERWAY_DATA", raising=False)
@@ -113,28 +100,25 @@ def test_lag_that_was_put_in_is_taken_out(study):
 
 
 @pytest.mark.parametrize("late", [-0.4, 0.0, 2.5])
-def test_lags_are_found_from_positions_alone(weaving, late):
-    time, north, east, *_ = weaving
-    places = np.column_stack([north, east]) + np.random.default_rng(3).normal(0.0, NOISE, (len(time), 2))
-    reference = reference_of(weaving, late)
-    assert velocity_lag(reference, time, places) == pytest.approx(late, abs=0.11)
-    assert velocity_lag(replace(reference, cog=np.full(len(time), np.nan)), time, places) == pytest.approx(
-        late, abs=0.2
-    )
-    assert rate_lag(reference, time, np.column_stack([north, east])) == pytest.approx(late, abs=0.16)
+def test_lags_are_found_from_positions_alone(late):
+    places, reference = noisy(NOISE, 3), reference_of(late)
+    assert velocity_lag(reference, WEAVING.time, places) == pytest.approx(late, abs=0.11)
+    without = replace(reference, cog=np.full(len(SINCE), np.nan))
+    assert velocity_lag(without, WEAVING.time, places) == pytest.approx(late, abs=0.2)
+    assert rate_lag(reference, WEAVING.time, TRUE) == pytest.approx(late, abs=0.16)
 
 
-def test_noise_of_the_reference_is_found_and_its_rounding_counts(weaving):
-    sog, across, _ = reference_of(weaving, rng=np.random.default_rng(4)).noise
+def test_noise_of_the_reference_is_found_and_its_rounding_counts():
+    sog, across, _ = reference_of(std=VELOCITY_NOISE).noise
     assert sog == pytest.approx(VELOCITY_NOISE, rel=0.25) and across == pytest.approx(VELOCITY_NOISE, rel=0.25)
-    exact = reference_of(weaving)
+    exact = reference_of()
     assert exact.noise[0] < 0.005
     rounded = replace(exact, sog=np.round(exact.sog, 1))
     assert rounded.noise[0] == pytest.approx(0.1 / math.sqrt(12.0), rel=0.2)
 
 
-def test_spikes_gaps_and_poor_rows_of_the_reference_are_unknown(weaving):
-    reference = reference_of(weaving)
+def test_spikes_gaps_and_poor_rows_of_the_reference_are_unknown():
+    reference = reference_of()
     sog = reference.sog.copy()
     sog[300] = 60.0
     accuracy = np.where(np.arange(len(sog)) == 600, 4.0, 0.3)
@@ -145,22 +129,19 @@ def test_spikes_gaps_and_poor_rows_of_the_reference_are_unknown(weaving):
     assert np.isnan(held.at(reference.time[800:801])[0]) and np.isnan(held.way(*reference.time[[770, 830], None])).all()
 
 
-def test_refused_fixes_are_right_or_wrong_by_the_reference(weaving):
-    places = np.column_stack(weaving[1:3]) + np.random.default_rng(5).normal(0.0, 0.02, (len(weaving[0]), 2))
-    refused = np.zeros(len(places), dtype=bool)
+def test_refused_fixes_are_right_or_wrong_by_the_reference():
+    places, refused = noisy(0.02, 5), np.zeros(len(SINCE), dtype=bool)
     refused[[200, 400, 401, 402, 700]] = True
     places[400:403] += 12.0
-    assert right_refused(recording_of(weaving, places), refused) == (2, 5)
+    log = JudgedLog(catalogue.public_logs()[0], WEAVING.fixes(0.0, 0), places, reference_of())
+    assert right_refused(log, refused) == (2, 5)
 
 
-def test_plain_ekf_is_consistent_and_beats_differences(weaving):
-    time, north, east, sog, cog, rate = weaving
-    places = np.column_stack([north, east]) + np.random.default_rng(6).normal(0.0, NOISE, (len(time), 2))
-    said = plain_ekf.fitted(time - time[0], places)
-    late = time - time[0] > 20.0
-    error = said[late, 0] - sog[late]
-    assert np.sqrt(np.mean(error**2)) < 0.5 * np.std(np.hypot(*(places[5:] - places[:-5]).T) / (5 * STEP) - sog[5:])
+def test_plain_ekf_is_consistent_and_beats_differences():
+    places, sog = noisy(NOISE, 6), WEAVING.sog
+    said, late = plain_ekf.fitted(SINCE, places), SINCE > 20.0
+    error = (said[:, 0] - sog)[late]
+    assert rms(error) < 0.5 * np.std(np.hypot(*(places[5:] - places[:-5]).T) / (5 * STEP) - sog[5:])
     assert 0.85 < np.mean(np.abs(error) < 1.96 * said[late, 3]) <= 1.0
-    course = (said[late, 1] - cog[late] + np.pi) % (2.0 * np.pi) - np.pi
-    assert np.sqrt(np.mean(course**2)) < math.radians(4.0)
-    assert np.sqrt(np.mean((said[late, 2] - rate[late]) ** 2)) < math.radians(3.0)
+    assert rms(wrap_array(said[:, 1] - WEAVING.cog)[late]) < math.radians(4.0)
+    assert rms((said[:, 2] - RATE)[late]) < math.radians(3.0)

@@ -15,6 +15,7 @@ from steerway.estimation.filter.voyages import forecasts
 from steerway.estimation.log.plane import covariance_from_north
 from steerway.estimation.log.run import Track
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
+from steerway.estimation.vessel.aids import expect_aids
 from steerway.estimation.vessel.profile import Profile
 
 if TYPE_CHECKING:
@@ -148,9 +149,10 @@ def _prediction(table: Floats, mmsi: Ints | None) -> Prediction:
 
 
 def _aids_of(fixes: Fixes, aid: tuple[str, ...] | None) -> tuple[str, ...]:
-    """The aids that `predict` uses."""
+    """The aids that `predict` uses. Raises InputError for an unknown one."""
     if aid is None:
         return ("sog", "cog") if fixes.mmsi is not None else ()
+    expect_aids(aid)
     return aid
 
 

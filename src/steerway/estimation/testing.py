@@ -29,21 +29,19 @@ if TYPE_CHECKING:
     from steerway.estimation.heading.aboard import model_of as heading_model_of
     from steerway.estimation.heading.aided import PRODUCT
     from steerway.estimation.heading.interval import arithmetic
-    from steerway.estimation.heading.interval.weighting import shipped
     from steerway.estimation.heading.model_bank import gain_range
     from steerway.estimation.log import run as whole_log
     from steerway.estimation.log.accuracy import variance_scales_of
     from steerway.estimation.log.compare import compare
     from steerway.estimation.log.copies import without_copies
-    from steerway.estimation.log.course import COG, COG_STD, RATE, SOG, SOG_STD
+    from steerway.estimation.log.course import RATE
     from steerway.estimation.log.latency import lateness, on_time
     from steerway.estimation.log.plane import laid_out
     from steerway.estimation.log.record import extrapolated, of_other_receiver
-    from steerway.estimation.log.run import Track, estimated, infer_log, motion_of
+    from steerway.estimation.log.run import Track, motion_of
     from steerway.estimation.log.stamps import regular_times
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.positioning import low_speed
-    from steerway.estimation.vessel.aids import AIDS
     from steerway.estimation.vessel.flat import model_of_profile
     from steerway.estimation.vessel.profile import BUILT_IN, prior_profile
     from steerway.estimation.vessel.structures import MODES, Structure, medians_of, model_of

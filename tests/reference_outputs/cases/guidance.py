@@ -36,34 +36,20 @@ def sailed(law, mission, current=(0.0, 0.25), rate=0.4, north=-5.0, east=12.0):
     return columns(names, rows, 4)
 
 
-@case("guidance_line_of_sight")
-def line_of_sight():
-    return sailed(LineOfSight(12.0), Mission(Route(NORTH, EAST, 5.0, 1.2)))
-
-
-@case("guidance_pure_pursuit")
-def pure_pursuit():
-    return sailed(PurePursuit(), Mission(Route(NORTH, EAST, 5.0), Passing("circle"), start="point", at_end="hold"))
-
-
-@case("guidance_vector_field")
-def vector_field():
-    return sailed(VectorField(0.08), Mission(Route(NORTH, EAST, [1, 2, 3, 4, 5]), at_end="continue"))
-
-
-@case("guidance_integral")
-def integral():
-    return sailed(
+for name, compute in {
+    "line_of_sight": lambda: sailed(LineOfSight(12.0), Mission(Route(NORTH, EAST, 5.0, 1.2))),
+    "pure_pursuit": lambda: sailed(
+        PurePursuit(), Mission(Route(NORTH, EAST, 5.0), Passing("circle"), start="point", at_end="hold")
+    ),
+    "vector_field": lambda: sailed(VectorField(0.08), Mission(Route(NORTH, EAST, [1, 2, 3, 4, 5]), at_end="continue")),
+    "integral": lambda: sailed(
         IntegralLineOfSight(12.0, 0.3, integral=2.0), Mission(Route(NORTH, EAST, 5.0, [1.0, 1.1, 1.2, 1.3, 1.4]))
-    )
-
-
-@case("guidance_adaptive")
-def adaptive():
-    return sailed(AdaptiveLineOfSight(12.0, 2e-3, crab_angle=0.1), Mission(Route(NORTH, EAST), Passing("circle")))
-
-
-@case("guidance_voyage_with_stays")
-def voyage():
-    route = Route(NORTH, EAST, 6.0, 1.2)
-    return sailed(LineOfSight(12.0), Voyage(route, [0, 20, 0, 15, 0], at_end="hold"))
+    ),
+    "adaptive": lambda: sailed(
+        AdaptiveLineOfSight(12.0, 2e-3, crab_angle=0.1), Mission(Route(NORTH, EAST), Passing("circle"))
+    ),
+    "voyage_with_stays": lambda: sailed(
+        LineOfSight(12.0), Voyage(Route(NORTH, EAST, 6.0, 1.2), [0, 20, 0, 15, 0], at_end="hold")
+    ),
+}.items():
+    case(f"guidance_{name}")(compute)

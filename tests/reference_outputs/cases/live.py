@@ -129,20 +129,9 @@ def rounded(value):
     return round(value, 7) + 0.0 if isinstance(value, float) else value
 
 
-def lines(name, every):
-    return "".join(json.dumps(rounded(json.loads(each))) + "\n" for each in sortie()[1][name][::every])
-
-
-@case("live_deltas", text=True)
-def deltas():
-    return lines("deltas", 4)
-
-
-@case("live_json_lines", text=True)
-def json_lines():
-    return lines("json", 20)
-
-
-@case("live_propellers", text=True)
-def propellers():
-    return lines("propellers", 10)
+for name, each, every in (("deltas", "deltas", 4), ("json_lines", "json", 20), ("propellers", "propellers", 10)):
+    case(f"live_{name}", text=True)(
+        lambda each=each, every=every: "".join(
+            json.dumps(rounded(json.loads(line))) + "\n" for line in sortie()[1][each][::every]
+        )
+    )

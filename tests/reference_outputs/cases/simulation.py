@@ -48,19 +48,10 @@ def of_a_run():
     return {name: np.nan if value is None else float(value) for name, value in square().numbers.items()}
 
 
-@case("simulate_otter_mission")
-def otter_mission():
-    return track(example("otter-mission", duration=80.0))
-
-
-@case("simulate_mariner_route")
-def mariner_route():
-    return track(example("mariner-route", duration=800.0))
-
-
-@case("simulate_station_keeping")
-def station_keeping():
-    return track(example("station-keeping", duration=150.0))
+for name, duration in {"otter-mission": 80.0, "mariner-route": 800.0, "station-keeping": 150.0}.items():
+    case(f"simulate_{name.replace('-', '_')}")(
+        lambda name=name, duration=duration: track(example(name, duration=duration))
+    )
 
 
 _ROUTE = """
@@ -72,38 +63,24 @@ waypoints = [{ north = 0.0, east = 0.0 }, { north = 40.0, east = 0.0, speed = 1.
 """
 
 
-def variant(text, duration=70.0):
-    return track(parse_scenario(f"duration = {duration}\n{text}\n{_ROUTE}", "variant"))
-
-
-_SENSORS = "[compass]\nbias_deg = 1.0\n[gyro]\n[log]\nbias = 0.02\n"
-
-
-@case("simulate_pure_pursuit_by_truth")
-def by_truth():
-    return variant('[estimator]\nkind = "truth"\n[guidance]\nlaw = "pure-pursuit"\n[reference]\nkind = "model"\n')
-
-
-@case("simulate_vector_field_in_weather")
-def in_weather():
-    return variant(
-        '[guidance]\nlaw = "vector-field"\napproach_deg = 60.0\n[environment.wind]\nspeed = 6.0\ngust_std = 1.0\n'
-        "[environment.waves]\ndisplacement_std = 0.2\nroll_std_deg = 2.0\ndrift = 5.0\n"
-        '[gnss]\nlatency = 0.2\nfaults = [{ kind = "dropout", start = 20.0, duration = 15.0 }]\n'
-    )
-
-
-@case("simulate_integral_by_heading")
-def integral_by_heading():
-    return variant(_SENSORS + '[guidance]\nlaw = "integral-line-of-sight"\n[environment.current]\nspeed = 0.3\n')
-
-
-@case("simulate_adaptive_aided")
-def adaptive_aided():
-    return variant(
-        _SENSORS + '[gnss]\nvelocity_std = 0.1\n[guidance]\nlaw = "adaptive-line-of-sight"\n'
-        '[estimator]\naid = ["sog", "cog", "heading", "yaw_rate"]\n'
-    )
+_SENSORS = "compass.bias_deg = 1.0\ngyro = {}\nlog.bias = 0.02\n"
+VARIANTS = {
+    "pure_pursuit_by_truth": 'estimator.kind = "truth"\nguidance.law = "pure-pursuit"\nreference.kind = "model"',
+    "vector_field_in_weather": """
+        guidance = { law = "vector-field", approach_deg = 60.0 }
+        environment.wind = { speed = 6.0, gust_std = 1.0 }
+        environment.waves = { displacement_std = 0.2, roll_std_deg = 2.0, drift = 5.0 }
+        gnss = { latency = 0.2, faults = [{ kind = "dropout", start = 20.0, duration = 15.0 }] }
+    """,
+    "integral_by_heading": f'{_SENSORS}guidance.law = "integral-line-of-sight"\nenvironment.current.speed = 0.3',
+    "adaptive_aided": f"""{_SENSORS}
+        gnss.velocity_std = 0.1
+        guidance.law = "adaptive-line-of-sight"
+        estimator.aid = ["sog", "cog", "heading", "yaw_rate"]
+    """,
+}
+for name, text in VARIANTS.items():
+    case(f"simulate_{name}")(lambda text=text: track(parse_scenario(f"duration = 70.0\n{text}\n{_ROUTE}", "variant")))
 
 
 @case("simulate_every_column")
