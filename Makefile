@@ -85,12 +85,11 @@ soak: .venv/.test
 faults: .venv/.test
 	$(BIN)/python -m tests.faults
 	$(BIN)/python -m tests.faults.commands
-	$(BIN)/python -m tests.faults.aboard
 	$(BIN)/python -m tests.faults.stops
 
 # Sound routes for so many hours on a virtual clock, of which each takes two to five minutes.
 faults-hours: .venv/.test
-	$(BIN)/python -m tests.faults.hours $(or $(HOURS),10)
+	STEERWAY_SORTIES=$$((9 * $(or $(HOURS),10))) $(BIN)/python -m pytest -m study --numprocesses logical tests/test_integrity.py -k never_reported
 
 # What every estimator, law and study returns on generated input; ONLY=WORD for some of the cases.
 reference: .venv/.test

@@ -215,16 +215,6 @@ def test_a_start_is_refused_in_words():
     assert desk.order.state is State.IDLE
 
 
-def test_a_current_that_is_too_strong_ends_it_within_half_a_minute(towards=3.0):
-    """A boat of 3 m/s in a current of 3.6 m/s."""
-    desk = Desk(square(boat=OTTER), by="propellers", current=0.0)
-    desk.sea[:2] = 3.6 * math.cos(towards), 3.6 * math.sin(towards)
-    desk.drive = desk.state[0] = 0.0
-    desk.start()
-    assert until_stopped(desk, 60.0) < 30.0
-    assert desk.order.reason == "the current exceeds the boat's speed"
-
-
 def test_a_table_tells_the_state(tmp_path):
     desk = Desk(square(boat=OTTER), outputs=[TableFile(tmp_path / "run.parquet")]).until_ready()
     desk.start().sail(3.0)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults import aboard
 from tests.faults.commands import FAULTS, in_docs, line, tried
 
 QUICK = (
@@ -31,13 +30,8 @@ def test_the_tests_that_a_document_names_are_there(document):
     named += [("tests/test_live_helm.py", name) for name in re.findall(r"`(test_\w+)`", text)]
     for file, name in named:
         assert f"def {name or 'test_'}" in (root / file).read_text(encoding="utf-8"), f"{file}::{name}"
-
-
-def test_the_docs_name_the_faults_aboard_that_are_tried():
-    for fault, row in zip(aboard.FAULTS, aboard.in_docs(), strict=True):
-        name, before, _, expected, command = (cell.strip() for cell in row.strip("|").split("|"))
-        assert (name, before, expected) == (fault.name, fault.before, fault.expected)
-        assert command == f"`{aboard.command_of(fault)}`"
+    for file, word in re.findall(r"(tests/[\w/]+\.py) -k (\w+)", text):
+        assert re.search(rf"def test_\w*{word}", (root / file).read_text(encoding="utf-8")), f"{file} -k {word}"
 
 
 def test_the_docs_name_the_faults_that_are_tried():
