@@ -1,4 +1,4 @@
-# make demo | test | studies | bounds | bounds-all | fuzz | garbage | mutants | licences | install | bench | soak | faults | faults-hours | reference | lint | docs | pictures | package
+# make demo | test | studies | bounds | bounds-all | fuzz | mutants | licences | install | bench | soak | faults | faults-hours | reference | lint | docs | pictures | package
 # Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
@@ -11,7 +11,7 @@ CHECKED = src tests benchmarks docs/*.py
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot docs soak cli package study reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test studies bounds bounds-all fuzz garbage mutants licences bench soak faults faults-hours reference lint docs pictures package lock
+.PHONY: install demo test studies bounds bounds-all fuzz mutants licences bench soak faults faults-hours reference lint docs pictures package lock
 
 install: .venv/.test
 
@@ -63,10 +63,6 @@ bounds-all: .venv/.test
 # minutes. The last input of one that ends the process is in ~/.cache/steerway/fuzz.
 fuzz: .venv/.test
 	STEERWAY_FUZZ=$(or $(MINUTES),15) $(BIN)/python -m pytest --numprocesses logical --timeout 0 -rP tests/test_fuzz.py
-
-# A million messages of garbage through every link of a boat that is steered: ten minutes of processor time.
-garbage: .venv/.test
-	$(BIN)/python -m tests.fuzz.garbage $(or $(MESSAGES),1000000)
 
 # Mutations of core files that the tests have to notice; cosmic-ray is installed beside the locked packages.
 mutants: .venv/.test
