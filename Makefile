@@ -80,8 +80,6 @@ soak: .venv/.test
 
 faults: .venv/.test
 	$(BIN)/python -m tests.faults
-	$(BIN)/python -m tests.faults.commands
-	$(BIN)/python -m tests.faults.stops
 
 # Sound routes for so many hours on a virtual clock, of which each takes two to five minutes.
 faults-hours: .venv/.test

@@ -166,7 +166,7 @@ def _rolled_over(epochs):
     return [replace(each, time=each.time - ROLLOVER) for each in epochs]
 
 
-FAULTS = (
+_ALL = (
     Fault("none", until=BEGIN),
     *map(_dropout, (1.0, 5.0, 15.0, 60.0)),
     Fault("jump of 30 m for 1 s", _during(1.0, lambda each: _moved(each, north=30.0)), BEGIN + 1.0),
@@ -200,3 +200,4 @@ FAULTS = (
     Fault("… the first silent for 20 s", _two_receivers(LENGTH), links=2),
     Fault("… the same with --source GP --source GN", _two_receivers(LENGTH), links=2, wanted=("GP", "GN")),
 )
+FAULTS = {each.name: each for each in _ALL}
