@@ -14,7 +14,7 @@ from steerway.core import displacement, wrap
 from steerway.core.testing import PREDICTED, STATUSES
 from steerway.live.testing import Navigator, Service, addresses
 from tests import hastened
-from tests.faults.sorties import BEGIN, COURSE, END, FAULTS, SPEED
+from tests.faults.sorties import BEGIN, COURSE, FAULTS, SPEED
 from tests.faults.table import Table
 from tests.ports import free_port, under_way
 
@@ -102,7 +102,7 @@ async def _sail(fault):
                 await asyncio.sleep(epoch.sent - loop.time())
                 for line in epoch.output().splitlines(keepends=True):
                     receiver.sendto(line, ("127.0.0.1", ports[epoch.link]))
-            await asyncio.sleep(END - loop.time())
+            await asyncio.sleep(fault.end - loop.time())
     return kept, sentences
 
 
@@ -124,10 +124,10 @@ def _judged(fault, kept, sentences):
         tuple(dict.fromkeys(STATUSES[each.row.status] for each in moments)),
         "".join(sorted({fields[2] for fields in received_lines})),
         "always" if all(with_course) else "gaps" if any(with_course) else "never",
-        _longest([BEGIN, *(each.second for each in rows), END]),
-        _longest([BEGIN, *(each.second for each in rows if each.row.valid), END]),
+        _longest([BEGIN, *(each.second for each in rows), fault.end]),
+        _longest([BEGIN, *(each.second for each in rows if each.row.valid), fault.end]),
         *worst,
-        recovered - fault.until if recovered < END - 0.05 else math.inf,
+        recovered - fault.until if recovered < fault.end - 0.05 else math.inf,
         last.row.time - fault.start - fault.stepped - last.second,
         float(np.mean([_astern(fault, each) for each in rows if each.row.valid])),
     )
