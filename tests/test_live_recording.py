@@ -18,6 +18,7 @@ from steerway.formats.testing import nmea0183, read, write
 from steerway.live.testing import Feed, Navigator, Order, ReceiverDecoder, RecordedLearning, Service, State, rows_of
 from tests.command_line import run
 from tests.kept_outputs import Kept, assert_equal
+from tests.messages import nav_sat_fix
 from tests.scenes import turning
 from tests.sentences import START, sortie
 
@@ -167,17 +168,6 @@ def test_a_recording_is_a_log_too(recorded):
     assert fixes.source == "GP"
     placed = fixes.rows(fixes.has_position)
     np.testing.assert_array_equal(placed.latitude, direct.latitude[: len(placed)])
-
-
-def nav_sat_fix(time, latitude, longitude, status=0, variance=0.25, frame="gps"):
-    """A NavSatFix message as a ROS 2 node writes it."""
-    data = bytearray(struct.pack("<BBBBiI", 0, 1, 0, 0, int(time), round(time % 1.0 * 1e9)))
-    data += struct.pack("<I", len(frame) + 1) + frame.encode() + b"\0"
-    data += struct.pack("<b", status)
-    data += bytes(-(len(data) - 4) % 2) + struct.pack("<H", 1)
-    data += bytes(-(len(data) - 4) % 8)
-    data += struct.pack("<3d9dB", latitude, longitude, 0.0, *[variance, 0, 0, 0, variance, 0, 0, 0, 1.0], 2)
-    return bytes(data)
 
 
 def test_a_fix_of_ros_2():

@@ -15,11 +15,14 @@ from unittest.mock import AsyncMock, patch
 import numpy as np
 
 from steerway.estimation import Profile
+from steerway.estimation.testing import BUILT_IN
 from steerway.formats import testing as formats
 from steerway.live import testing as live
 from steerway.simulation import Unfinished, load_scenario
 from tests.fuzz import seeds
 from tests.fuzz.aboard import said_aboard
+from tests.messages import WHOLE
+from tests.test_live_route import MISSION, ROUTES
 
 _MEMORY = Path("/dev/shm" if os.path.isdir("/dev/shm") else tempfile.gettempdir())
 _CONNECTED = 20  # inputs that a link reads before it is opened again
@@ -76,6 +79,10 @@ def _file(ending, load):
         return "read"
 
     return read
+
+
+def _mission(ending):
+    return _file(ending, live.GeodeticRoute.load)
 
 
 def _ais_table(path):
@@ -206,7 +213,7 @@ TARGETS = {
     "UBX": Target(seeds.ubx, _format("ubx")),
     "NMEA 2000": Target(seeds.canboat, _format("nmea2000")),
     "AIS": Target(seeds.ais, _format("ais")),
-    "GPX": Target(seeds.gpx, _format("gpx")),
+    "GPX": Target(lambda: [WHOLE], _format("gpx")),
     "CSV": Target(seeds.csv, _format("table")),
     "Parquet": Target(seeds.parquet, _format("table")),
     "MCAP": Target(seeds.mcap, _format("mcap")),
@@ -215,11 +222,13 @@ TARGETS = {
     "unfinished work": Target(seeds.unfinished, _file("", _unfinished)),
     "any log, packed": Target(_packed, _any_log),
     "scenario": Target(lambda: seeds.examples("*.toml"), _file(".toml", load_scenario)),
-    "profile": Target(seeds.profiles, _file(".toml", Profile.load)),
+    "profile": Target(lambda: [each.toml().encode() for each in BUILT_IN.values()], _file(".toml", Profile.load)),
     "settings": Target(seeds.settings, _file(".toml", live.Settings.load)),
-    "mission TOML": Target(seeds.missions_toml, _file(".toml", live.GeodeticRoute.load)),
-    "mission GPX": Target(seeds.missions_gpx, _file(".gpx", live.GeodeticRoute.load)),
-    "mission GeoJSON": Target(seeds.missions_geojson, _file(".geojson", live.GeodeticRoute.load)),
+    "mission TOML": Target(
+        lambda: [MISSION.encode(), *seeds.examples("live/*.toml")], _file(".toml", live.GeodeticRoute.load)
+    ),
+    "mission GPX": Target(lambda: [ROUTES["r.gpx"].encode()], _file(".gpx", live.GeodeticRoute.load)),
+    "mission GeoJSON": Target(lambda: [ROUTES["r.geojson"].encode()], _file(".geojson", live.GeodeticRoute.load)),
     "receiver link": Target(seeds.mixed, _link(_decoder("ReceiverDecoder"))),
     "Signal K": Target(seeds.signalk, _link(_decoder("SignalKDecoder"))),
     "gpsd": Target(seeds.gpsd, _link(_decoder("GpsdDecoder"))),
