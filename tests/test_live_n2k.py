@@ -73,6 +73,13 @@ def test_messages_over_several_frames():
     missing = [part for k, part in enumerate(parts) if k != 2]
     assert [joiner.add(Frame(129029, 5, 255, 3, part)) for part in missing] == [None] * len(missing)
     assert joiner.lost == 1
+    for _ in range(2):  # begun twice
+        joiner.add(Frame(129029, 5, 255, 3, parts[0]))
+    assert joiner.lost == 3 and joiner.add(Frame(129029, 5, 255, 3, b"\x01")) is None
+    for source in range(100, 164):  # more than are kept
+        joiner.add(Frame(129029, source, 255, 3, parts[0]))
+    assert [joiner.add(Frame(129029, 5, 255, 3, part)) for part in parts[1:]] == [None] * (len(parts) - 1)
+    assert [joiner.add(Frame(129029, 100, 255, 3, part)) for part in parts[1:]][-1] == payload
 
 
 def claimed(name, source):
