@@ -35,17 +35,10 @@ def test_hysteresis_and_dwell():
 
 def test_a_boat_that_drifts_astern_is_not_steered_by_course():
     hand_over = HandOver()
-    for _ in range(500):
-        assert not hand_over.step(0.8, math.pi, 0.0, H)
-    for _ in range(500):
-        hand_over.step(0.8, 0.3, 0.0, H)
-    assert hand_over.by_course
-    for _ in range(500):
-        hand_over.step(0.8, math.radians(80.0), 0.0, H)
-    assert hand_over.by_course  # within 1.5 times 60°
-    for _ in range(500):
-        hand_over.step(0.8, math.radians(100.0), 0.0, H)
-    assert not hand_over.by_course
+    for crab, by_course in ((180.0, False), (61.0, False), (59.0, True), (89.0, True), (91.0, False)):
+        for _ in range(500):
+            hand_over.step(0.8, math.radians(crab), 0.0, H)
+        assert hand_over.by_course is by_course, crab
 
 
 def test_what_is_unknown_or_unwanted_gives_up_at_once():
@@ -112,18 +105,22 @@ def test_a_station_keeper_pulls_brakes_and_backs():
     (heading, _, _), force = keep(4.0, math.pi)  # astern and near: back
     assert heading == 0.0 and force < 0.0
     assert keep(4.0, 1.0)[0][0] == pytest.approx(1.0)  # near and ahead: point there
-    assert keep(6.0, 3.0)[0][0] == pytest.approx(3.0)  # astern and far: turn
-    assert keep(0.5, 1.0)[0][0] == 0.0  # too small a force to turn for
+    assert keep(5.1, 3.0)[0][0] == pytest.approx(3.0)  # astern and far: turn
+    assert keep(0.58, 1.0)[0][0] == 0.0  # too small a force to turn for
+    assert keep(0.6, 1.0)[0][0] == pytest.approx(1.0)
     assert keep(400.0, 0.0, limit=50.0)[1] == 50.0 and keep(4.0, math.pi, limit_astern=0.0)[1] == 0.0
     assert keep(4.0, 0.0, heading=math.nan)[1] == 0.0
 
 
 def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
-    for limit, distance, learns in ((200.0, 4.0, True), (5.0, 4.0, False), (200.0, 25.0, False)):
+    for limit, distance, learns in ((200.0, 19.9, True), (60.0, 19.9, False), (200.0, 20.1, False)):
         keeper = StationKeeper(StationGains(mass=85.0, limit=limit))
         for _ in range(100):
             keeper.step(distance, 1.0, 0.0, 0.0, 1.0, H)
-        assert (math.hypot(*keeper.integral) > 0.0) is learns
+        learned = 0.1 * 0.2 * 2.0 * 85.0 * 0.2**2 * distance  # a tenth of the bandwidth, for 2 s
+        assert math.hypot(*keeper.integral) == pytest.approx(learned if learns else 0.0)
+    keeper.integral = (-30.0, 0.0)  # a current from the south
+    assert keeper.step(1.0, 0.0, 0.0, 0.0, 0.0, H)[0][0] == pytest.approx(-math.pi)
 
 
 STATION = """
