@@ -17,7 +17,7 @@ from steerway.formats.testing import gga, rmc
 from steerway.live.testing import warm
 from tests.browser import chromium, helm_page
 from tests.command_line import STEERWAY
-from tests.ports import free_port
+from tests.ports import free_port, wait_until
 
 pytest.importorskip("nicegui", reason="nicegui is not installed: pip install steerway[helm]")
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
@@ -80,14 +80,12 @@ def answers(port):
 
 def until(condition, seconds=20.0):
     """Wait until the condition is true; return its value."""
-    end = time.monotonic() + seconds
-    while True:
+
+    def tried():
         with contextlib.suppress(WebDriverException, StaleElementReferenceException):
-            found = condition()
-            if found:
-                return found
-        assert time.monotonic() < end, "the condition was not true in time"
-        time.sleep(0.05)
+            return condition()
+
+    return wait_until(tried, seconds)
 
 
 class Page:

@@ -14,6 +14,7 @@ from steerway.core import rms
 from steerway.live.testing import Settings
 from tests.bench import Case, Corner, Found, Limits, corners_of, route, sail, table
 from tests.golden import missed
+from tests.ports import wait_until
 from tests.square import GUIDED, MOST, OTTER, cross_track, sailed, two_processes
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
@@ -48,10 +49,7 @@ def test_a_vehicle_that_falls_silent_stops_the_autopilot_before_she_drops_the_or
     """At their true pace the boat is frozen, goes on, and is put into HOLD."""
 
     def until(log, words, patience):
-        begun = time.monotonic()
-        while words not in log.read_text():
-            assert time.monotonic() - begun < patience, f"{words!r} was never said in:\n{log.read_text()}"
-            time.sleep(0.005)
+        wait_until(lambda: words in log.read_text(), patience)
         return time.monotonic()
 
     with two_processes(OTTER, tmp_path) as (boat, log):

@@ -99,16 +99,6 @@ def examples(pattern: str):
     return [path.read_bytes() for path in sorted((ROOT / "examples").rglob(pattern))]
 
 
-def settings():
-    """Settings files of `live`."""
-    keys = {
-        "from": '["udp://:10110", "serial:/dev/ttyUSB0?baud=38400"]', "to": '"stdout:"', "profile": '"otter"',
-        "aid": '["sog", "water-speed"]', "rate": "10.0", "mission": '"route.toml"', "engage": "false", "helm": "true",
-        "max_dead_reckoning": "5.0", "latency": "0.2", "accuracy": "true", "source": '["GN"]',
-    }  # fmt: skip
-    return ["\n".join(f"{key} = {value}" for key, value in keys.items()).encode(), *examples("live/*.toml")]
-
-
 def mixed():
     """NMEA 0183 and UBX on one serial line."""
     return [sortie(2) + pvt(1) + sortie(1) + pvt(2), *nmea(), *ubx()]

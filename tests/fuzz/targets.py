@@ -223,7 +223,7 @@ TARGETS = {
     "any log, packed": Target(_packed, _any_log),
     "scenario": Target(lambda: seeds.examples("*.toml"), _file(".toml", load_scenario)),
     "profile": Target(lambda: [each.toml().encode() for each in BUILT_IN.values()], _file(".toml", Profile.load)),
-    "settings": Target(seeds.settings, _file(".toml", live.Settings.load)),
+    "settings": Target(lambda: seeds.examples("live/*.toml"), _file(".toml", live.Settings.load)),
     "mission TOML": Target(
         lambda: [MISSION.encode(), *seeds.examples("live/*.toml")], _file(".toml", live.GeodeticRoute.load)
     ),
