@@ -162,8 +162,7 @@ def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(cur
     """With compass and gyro, because at rest positions do not show the heading."""
     boat = OTTER.model_copy(update={"pivot_angle_deg": 60.0, "max_yaw_rate_dps": 30.0})
     desk = Desk(square(((0.0, 0.0), (50.0, 0.0), (50.0, 60.0)), boat=boat), current=current, seed=3)
-    honest = desk.fixes
-    desk.fixes = lambda *seen: [honest(*seen)[0]._replace(heading=wrap(desk.state[11]), yaw_rate=desk.state[5])]
+    desk.alter(lambda row: row._replace(heading=wrap(desk.state[11]), yaw_rate=desk.state[5]))
     desk.start()
     desk.until(lambda: math.dist(desk.state[6:8], (50.0, 0.0)) < 8.0)
     closest, slowest, turned = 8.0, 2.0, False

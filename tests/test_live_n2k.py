@@ -59,6 +59,7 @@ def test_an_identifier_and_its_parts():
     for pgn, target in ((129029, 255), (129284, 255), (59904, 33), (60928, 33), (126208, 33)):
         assert frame_of(identifier_of(pgn, 17, 33, 5), b"12") == Frame(pgn, 17, target, 5, b"12")
     assert identifier_of(129025, 1, priority=2) == 0x09F80101
+    assert identifier_of(129025, 1) == 0x0DF80101, "priority 3"
 
 
 def test_messages_over_several_frames():

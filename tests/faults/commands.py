@@ -173,32 +173,24 @@ def _parquet(folder):
     (folder / "log.parquet").write_bytes(data)
 
 
-def _text(name, data):
+def _file(name, data):
     return lambda folder: (folder / name).write_bytes(data)
+
+
+def _link(to):
+    return lambda folder: (folder / "link.csv").symlink_to(to)
 
 
 def _log(folder):
     (folder / LOG).write_bytes(sortie(60))
 
 
-def _log_and_link(to):
-    def prepare(folder):
-        _log(folder)
-        (folder / "link.csv").symlink_to(to)
-
-    return prepare
+def _log_and(further):
+    """A log, and what `further(folder)` makes beside it."""
+    return lambda folder: (_log(folder), further(folder))
 
 
-def _log_and_empty(name):
-    def prepare(folder):
-        _log(folder)
-        (folder / name).touch()
-
-    return prepare
-
-
-def _scenario(folder):
-    (folder / "leg.toml").write_text(SCENARIO)
+_scenario = _file("leg.toml", SCENARIO.encode())
 
 
 def _some_seeds(folder):
@@ -220,13 +212,13 @@ _ALL = (
     Fault(
         "1 MB of GPX, every point in a CDATA section without end",
         "steerway info log.gpx",
-        _text("log.gpx", b"<gpx>" + b"<trkpt><![CDATA[ " * 59_000),
+        _file("log.gpx", b"<gpx>" + b"<trkpt><![CDATA[ " * 59_000),
     ),
-    Fault("1 MB of empty lines under a header", "steerway info log.csv", _text("log.csv", HEADER + b"\n" * 999_000)),
+    Fault("1 MB of empty lines under a header", "steerway info log.csv", _file("log.csv", HEADER + b"\n" * 999_000)),
     Fault("a damaged Parquet file", "steerway info log.parquet", _parquet),
     Fault("a directory in place of a log", "steerway info logs", lambda folder: (folder / "logs").mkdir()),
-    Fault("times beyond every date", "steerway estimate log.csv", _text("log.csv", HEADER + b"1e300,54,10\n" * 9)),
-    Fault("an empty profile", f"steerway estimate {LOG} --profile mine.toml", _log_and_empty("mine.toml")),
+    Fault("times beyond every date", "steerway estimate log.csv", _file("log.csv", HEADER + b"1e300,54,10\n" * 9)),
+    Fault("an empty profile", f"steerway estimate {LOG} --profile mine.toml", _log_and(_file("mine.toml", b""))),
     Fault("standard output is full", f"steerway info {LOG}", _log, output="/dev/full"),
     Fault("the disk is full: a table", f"{ESTIMATE_TO} track.parquet", _log, limit=1000),
     Fault("the disk is full: a page", f"{ESTIMATE_TO[:-2]}--report page.html", _log, limit=1000),
@@ -234,9 +226,9 @@ _ALL = (
     Fault("the disk is full: a recording for ROS 2", f"{ESTIMATE_TO} track.mcap", _log, limit=1000),
     Fault("the disk is full: a run", "steerway simulate leg.toml -o run", _scenario, limit=1000),
     Fault("the disk is full: a campaign", "steerway simulate leg.toml --seeds 2 -o many", _scenario, limit=300),
-    Fault("the output is a symbolic link", f"{ESTIMATE_TO} link.csv", _log_and_link("track.csv")),
-    Fault("the output is a link to itself", f"{ESTIMATE_TO} link.csv", _log_and_link("link.csv")),
-    Fault("the output is the input", "steerway estimate log.csv -o log.csv", _text("log.csv", HEADER)),
+    Fault("the output is a symbolic link", f"{ESTIMATE_TO} link.csv", _log_and(_link("track.csv"))),
+    Fault("the output is a link to itself", f"{ESTIMATE_TO} link.csv", _log_and(_link("link.csv"))),
+    Fault("the output is the input", "steerway estimate log.csv -o log.csv", _file("log.csv", HEADER)),
     Fault("Ctrl-C in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGINT, _some_seeds),
     Fault("SIGTERM in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGTERM, _some_seeds),
     Fault("SIGKILL of a campaign on all cores", CAMPAIGN, _scenario, signal.SIGKILL, _some_seeds),
