@@ -13,7 +13,6 @@ from steerway.core.testing import iso
 from steerway.estimation import estimate
 from steerway.formats.testing import read, survey
 from steerway.live.testing import (
-    LONGEST,
     FixClock,
     GpsdDecoder,
     InputRow,
@@ -97,12 +96,18 @@ def row_of(time, source="GP", **more):
     return InputRow(source, START + time, math.radians(54.0) + 1e-7 * time, math.radians(10.0), **more)
 
 
-def test_the_only_source_is_used_after_half_a_second():
+def counts(rows, pace, *numbers):
+    """How many of the first so many rows are used."""
+    return [len(opened(rows[:n], pace)[1]) for n in numbers]
+
+
+def test_the_only_source_is_used_after_three_epochs_and_half_a_second():
     rows = [row_of(0.2 * k) for k in range(6)]
     opening, used = opened(rows)
     assert opening.chosen == "GP" and [row for row, _ in used] == rows
     assert [arrived for _, arrived in used] == pytest.approx([0.2 * k for k in range(6)])
-    assert opened(rows[:3])[1] == []
+    assert counts(rows, 0.2, 3, 4) == [0, 4]
+    assert counts([row_of(0.5 * k) for k in range(6)], 0.5, 2, 3) == [0, 3]
 
 
 def test_of_two_sources_the_better_one_is_used_whichever_comes_first():
@@ -112,12 +117,16 @@ def test_of_two_sources_the_better_one_is_used_whichever_comes_first():
     opening, used = opened(rows, 0.17)
     assert opening.chosen == "GN" and [row for row, _ in used] == rows
     assert opened(rows, 0.17, ("GP",))[0].chosen == "GP"
+    alike = [row_of(0.2 * (k // 2) + 0.05 * (k % 2), ("GP", "GN")[k % 2]) for k in range(30)]
+    assert counts(alike, 0.1, 19, 20) == [0, 20], "ten epochs of each are compared"
+    for last, used in ((9.9, 0), (10.0, 3)):
+        assert counts([row_of(0.0), row_of(0.05, "GN"), row_of(last)], 0.01, 3) == [used], "a log in haste"
 
 
 def test_a_single_fix_is_used_in_the_end():
     opening, used = opened([row_of(0.0)])
-    assert used == [] and opening.take_ready(LONGEST - 0.1) == []
-    assert [row for row, _ in opening.take_ready(LONGEST)] == [row_of(0.0)]
+    assert used == [] and opening.take_ready(9.9) == []
+    assert [row for row, _ in opening.take_ready(10.0)] == [row_of(0.0)]
 
 
 def test_rows_before_the_first_date_get_it():
