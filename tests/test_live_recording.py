@@ -101,7 +101,7 @@ def test_a_run_that_learns_is_repeated_too(tmp_path):
     learning = RecordedLearning(background=True)
     learning.note = lambda what, count: (took.append(what), recorder.learning(what, count))
     service = Service(Navigator(learning), [kept, recorder], 50.0, 0.1, recorder=recorder)
-    fixes = nmea0183.read(sortie(400)).sources["GP"]
+    fixes = nmea0183.read(sortie(200)).sources["GP"]
 
     async def receives(deliver):
         for k, row in enumerate(rows_of({"GP": fixes})):
@@ -114,7 +114,7 @@ def test_a_run_that_learns_is_repeated_too(tmp_path):
 
     asyncio.run(stopped_after(service, receives))
     found = replay(path)
-    assert "takes" in took and len(found.recorded) == 400 and not found.differing
+    assert "takes" in took and len(found.recorded) == 200 and not found.differing
 
 
 def test_last_digits_are_those_of_another_processor(recorded):

@@ -54,10 +54,6 @@ def test_every_public_name_is_there():
         steerway.nothing  # noqa: B018
 
 
-def test_the_package_is_a_command():
-    assert process("-m", "steerway", "--version")[0].split()[-1] == steerway.__version__
-
-
 LIGHT = {
     "build_service": ("polars", "pandas"),  # it starts a fifth sooner without
     "RunningBoat": ("polars", "pandas"),

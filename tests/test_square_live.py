@@ -13,7 +13,7 @@ import pytest
 from steerway.core import rms
 from steerway.live.testing import Settings
 from tests.bench import Case, Corner, Found, Limits, corners_of, route, sail, table
-from tests.golden import missed
+from tests.golden import missed, no_worse
 from tests.ports import wait_until
 from tests.square import GUIDED, MOST, OTTER, cross_track, sailed, two_processes
 
@@ -78,27 +78,21 @@ def test_a_square_is_sailed_along_its_legs_and_the_right_way_round_its_corners(c
 WIDE = missed("up to 1.3 m outside of a corner: the current before the first turns")
 
 
+CEILINGS = {1.3: Limits(1.5, 1.5, 0.35)}
+"""Measured in four directions with seed 3, by the speed of the current, m/s; else none is missed there."""
+
+
 @pytest.mark.study
 @pytest.mark.parametrize("current", [0.0, *(pytest.param(each, marks=WIDE) for each in (0.5, 1.0, 1.3))])
 def test_all_squares(current):
     """16 directions, with and without a compass, three seeds."""
     directions = [22.5 * k for k in range(16)] if current else [0.0]
-    cases = [Case(current, *each) for each in product(directions, (True, False), (1, 2, 3))]
-    found = [sail(each) for each in cases]
+    found = [sail(Case(current, *each)) for each in product(directions, (True, False), (1, 2, 3))]
+    of_ceilings = [each for each in found if each.case.seed == 3 and each.case.direction % 90.0 == 67.5]
+    worse = [f"{each.case.words}: {each.misses(CEILINGS.get(current, Limits()))}" for each in of_ceilings]
+    no_worse(all(each.endswith("[]") for each in worse), "\n".join(worse))
     missed = [f"{each.case.words}: {'; '.join(each.misses(Limits()))}" for each in found if each.misses(Limits())]
     assert not missed, "\n".join(missed)
-
-
-CEILINGS = {0.5: Limits(), 1.0: Limits(), 1.3: Limits(1.5, 1.5, 0.35)}
-"""Measured with seed 3, by the speed of the current, m/s."""
-
-
-@pytest.mark.study
-@pytest.mark.parametrize("current", CEILINGS)
-def test_no_square_is_worse_than_it_was(current):
-    cases = [Case(current, 67.5 + 90.0 * k, compass, 3) for k in range(4) for compass in (True, False)]
-    missed = [f"{each.case.words}: {each.misses(CEILINGS[current])}" for each in map(sail, cases)]
-    assert all(each.endswith("[]") for each in missed), "\n".join(missed)
 
 
 def test_a_corner_by_a_track_drawn_by_hand():
