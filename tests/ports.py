@@ -31,12 +31,12 @@ async def until(condition, patience=5.0):
     raise AssertionError(f"the condition was not true within {patience:g} s")
 
 
-def wait_until(condition, patience=5.0):
+def wait_until(condition, patience=5.0, every=0.01):
     """The same for other processes and threads; returns the condition's value."""
     end = time.monotonic() + patience
     while not (found := condition()):
         assert time.monotonic() < end, f"the condition was not true within {patience:g} s"
-        time.sleep(0.005)
+        time.sleep(every)
     return found
 
 

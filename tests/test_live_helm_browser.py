@@ -85,7 +85,7 @@ def until(condition, seconds=20.0):
         with contextlib.suppress(WebDriverException, StaleElementReferenceException):
             return condition()
 
-    return wait_until(tried, seconds)
+    return wait_until(tried, seconds, every=0.05)  # a browser is slow to answer
 
 
 class Page:
