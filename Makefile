@@ -1,4 +1,4 @@
-# make demo | test | studies | bounds | bounds-all | fuzz | garbage | mutants | licences | install | bench | soak | faults | faults-hours | reference | lint | docs | pictures | package
+# make demo | test | studies | bounds | bounds-all | fuzz | mutants | licences | install | bench | soak | faults | faults-hours | reference | lint | docs | pictures | package
 # Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
@@ -11,7 +11,7 @@ CHECKED = src tests benchmarks docs/*.py
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot docs soak cli package study reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test studies bounds bounds-all fuzz garbage mutants licences bench soak faults faults-hours reference lint docs pictures package lock
+.PHONY: install demo test studies bounds bounds-all fuzz mutants licences bench soak faults faults-hours reference lint docs pictures package lock
 
 install: .venv/.test
 
@@ -64,10 +64,6 @@ bounds-all: .venv/.test
 fuzz: .venv/.test
 	STEERWAY_FUZZ=$(or $(MINUTES),15) $(BIN)/python -m pytest --numprocesses logical --timeout 0 -rP tests/test_fuzz.py
 
-# A million messages of garbage through every link of a boat that is steered: ten minutes of processor time.
-garbage: .venv/.test
-	$(BIN)/python -m tests.fuzz.garbage $(or $(MESSAGES),1000000)
-
 # Mutations of core files that the tests have to notice; cosmic-ray is installed beside the locked packages.
 mutants: .venv/.test
 	$(PIP) cosmic-ray==8.7.0
@@ -84,13 +80,10 @@ soak: .venv/.test
 
 faults: .venv/.test
 	$(BIN)/python -m tests.faults
-	$(BIN)/python -m tests.faults.commands
-	$(BIN)/python -m tests.faults.aboard
-	$(BIN)/python -m tests.faults.stops
 
 # Sound routes for so many hours on a virtual clock, of which each takes two to five minutes.
 faults-hours: .venv/.test
-	$(BIN)/python -m tests.faults.hours $(or $(HOURS),10)
+	STEERWAY_SORTIES=$$((9 * $(or $(HOURS),10))) $(BIN)/python -m pytest -m study --numprocesses logical tests/test_integrity.py -k never_reported
 
 # What every estimator, law and study returns on generated input; ONLY=WORD for some of the cases.
 reference: .venv/.test

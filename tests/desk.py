@@ -124,6 +124,11 @@ class Desk:
         """Halt the service for `seconds` while time goes on."""
         self.loop.hastened.ahead += seconds
 
+    def alter(self, change):
+        """From now on the receiver's rows are changed: `change(row)`."""
+        honest = self.fixes
+        self.fixes = lambda *fix: [change(row) for row in honest(*fix)]
+
     def close(self):
         """See Output; the service calls it."""
 

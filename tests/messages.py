@@ -102,3 +102,17 @@ def pvt(second=0, nano=0, lat=-34.9, lon=138.6, **changes):
         "headMot": 90.0,
     }
     return UBXMessage("NAV", "NAV-PVT", GET, **(fields | changes)).serialize()
+
+
+# ROS 2
+
+
+def nav_sat_fix(time, latitude, longitude, status=0, variance=0.25, frame="gps"):
+    """A NavSatFix message as a ROS 2 node writes it."""
+    data = bytearray(struct.pack("<BBBBiI", 0, 1, 0, 0, int(time), round(time % 1.0 * 1e9)))
+    data += struct.pack("<I", len(frame) + 1) + frame.encode() + b"\0"
+    data += struct.pack("<b", status)
+    data += bytes(-(len(data) - 4) % 2) + struct.pack("<H", 1)
+    data += bytes(-(len(data) - 4) % 8)
+    data += struct.pack("<3d9dB", latitude, longitude, 0.0, *[variance, 0, 0, 0, variance, 0, 0, 0, 1.0], 2)
+    return bytes(data)

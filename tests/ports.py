@@ -4,6 +4,7 @@ import asyncio
 import os
 import random
 import socket
+import time
 from contextlib import asynccontextmanager
 
 _PORTS = iter(random.Random(os.getpid()).sample(range(20_000, 32_000), 12_000))
@@ -28,6 +29,15 @@ async def until(condition, patience=5.0):
             return
         await asyncio.sleep(0.01)
     raise AssertionError(f"the condition was not true within {patience:g} s")
+
+
+def wait_until(condition, patience=5.0, every=0.01):
+    """The same for other processes and threads; returns the condition's value."""
+    end = time.monotonic() + patience
+    while not (found := condition()):
+        assert time.monotonic() < end, f"the condition was not true within {patience:g} s"
+        time.sleep(every)
+    return found
 
 
 @asynccontextmanager

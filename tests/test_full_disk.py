@@ -6,7 +6,6 @@ import io
 import json
 import logging
 import os
-import time
 
 import numpy as np
 import pytest
@@ -22,6 +21,7 @@ from steerway.simulation import Unfinished, parse_scenario, sail_scenario
 from steerway.simulation.testing import write as write_run
 from steerway.simulation.testing import write_campaign
 from steerway_studies.testing import Results
+from tests.ports import wait_until
 
 resource = pytest.importorskip("resource")
 SCENARIO = parse_scenario(
@@ -60,15 +60,11 @@ def test_estimates(ending, track, tmp_path):
     refused(tmp_path, 100, lambda: write(track[1], tmp_path / f"track{ending}"))
 
 
-@pytest.mark.parametrize("ending", REPORTS)
-def test_reports(ending, track, tmp_path):
-    if ending == ".html":
-        pytest.importorskip("bokeh", reason="bokeh is not installed")
+def test_reports_and_profiles(track, tmp_path):
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
     summary = summarise(*track, "small-usv")
-    refused(tmp_path, 100, lambda: write_report(tmp_path / f"report{ending}", "A track", *track, summary))
-
-
-def test_profiles(tmp_path):
+    for ending in REPORTS:
+        refused(tmp_path, 100, lambda ending=ending: write_report(tmp_path / f"a{ending}", "A track", *track, summary))
     refused(tmp_path, 10, lambda: Profile.named("otter").save(tmp_path / "mine.toml"))
 
 
@@ -126,14 +122,6 @@ NOON = 1_719_835_200.0
 ROW = Row(NOON, 0.9, 0.2, 2.0, 1.0, 0.01, 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
 
 
-def until(condition):
-    """Until the thread that writes came so far."""
-    begun = time.monotonic()
-    while not condition():
-        assert time.monotonic() - begun < 5.0
-        time.sleep(0.001)
-
-
 class Disk(io.FileIO):
     """A file on a disk with so many bytes of room."""
 
@@ -154,7 +142,7 @@ def test_whole_messages_are_lost_and_the_log_says_so(tmp_path, caplog):
         disk.room = 25
         for k in range(5):
             sink.send(b"message %d\n" % k)
-        until(lambda: sink.lost == 3)
+        wait_until(lambda: sink.lost == 3)
         assert (tmp_path / "lines").read_bytes() == b"message 0\nmessage 1\n"
         disk.room = 1000
         sink.send(b"message 5\n")
@@ -171,7 +159,7 @@ def test_a_recording_ends_at_its_last_whole_piece(tmp_path, caplog):
     disk.room = 25
     for k in range(5):
         sink.send(b"message %d\n" % k)
-    until(lambda: "the file ends here, the run goes on" in caplog.text)
+    wait_until(lambda: "the file ends here, the run goes on" in caplog.text)
     disk.room = 1000
     sink.send(b"message 5\n")
     sink.close()
@@ -183,7 +171,7 @@ def test_a_pipe_without_a_reader_ends_the_run():
     os.close(read_end)
     sink = FileSink(os.fdopen(write_end, "wb", buffering=0))
     with pytest.raises(BrokenPipeError):
-        until(lambda: sink.send(b"a\n"))
+        wait_until(lambda: sink.send(b"a\n"))
 
 
 def test_where_the_table_cannot_be_written_its_rows_are_kept(tmp_path, caplog):

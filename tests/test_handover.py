@@ -1,4 +1,4 @@
-"""Course or heading control: hysteresis, no jump, no chatter, and a boat that holds station in a current and leaves."""
+"""Course or heading control, station keeping, and the pilot whose blocks they are."""
 
 import math
 
@@ -13,11 +13,13 @@ from steerway.control import (
     place_poles,
 )
 from steerway.control.testing import HandOver, PositionHold, Steerageway
-from steerway.core import Estimate, InputError
+from steerway.core import Estimate, InputError, Measurements, wrap
 from steerway.core.testing import over_ground
-from steerway.guidance import ReferenceModel
-from steerway.pilot import Mode
+from steerway.estimation.testing import AtFaceValue, HeadingTracker
+from steerway.guidance import LineOfSight, Mission, ReferenceModel, Route, TrackingFilter
+from steerway.pilot import Lookout, Mode, Pilot
 from steerway.simulation import parse_scenario, sail_scenario
+from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 H = 0.02
 YAW = place_poles(1.0 / 41.0, 1.0, bandwidth=0.8)
@@ -33,17 +35,10 @@ def test_hysteresis_and_dwell():
 
 def test_a_boat_that_drifts_astern_is_not_steered_by_course():
     hand_over = HandOver()
-    for _ in range(500):
-        assert not hand_over.step(0.8, math.pi, 0.0, H)
-    for _ in range(500):
-        hand_over.step(0.8, 0.3, 0.0, H)
-    assert hand_over.by_course
-    for _ in range(500):
-        hand_over.step(0.8, math.radians(80.0), 0.0, H)
-    assert hand_over.by_course  # within 1.5 times 60°
-    for _ in range(500):
-        hand_over.step(0.8, math.radians(100.0), 0.0, H)
-    assert not hand_over.by_course
+    for crab, by_course in ((180.0, False), (61.0, False), (59.0, True), (89.0, True), (91.0, False)):
+        for _ in range(60):  # of 1.2 s: a second is waited for
+            hand_over.step(0.8, math.radians(crab), 0.0, H)
+        assert hand_over.by_course is by_course, crab
 
 
 def test_what_is_unknown_or_unwanted_gives_up_at_once():
@@ -110,18 +105,22 @@ def test_a_station_keeper_pulls_brakes_and_backs():
     (heading, _, _), force = keep(4.0, math.pi)  # astern and near: back
     assert heading == 0.0 and force < 0.0
     assert keep(4.0, 1.0)[0][0] == pytest.approx(1.0)  # near and ahead: point there
-    assert keep(6.0, 3.0)[0][0] == pytest.approx(3.0)  # astern and far: turn
-    assert keep(0.5, 1.0)[0][0] == 0.0  # too small a force to turn for
+    assert keep(5.1, 3.0)[0][0] == pytest.approx(3.0)  # astern and far: turn
+    assert keep(0.58, 1.0)[0][0] == 0.0  # too small a force to turn for
+    assert keep(0.6, 1.0)[0][0] == pytest.approx(1.0)
     assert keep(400.0, 0.0, limit=50.0)[1] == 50.0 and keep(4.0, math.pi, limit_astern=0.0)[1] == 0.0
     assert keep(4.0, 0.0, heading=math.nan)[1] == 0.0
 
 
 def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
-    for limit, distance, learns in ((200.0, 4.0, True), (5.0, 4.0, False), (200.0, 25.0, False)):
+    for limit, distance, learns in ((200.0, 19.9, True), (60.0, 19.9, False), (200.0, 20.1, False)):
         keeper = StationKeeper(StationGains(mass=85.0, limit=limit))
         for _ in range(100):
             keeper.step(distance, 1.0, 0.0, 0.0, 1.0, H)
-        assert (math.hypot(*keeper.integral) > 0.0) is learns
+        learned = 0.1 * 0.2 * 2.0 * 85.0 * 0.2**2 * distance  # a tenth of the bandwidth, for 2 s
+        assert math.hypot(*keeper.integral) == pytest.approx(learned if learns else 0.0)
+    keeper.integral = (-30.0, 0.0)  # a current from the south
+    assert keeper.step(1.0, 0.0, 0.0, 0.0, 0.0, H)[0][0] == pytest.approx(-math.pi)
 
 
 STATION = """
@@ -165,3 +164,167 @@ def test_in_a_current_she_goes_as_fast_as_the_water_with_her_bow_up_it():
         nearer = north * math.cos(bearing) + (east + 0.5) * math.sin(bearing)
         assert nearer > 0.15 and math.cos(wanted.heading + 0.5 * math.pi) > 0.7
     assert hold.step(20.0, 0.5 * math.pi, estimate(0.0, 0.5)).heading == pytest.approx(0.5 * math.pi)  # far: back
+
+
+UNDER_WAY = Measurements(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
+
+
+class Dead:
+    """Propellers that do not turn."""
+
+    def step(self, surge_force, yaw):
+        return 0.0, 0.0, 0.0, 0.0
+
+
+def pilot(propulsion=OTTER.propulsion, at_end="hold", speed=None, **more):
+    return Pilot(
+        AtFaceValue(),
+        Mission(Route([0.0, 100.0], [0.0, 0.0], 5.0), at_end=at_end),
+        LineOfSight(10.0),
+        OTTER.autopilot(TrackingFilter(1.0)),
+        propulsion,
+        speed or OTTER.speed_loop(),
+        OTTER.station_keeper(),
+        cruise=1.2,
+        **more,
+    )
+
+
+def test_what_the_propellers_do_not_give_is_not_wound_up():
+    live, dead = pilot(), pilot(Dead())
+    for _ in range(1000):
+        live.step(UNDER_WAY, 0.02)
+        dead.step(UNDER_WAY, 0.02)
+    assert abs(live.autopilot.controller.integral) > 3.0 and abs(live.speed.integral) > 10.0
+    assert abs(dead.autopilot.controller.integral) < 0.1 and abs(dead.speed.integral) < 1.0
+
+
+def test_after_a_blind_spell_the_helm_begins_with_the_boats_own_course():
+    here = pilot(max_dead_reckoning=2.0)
+    for _ in range(100):
+        here.step(UNDER_WAY, 0.02)
+    for _ in range(150):
+        orders = here.step(Measurements(), 0.02)
+    assert orders.mode is Mode.BLIND and orders.command == (0.0, 0.0) and not orders.by_course
+    turned = UNDER_WAY._replace(cog=2.5, heading=2.5)
+    orders = here.step(turned, 0.02)
+    assert orders.mode is Mode.UNDER_WAY and abs(orders.reference.angle - 2.5) < 0.05
+
+
+def test_every_station_begins_afresh():
+    here = pilot()
+    here.step(UNDER_WAY, 0.02)
+    here.station.integral, here.station.heading = (30.0, 0.0), 2.0
+    here.speed.integral = 50.0
+    there = UNDER_WAY._replace(north=98.0, east=0.0)
+    here.step(there, 0.02)
+    assert here.step(there, 0.02).mode is Mode.HOLDING
+    assert math.hypot(*here.station.integral) < 1.0 and here.station.heading != 2.0 and here.speed.integral == 0.0
+
+
+def test_where_nothing_keeps_station_the_pilot_stops():
+    here = pilot()
+    here.station = None
+    there = UNDER_WAY._replace(north=98.0, east=0.0)
+    orders = [here.step(there, 0.02) for _ in range(3)]
+    assert orders[-1].mode is Mode.STOPPED and here.finished and orders[-1].command == (0.0, 0.0)
+
+
+def test_by_heading_the_law_is_steered_as_a_heading():
+    for steer_by, angle in (("course", 0.3), ("heading", -0.4)):
+        here = pilot(steer_by=steer_by)
+        for _ in range(100):
+            orders = here.step(UNDER_WAY._replace(heading=-0.4), 0.02)
+        assert orders.by_course is (steer_by == "course")
+        first = orders.desired.angle
+        assert first == pytest.approx(-math.atan(0.5))
+        assert math.copysign(1.0, orders.yaw) == math.copysign(1.0, first - angle)
+
+
+class Watcher(Lookout):
+    """An observer that records the stages and may change the result of each."""
+
+    def __init__(self, mode, allowed=True):
+        super().__init__(10.0)
+        self.mode, self.allowed, self.stages = mode, allowed, []
+
+    def judge(self, pilot, measurements, estimate, leg, dt):
+        self.stages.append(("judge", leg.target))
+        return self.mode
+
+    def ask(self, pilot, desired, speed, estimate):
+        self.stages.append(("ask", desired.angle))
+        return desired, 0.4, estimate
+
+    def allows(self, pilot, steered, estimate):
+        self.stages.append(("allows", len(steered.command)))
+        return self.allowed
+
+
+def test_an_observer_is_called_between_the_stages():
+    here = pilot(observer=(watcher := Watcher(Mode.UNDER_WAY)))
+    orders = here.step(UNDER_WAY, 0.02)
+    assert watcher.stages == [("judge", 1), ("ask", -math.atan(0.5)), ("allows", 2)]
+    assert orders.speed == 0.4 and len(orders.command) == 2
+    refusing = pilot(observer=Watcher(Mode.UNDER_WAY, allowed=False))
+    assert refusing.step(UNDER_WAY, 0.02).command == ()
+
+
+def test_what_an_observer_wants_held_is_stopped_at_where_nothing_keeps_station():
+    here = pilot(observer=Watcher(Mode.HOLDING))
+    here.station = None
+    assert here.step(UNDER_WAY, 0.02).command == (0.0, 0.0)
+
+
+def test_a_boat_that_someone_else_steers_is_led_without_a_command():
+    here = pilot(observer=Watcher(Mode.IDLE))
+    told = []
+    here._orders = lambda yaw, speed: told.append((yaw, speed))
+    orders = here.step(UNDER_WAY, 0.02)
+    assert orders.command == () and orders.desired.angle == pytest.approx(-math.atan(0.5))
+    assert len(told) == 1 and all(map(math.isnan, told[0]))
+
+
+def test_a_wrong_word_is_refused():
+    with pytest.raises(InputError, match=r"pilot\.steer_by is 'compass', expected one of course, heading"):
+        pilot(steer_by="compass")
+    with pytest.raises(InputError, match=r"pilot\.max_dead_reckoning is 0"):
+        pilot(max_dead_reckoning=0.0)
+
+
+def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):
+    """(heading error, yaw rate) of a tracker on a boat that turns at a constant rate through south."""
+    rng = np.random.default_rng(2)
+    errors, rates = [], []
+    for k in range(round(seconds / dt)):
+        true = wrap(3.0 + rate * k * dt)
+        heading = true + noise * rng.standard_normal() if k % every == 0 else math.nan
+        output, yaw_rate = tracker.step(wrap(heading) if k % every == 0 else math.nan, rate if gyro else math.nan, dt)
+        errors.append(wrap(output - true))
+        rates.append(yaw_rate)
+    return np.array(errors), np.array(rates)
+
+
+def test_a_steady_turn_is_tracked_without_a_lag():
+    errors, rates = turned(HeadingTracker(), 0.2, 20.0)
+    assert np.max(np.abs(errors[500:])) < 1e-6 and np.max(np.abs(rates[500:] - 0.2)) < 1e-6
+    assert np.max(np.abs(errors)) < 0.1  # across south
+
+
+def test_a_gyro_tells_the_rate_at_once_and_noise_is_smoothed():
+    errors, rates = turned(HeadingTracker(), 0.2, 2.0, gyro=True)
+    assert np.max(np.abs(errors)) < 1e-9 and np.all(rates == 0.2)
+    errors, _ = turned(HeadingTracker(), 0.0, 60.0, noise=0.01)
+    assert errors[500:].std() < 0.006
+
+
+def test_a_compass_that_falls_silent_is_no_longer_believed():
+    tracker = HeadingTracker(patience=1.0)
+    assert all(map(math.isnan, tracker.step(math.nan, math.nan, 0.1)))
+    assert tracker.step(1.0, math.nan, 0.1) == (1.0, 0.0)
+    for _ in range(9):
+        assert tracker.step(math.nan, math.nan, 0.1)[0] == 1.0
+    for _ in range(3):
+        output = tracker.step(math.nan, math.nan, 0.1)
+    assert all(map(math.isnan, output))
+    assert tracker.step(-2.0, math.nan, 0.1) == (-2.0, 0.0)

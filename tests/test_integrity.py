@@ -1,65 +1,56 @@
 """A receiver that stands still and a boat that does not turn as ordered stop the autopilot; sound ones do not."""
 
 import math
+import os
 
+import numpy as np
 import pytest
 
 from steerway.control import OTTER_PROPELLERS
 from steerway.core.testing import displaced
 from steerway.live.testing import UNDER_WAY, ReceiverMonitor, ResponseMonitor, State, boat_of
-from steerway.vessels import conditions
-from tests.desk import FULL, HOME, OTTER, TICK, Desk, square
+from tests.desk import FULL, HOME, OTTER, SQUARE, TICK, Desk, square
 from tests.golden import missed, no_worse
 
 
 def frozen(desk):
     """From now on every fix has the place of the next one."""
-    honest, stuck = desk.fixes, []
+    stuck = []
 
-    def fixes(time, north, east):
-        (row,) = honest(time, north, east)
+    def freeze(row):
         stuck.append(row)
-        return [row._replace(latitude=stuck[0].latitude, longitude=stuck[0].longitude)]
+        return row._replace(latitude=stuck[0].latitude, longitude=stuck[0].longitude)
 
-    desk.fixes = fixes
-
-
-def rounded(desk, degrees):
-    """Every fix in steps of so many degrees."""
-    honest, step = desk.fixes, math.radians(degrees)
-
-    def fixes(time, north, east):
-        (row,) = honest(time, north, east)
-        return [row._replace(latitude=step * round(row.latitude / step), longitude=step * round(row.longitude / step))]
-
-    desk.fixes = fixes
+    desk.alter(freeze)
 
 
-def until_doubted_and_stopped(desk, most):
-    """s until degraded and until stopped."""
-    begun, doubted = desk.time, math.inf
-    while desk.order.state in UNDER_WAY:
-        assert desk.time < begun + most, desk.order
-        desk.sail(TICK)
-        if desk.order.state is not State.RUNNING:
-            doubted = min(doubted, desk.time - begun)
-    return doubted, desk.time - begun
-
-
-@pytest.mark.parametrize("rate", [5.0, 1.0])
-@pytest.mark.parametrize("by", ["yaw-rate", "propellers"])
-def test_a_frozen_receiver_stops_the_autopilot(by, rate):
-    desk = Desk(square(boat=OTTER), by=by, rate=rate, current=0.4)
-    desk.start()
+@pytest.mark.parametrize(
+    ("by", "rate", "held", "metres"),
+    [
+        ("yaw-rate", 5.0, 0.0, 2.5),
+        ("propellers", 5.0, 0.0, 2.5),
+        ("yaw-rate", 1.0, 0.0, 9.0),
+        ("propellers", 1.0, 0.0, 9.0),
+        ("yaw-rate", 5.0, 30.0, 2.5),
+        pytest.param("yaw-rate", 5.0, 10.0, 2.5, marks=missed("6.6 s of 5 where the boat has just begun to hold")),
+    ],
+)
+def test_a_frozen_receiver_stops_the_autopilot(by, rate, held, metres):
+    desk = Desk(square(boat=OTTER, hold_radius=3.0), by=by, rate=rate, current=0.4).start()
     desk.sail(20.0)
+    if held:
+        desk.autopilot.guide.hold_position()
+        desk.sail(held)
     desk.until(lambda: desk.order.state is State.RUNNING)
     place = desk.state[6:8].copy()
     frozen(desk)
-    doubted, stopped = until_doubted_and_stopped(desk, 20.0)
-    assert doubted <= 2.0 + 1.0 / rate  # the first frozen fix is a sound one
+    doubted = desk.until(lambda: desk.order.state is not State.RUNNING)
+    stopped = doubted + desk.until(lambda: desk.order.state not in UNDER_WAY)
+    assert held or doubted <= 2.0 + 1.0 / rate  # the first frozen fix is a sound one
+    no_worse(stopped <= 6.6, stopped)
     assert stopped <= 5.0 + 2.0 * TICK
     assert not desk.order.yaw_rate and not desk.order.thrust
-    assert math.dist(place, desk.state[6:8]) < (2.5 if rate == 5.0 else 9.0)
+    assert math.dist(place, desk.state[6:8]) < metres
 
 
 class Disobedient(Desk):
@@ -126,15 +117,18 @@ def test_a_turn_that_is_not_made_stops_the_autopilot_whenever_it_begins(fault, s
     assert ordered <= 20.0
 
 
-def until_carried_off(direction, speed=3.5):
-    """s and m until the autopilot stops that is started in a current above the boat's speed."""
-    desk = Desk(square(boat=OTTER))
-    desk.sea = conditions((speed * math.cos(direction), speed * math.sin(direction)))
+@pytest.mark.parametrize(
+    ("by", "speed", "direction"), [("yaw-rate", 3.5, 0.7), ("yaw-rate", 3.5, math.pi), ("propellers", 3.6, 3.0)]
+)
+def test_in_a_current_above_the_boats_speed_it_stops_before_it_is_carried_off(by, speed, direction):
+    desk = Desk(square(boat=OTTER), by=by, current=0.0)
+    desk.sea[:2] = speed * math.cos(direction), speed * math.sin(direction)
+    desk.drive = desk.state[0] = 0.0
     desk.start()
-    begun, place = desk.time, desk.state[6:8].copy()
-    while desk.order.state in UNDER_WAY and desk.time < begun + 100.0:
-        desk.sail(TICK)
-    return desk.time - begun, math.dist(place, desk.state[6:8])
+    place = desk.state[6:8].copy()
+    assert desk.until(lambda: desk.order.state not in UNDER_WAY) < 30.0
+    assert by == "yaw-rate" or desk.order.reason == "the current exceeds the boat's speed"
+    assert math.dist(place, desk.state[6:8]) < 60.0
 
 
 def positions(monitor, places, interval=0.2, sog=1.2):
@@ -160,8 +154,6 @@ def test_a_fix_of_every_second_given_five_times_is_no_frozen_receiver():
 
 
 def test_positions_that_flicker_in_the_last_digit_stand_still():
-    import numpy as np
-
     noise = 0.5 * np.random.default_rng(1).standard_normal((700, 2))
     places = [(0.24 * k + noise[k, 0], noise[k, 1]) for k in range(600)]
     places += [(144.0 + 0.01 * (k % 2), 0.0) for k in range(100)]
@@ -182,10 +174,47 @@ def test_a_gyro_tells_a_turn_at_once():
 @pytest.mark.parametrize(("by", "current", "rate"), [("yaw-rate", 0.6, 5.0), ("propellers", 0.6, 1.0)])
 def test_a_square_in_a_strong_current_is_sailed_to_its_end(by, current, rate):
     desk = Desk(square(boat=OTTER), by=by, current=current, rate=rate)
-    rounded(desk, 1e-7)
+    step = math.radians(1e-7)
+    desk.alter(lambda row: row._replace(**{k: step * round(getattr(row, k) / step) for k in ("latitude", "longitude")}))
     desk.start()
     while desk.order.state in UNDER_WAY:
         desk.sail(1.0)
         assert "stands still" not in desk.order.reason and "turn as ordered" not in desk.order.reason
         assert desk.time < 600.0
     assert desk.order.state is State.FINISHED
+
+
+SURVEY = tuple((70.0 * ((k + 1) // 2 % 2), 12.0 * (k // 2)) for k in range(8))
+SORTIES = range(10_000, 10_000 + int(os.environ.get("STEERWAY_SORTIES", "6")))
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("seed", SORTIES)
+def test_a_sound_boat_with_a_sound_receiver_is_never_reported_as_faulty(seed):
+    """Squares, surveys, station keeping in currents of up to 80 % of the speed on the route (`make faults-hours`)."""
+    rng = np.random.default_rng(seed)
+    kind = ("square", "survey", "hold")[seed % 3]
+    speed, direction = 0.8 * 1.2 * rng.uniform(), math.tau * rng.uniform()
+    noise, wander, rate = rng.choice((0.1, 0.3, 0.5)), rng.choice((0.0, 0.2, 0.4)), rng.choice((1.0, 5.0, 10.0))
+    by = str(rng.choice(("yaw-rate", "yaw-rate", "propellers")))
+    more = {"hold_radius": 3.0} if kind == "hold" else {}
+    route = square(SURVEY if kind == "survey" else SQUARE, boat=OTTER, **more)
+    desk = Desk(route, by=by, noise=float(noise), rate=float(rate), seed=seed)
+    honest, slow, kept = desk.fixes, np.zeros(2), math.exp(-1.0 / rate / 8.0)
+
+    def fixes(time, north, east):
+        slow[:] = kept * slow + wander * math.sqrt(1.0 - kept**2) * rng.standard_normal(2)
+        return honest(time, north + slow[0], east + slow[1])
+
+    desk.fixes = fixes
+    desk.start().sail(20.0)
+    before, after = desk.sea[:2].copy(), speed * np.array((math.cos(direction), math.sin(direction)))
+    for k in range(60):
+        desk.sea[:2] = before + (k + 1) / 60 * (after - before)
+        desk.sail(1.0)
+    if kind == "hold" and desk.order.state in UNDER_WAY:
+        desk.autopilot.guide.hold_position()
+    last = desk.time + (120.0 if kind == "hold" else 400.0)
+    while desk.order.state in UNDER_WAY and desk.time < last:
+        desk.sail(1.0)
+    assert "stands still" not in desk.order.reason and "turn as ordered" not in desk.order.reason

@@ -4,7 +4,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -76,45 +75,52 @@ def test_the_oldest_versions_of_a_module_are_removed(tmp_path, monkeypatch):
 
 KERNEL = """
 import resource, signal
-from steerway.core import displacement
+from steerway.core import wrap
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
-print(displacement(0.0, 0.0, 0.0, 0.0))
+print(wrap(7.0) < 1.0)
 """
 
 
 def test_on_a_full_disk_or_without_a_directory_a_kernel_is_compiled_and_not_kept(tmp_path):
     (tmp_path / "file").write_text("")
     for place in (tmp_path, tmp_path / "file"):
-        assert python(KERNEL, STEERWAY_CACHE=str(place)) == "(0.0, 0.0)\n"
+        assert python(KERNEL, STEERWAY_CACHE=str(place)) == "True\n"
     assert not list(tmp_path.rglob("*.nbc"))
 
 
 BESIDE = """
-import sys, time
+import sys
 from numba.core import event
-from steerway.core import displacement
+from steerway.core import wrap
 compiled = []
 class Seen(event.Listener):
     def on_start(self, each): compiled.append(each.data["dispatcher"].py_func.__name__)
     def on_end(self, _): pass
 event.register("numba:compile", Seen())
-time.sleep(max(float(sys.argv[1]) - time.time(), 0.0))
-displacement(0.0, 0.0, 0.0, 0.0)
-print(compiled.count("displacement"))
+print("ready", flush=True)
+sys.stdin.readline()
+wrap(7.0)
+print(compiled.count("wrap"))
 """
 
 
 def test_of_processes_that_begin_together_one_compiles(tmp_path):
-    command = [sys.executable, "-c", BESIDE, str(time.time() + 5.0)]
     environment = os.environ | {"STEERWAY_CACHE": str(tmp_path)}
-    beside = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    beside = [subprocess.Popen([sys.executable, "-c", BESIDE], env=environment, **pipes) for _ in range(3)]
+    assert [each.stdout.readline() for each in beside] == ["ready\n"] * 3
+    for each in beside:
+        each.stdin.write("\n")
+        each.stdin.flush()
     assert sorted(each.communicate()[0] for each in beside) == ["0\n", "0\n", "1\n"]
 
 
-CHECKED = f"""
+PARTS = f"""
 import numpy as np
 from {compiled.__name__} import called_kernel, kernel, lean_kernel
+from {shaping.__name__} import shaped
+
 @lean_kernel
 def of(values, k): return values[k]
 @called_kernel
@@ -127,19 +133,7 @@ for each in (through, doubled, of):
         each(np.ones(3), 3)
     except IndexError as error:
         print(error)
-"""
 
-
-def test_indices_are_checked_in_kernels_that_are_parts_of_others(tmp_path):
-    (tmp_path / "checked.py").write_text(CHECKED)
-    code = f"import sys; sys.path.append({str(tmp_path)!r}); import checked"
-    told = python(code, STEERWAY_CACHE=str(tmp_path), NUMBA_BOUNDSCHECK="1")
-    assert told == "2.0 2.0 1.0\n" + 3 * "index is out of bounds\n"
-
-
-PRUNED = f"""
-import numpy as np
-from {compiled.__name__} import called_kernel, kernel
 @called_kernel
 def third(x): return x[0] + 1.0
 @called_kernel
@@ -147,39 +141,25 @@ def pruned(x): return 2.0 * third(x)
 @called_kernel
 def taken(x): return 3.0 * third(x)
 @kernel
-def through(x, n):
+def either(x, n):
     if 0 * n > 1:
         return pruned(x)
     return taken(x)
-print(through(np.ones(2), 3))
-"""
+print(either(np.ones(2), 3))
 
-
-def test_a_part_is_there_where_the_first_call_of_it_is_pruned(tmp_path):
-    (tmp_path / "pruned.py").write_text(PRUNED)
-    assert (
-        python(f"import sys; sys.path.append({str(tmp_path)!r}); import pruned", STEERWAY_CACHE=str(tmp_path))
-        == "6.0\n"
-    )
-
-
-SHAPED = f"""
-import numpy as np
-from {compiled.__name__} import kernel, lean_kernel
-from {shaping.__name__} import shaped
 @lean_kernel
-def mark(x, n):
-    shaped(x[1:], (n, 3))[1, 2] = 7.0
+def mark(x, n): shaped(x[1:], (n, 3))[1, 2] = 7.0
 @kernel
-def rows(x, n):
-    return shaped(x[: 2 * n], (n, 2))
+def rows(x, n): return shaped(x[: 2 * n], (n, 2))
 x = np.zeros(8)
 mark(x, 2)
 print(x[6], rows(np.arange(8.0), 3)[2, 0], rows.py_func(np.arange(8.0), 3)[2, 0])
 """
 
 
-def test_a_kernel_sees_memory_in_another_shape(tmp_path):
-    (tmp_path / "shapes.py").write_text(SHAPED)
-    code = f"import sys; sys.path.append({str(tmp_path)!r}); import shapes"
-    assert python(code, STEERWAY_CACHE=str(tmp_path)) == "7.0 4.0 4.0\n"
+def test_a_kernel_is_made_of_parts(tmp_path):
+    """Indices are checked in parts, one is there where its first call is pruned, memory may have another shape."""
+    (tmp_path / "parts.py").write_text(PARTS)
+    code = f"import sys; sys.path.append({str(tmp_path)!r}); import parts"
+    checked, either, shapes = "2.0 2.0 1.0\n" + 3 * "index is out of bounds\n", "6.0\n", "7.0 4.0 4.0\n"
+    assert python(code, STEERWAY_CACHE=str(tmp_path), NUMBA_BOUNDSCHECK="1") == checked + either + shapes

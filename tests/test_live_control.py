@@ -10,7 +10,7 @@ import pytest
 
 from steerway.core import InputError, displacement, wrap
 from steerway.core.testing import displaced
-from steerway.live.testing import Address, ControlPort, Controls, Limits, State, control_address
+from steerway.live.testing import Address, ControlPort, Controls, Limits, State, Supervisor, control_address
 from tests import hastened
 from tests.desk import HOME, OTTER, SQUARE, Desk, square
 from tests.ports import free_port, under_way
@@ -30,7 +30,7 @@ def asks(desk, what, value=None):
     desk.service.controls.do(what, value, "a test")
 
 
-def test_a_course_is_held_and_adjusted():
+def test_a_course_is_held_and_adjusted_and_the_route_goes_on_from_any_leg():
     desk = holding_desk().start()
     desk.sail(5.0)
     asks(desk, "hold-course", math.radians(60.0))
@@ -44,6 +44,12 @@ def test_a_course_is_held_and_adjusted():
     asks(desk, "route")
     desk.sail(1.0)
     assert desk.leg.destination == "WP1" and desk.service.controls.state()["mode"] == "route"
+    asks(desk, "leg", 3)
+    desk.sail(0.5)
+    assert desk.leg.destination == "WP3" and desk.order.state is State.RUNNING
+    for leg in (0, 5, "2", True):
+        with pytest.raises(InputError, match="expected 1 to 4"):
+            asks(desk, "leg", leg)
 
 
 def test_dodging_leads_off_the_leg_and_back_to_it():
@@ -125,11 +131,15 @@ def test_a_position_is_held_by_thrust(by, kind):
     assert desk.order.state is State.RUNNING and desk.rows[-1].sog > 0.6 and desk.leg.destination == "WP1"
 
 
-def test_other_autopilots_are_led_round_a_circle():
+def test_other_autopilots_are_led_round_a_circle_and_a_man_overboard_is_marked():
     """The course to steer leads clockwise about the position."""
     desk = holding_desk().start()
     asks(desk, "hold-position")
     guide, here = desk.autopilot.guide, desk.rows[-1]
+    asks(desk, "mob")
+    assert desk.service.controls.mark[1:] == (here.latitude, here.longitude)
+    asks(desk, "mob-over")
+    assert desk.service.controls.mark is None
     for bearing in (0.0, 2.0, -1.0):
         north, east = guide.radius * math.cos(bearing), guide.radius * math.sin(bearing)
         latitude, longitude = displaced(*guide.place, north, east)
@@ -147,24 +157,12 @@ def test_the_end_of_a_route_is_held():
     assert max(from_place(desk, desk.rows[-1000:])) < 5.0
 
 
-def test_the_route_goes_on_from_any_leg():
-    desk = holding_desk().start()
-    desk.sail(3.0)
-    asks(desk, "leg", 3)
-    desk.sail(0.5)
-    assert desk.leg.destination == "WP3" and desk.order.state is State.RUNNING
-    for leg in (0, 5, "2", True):
-        with pytest.raises(InputError, match="expected 1 to 4"):
-            asks(desk, "leg", leg)
-
-
 @pytest.mark.parametrize(("current", "stops"), [(0.0, True), (0.9, False)])
 def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(current, stops):
     """With compass and gyro, because at rest positions do not show the heading."""
     boat = OTTER.model_copy(update={"pivot_angle_deg": 60.0, "max_yaw_rate_dps": 30.0})
     desk = Desk(square(((0.0, 0.0), (50.0, 0.0), (50.0, 60.0)), boat=boat), current=current, seed=3)
-    honest = desk.fixes
-    desk.fixes = lambda *seen: [honest(*seen)[0]._replace(heading=wrap(desk.state[11]), yaw_rate=desk.state[5])]
+    desk.alter(lambda row: row._replace(heading=wrap(desk.state[11]), yaw_rate=desk.state[5]))
     desk.start()
     desk.until(lambda: math.dist(desk.state[6:8], (50.0, 0.0)) < 8.0)
     closest, slowest, turned = 8.0, 2.0, False
@@ -176,16 +174,6 @@ def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(cur
     assert desk.order.state is State.RUNNING and desk.leg.destination == "WP2"
     assert turned == stops
     assert not stops or (slowest < 0.3 and closest < 0.5)
-
-
-def test_a_man_overboard_is_marked_where_the_boat_was():
-    desk = holding_desk().until_ready()
-    here = desk.rows[-1]
-    asks(desk, "mob")
-    mark = desk.service.controls.mark
-    assert (mark.latitude, mark.longitude) == (here.latitude, here.longitude)
-    asks(desk, "mob-over")
-    assert desk.service.controls.mark is None
 
 
 @pytest.mark.parametrize(
@@ -204,26 +192,13 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(what, value, why):
         Controls().do("start", None, "a test")
 
 
-class Steered:
-    """Controls that only record requests."""
-
-    def __init__(self):
-        self.done = []
-
-    def do(self, what, value, who):
-        if what == "start":
-            raise InputError("the autopilot cannot be started: no position yet")
-        self.done.append((what, value))
-
-    def state(self):
-        return {"state": "ready", "mode": "route"}
-
-
 @asynccontextmanager
-async def listening(steered):
+async def listening(controls=None):
     """An open control port."""
     port = free_port()
-    async with under_way(ControlPort(steered, Address("127.0.0.1", port, TOKEN)).run()):
+    async with under_way(
+        ControlPort(controls or Controls(Supervisor(square())), Address("127.0.0.1", port, TOKEN)).run()
+    ):
         await asyncio.sleep(0.1)
         yield port
 
@@ -242,12 +217,14 @@ async def talk(port, *lines):
 
 
 def test_the_port_answers_who_knows_the_token_and_sends_the_state():
-    steered = Steered()
+    controls = Controls(Supervisor(square()))
 
     async def run():
-        async with listening(steered) as port:
+        async with listening(controls) as port:
             return await asyncio.gather(
-                talk(port, {"token": TOKEN}, {"id": 1, "do": "adjust", "value": 0.1}, {"id": 2, "do": "start"}, [1]),
+                talk(
+                    port, {"token": TOKEN}, {"id": 1, "do": "hold-course", "value": 0.1}, {"id": 2, "do": "start"}, [1]
+                ),
                 talk(port, {"token": "another"}, {"id": 1, "do": "stop"}),
                 talk(port, {"id": 1, "do": "stop"}),
                 talk(port, b"x" * 9000 + b"\n"),
@@ -259,14 +236,14 @@ def test_the_port_answers_who_knows_the_token_and_sends_the_state():
         {"id": 1, "ok": True},
         {"id": 2, "error": "the autopilot cannot be started: no position yet"},
     ]
-    assert sum("state" in each for each in known) >= 2 and steered.done == [("adjust", 0.1)]
+    assert sum("state" in each for each in known) >= 2 and controls.state()["target"] == 0.1
     assert not any("ok" in answer for answers in others for answer in answers)
 
 
 @pytest.mark.parametrize(("count", "seconds"), [(30, 30.0), (40, 0.0)], ids=["silent", "again and again"])
 def test_strangers_at_the_port_do_not_keep_others_out(count, seconds):
     async def run():
-        async with listening(Steered()) as port:
+        async with listening() as port:
             strangers = [await asyncio.open_connection("127.0.0.1", port) for _ in range(count)]
             await asyncio.sleep(seconds)
             answers = await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
@@ -282,7 +259,7 @@ def test_deep_json_and_a_client_that_does_not_read_end_their_connection_to_the_p
     request = json.dumps({"id": "x" * 3000, "do": "stop"}).encode() + b"\n"
 
     async def run():
-        async with listening(Steered()) as port:
+        async with listening() as port:
             assert await talk(port, deep) == []
             assert not any("id" in each for each in await talk(port, {"token": TOKEN}, deep))
             _, writer = await asyncio.open_connection("127.0.0.1", port, limit=1024)
@@ -298,16 +275,7 @@ def test_deep_json_and_a_client_that_does_not_read_end_their_connection_to_the_p
     assert not [each for each in caplog.records if each.exc_info]
 
 
-def test_a_secret_that_other_users_can_read_is_named(tmp_path, monkeypatch, caplog):
-    for mode, warned in ((0o644, True), (0o640, True), (0o600, False)):
-        caplog.clear()
-        (tmp_path / "token").write_text(TOKEN)
-        (tmp_path / "token").chmod(mode)
-        control_address("127.0.0.1:10120", str(tmp_path / "token"))
-        assert (f"other users can read it (mode {mode:o})" in caplog.text) == warned
-
-
-def test_only_this_computer_and_with_a_token(tmp_path, monkeypatch):
+def test_only_this_computer_and_with_a_token_that_is_secret(tmp_path, monkeypatch, caplog):
     monkeypatch.delenv("STEERWAY_CONTROL_TOKEN", raising=False)
     (tmp_path / "token").write_text(TOKEN)
     found = control_address("127.0.0.1:10120", str(tmp_path / "token"))
@@ -316,6 +284,11 @@ def test_only_this_computer_and_with_a_token(tmp_path, monkeypatch):
         control_address("0.0.0.0:10120", str(tmp_path / "token"))
     with pytest.raises(InputError, match="expected a token"):
         control_address("127.0.0.1:10120", None)
+    for mode, warned in ((0o644, True), (0o640, True), (0o600, False)):
+        caplog.clear()
+        (tmp_path / "token").chmod(mode)
+        control_address("127.0.0.1:10120", str(tmp_path / "token"))
+        assert (f"other users can read it (mode {mode:o})" in caplog.text) == warned
     (tmp_path / "token").write_text("short")
     with pytest.raises(InputError, match="control's token has 5 characters"):
         control_address("127.0.0.1:10120", str(tmp_path / "token"))

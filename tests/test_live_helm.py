@@ -26,11 +26,14 @@ from steerway.live.testing import (
     History,
     Navigator,
     Order,
+    PropellerCommands,
     Row,
+    SentenceOutput,
     Service,
     Sessions,
     Settings,
     State,
+    Supervisor,
     View,
     address,
     chart,
@@ -105,6 +108,19 @@ def test_words_name_the_side():
     assert words(View(cross_track=2.0))["cross_track_side"] == "to starboard of track"
     assert words(View(lat_deg=-54.25, lon_deg=9.999))["position"] == "54° 15.000′ S  009° 59.940′ E"
     assert words(View(is_engaged=False, thrust=0.0))["thrust"] == UNKNOWN
+
+
+def test_why_no_order_reaches_the_boat():
+    deaf, heard = SimpleNamespace(has_peer=False), SimpleNamespace(has_peer=True)
+    for outputs, why in (
+        ((), "no output carries orders"),
+        ((PropellerCommands(deaf), SentenceOutput(heard)), "no motor driver is connected"),
+        ((PropellerCommands(deaf), PropellerCommands(heard)), ""),
+        ((SentenceOutput(deaf),), "no receiver of the sentences is connected"),
+        ((SentenceOutput(heard),), ""),
+    ):
+        assert Service(Navigator(), outputs, supervisor=Supervisor(ROUTE)).unreachable() == why
+    assert Service(Navigator(), ()).unreachable() == ""
 
 
 def test_the_ellipse_lies_as_the_covariance_does():

@@ -1,18 +1,15 @@
 """Limits on connections to the page: idle ones lock nobody out, and clients with a login keep their connections."""
 
-import asyncio
-import json
+import contextlib
 import socket
-import sys
 import time
 import urllib.request
 
 import pytest
 
-from steerway.live.testing import Places, server
+from steerway.live.testing import Places
+from tests.browser import helm_page
 from tests.ports import free_port
-
-TOKEN = "correct horse"
 
 
 class Transport:
@@ -68,49 +65,16 @@ def test_when_all_have_logged_in_nobody_is_closed():
     assert crowd(places, "10.0.0.2", 1)[1] == [False] and not any(each.is_closing() for each in known)
 
 
-@pytest.fixture
-def page():
-    """The port of a page with a token."""
+def test_three_hundred_idle_connections_lock_nobody_out():
     pytest.importorskip("nicegui", reason="nicegui is not installed")
-    port = free_port()
-    settings = {
-        "host": "127.0.0.1",
-        "port": port,
-        "token": TOKEN,
-        "origin": None,
-        "route": [],
-        "fence": [],
-        "has_autopilot": True,
-    }
-
-    async def begun():
-        process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", server.__name__),
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-        )
-        process.stdin.write(json.dumps(settings).encode() + b"\n")
-        assert json.loads(await process.stdout.readline()) == {"ready": True}
-        return process
-
-    with asyncio.Runner() as runner:
-        process = runner.run(begun())
-        yield port
-        process.stdin.close()
-        runner.run(process.wait())
-
-
-def test_three_hundred_idle_connections_lock_nobody_out(page):
-    idle = []
-    for k in range(300):
-        each = socket.socket()
-        each.bind((f"127.0.0.{2 + k % 10}", 0))
-        each.connect(("127.0.0.1", page))
-        if k % 2:
-            each.sendall(b"GET /login HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: ")  # headers that never end
-        idle.append(each)
-    begun = time.monotonic()
-    with urllib.request.urlopen(f"http://127.0.0.1:{page}/login", timeout=3.0) as reply:
-        assert reply.status == 200 and time.monotonic() - begun < 3.0
-    for each in idle:
-        each.close()
+    page = free_port()
+    with helm_page(page, "correct horse"), contextlib.ExitStack() as idle:
+        for k in range(300):
+            each = idle.enter_context(socket.socket())
+            each.bind((f"127.0.0.{2 + k % 10}", 0))
+            each.connect(("127.0.0.1", page))
+            if k % 2:
+                each.sendall(b"GET /login HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: ")  # headers that never end
+        begun = time.monotonic()
+        with urllib.request.urlopen(f"http://127.0.0.1:{page}/login", timeout=3.0) as reply:
+            assert reply.status == 200 and time.monotonic() - begun < 3.0

@@ -59,6 +59,7 @@ def test_an_identifier_and_its_parts():
     for pgn, target in ((129029, 255), (129284, 255), (59904, 33), (60928, 33), (126208, 33)):
         assert frame_of(identifier_of(pgn, 17, 33, 5), b"12") == Frame(pgn, 17, target, 5, b"12")
     assert identifier_of(129025, 1, priority=2) == 0x09F80101
+    assert identifier_of(129025, 1) == 0x0DF80101, "priority 3"
 
 
 def test_messages_over_several_frames():
@@ -73,6 +74,13 @@ def test_messages_over_several_frames():
     missing = [part for k, part in enumerate(parts) if k != 2]
     assert [joiner.add(Frame(129029, 5, 255, 3, part)) for part in missing] == [None] * len(missing)
     assert joiner.lost == 1
+    for _ in range(2):  # begun twice
+        joiner.add(Frame(129029, 5, 255, 3, parts[0]))
+    assert joiner.lost == 3 and joiner.add(Frame(129029, 5, 255, 3, b"\x01")) is None
+    for source in range(100, 164):  # more than are kept
+        joiner.add(Frame(129029, source, 255, 3, parts[0]))
+    assert [joiner.add(Frame(129029, 5, 255, 3, part)) for part in parts[1:]] == [None] * (len(parts) - 1)
+    assert [joiner.add(Frame(129029, 100, 255, 3, part)) for part in parts[1:]][-1] == payload
 
 
 def claimed(name, source):

@@ -19,7 +19,7 @@ from steerway.live.testing import (
     State,
     build_service,
 )
-from tests.desk import HOME, Desk, corner, square
+from tests.desk import HOME, Desk, corner, led, square
 from tests.ports import free_port
 from tests.square import OTTER
 
@@ -67,10 +67,10 @@ def test_handed_back_once_she_is_not_when_stopped_by_hand():
 
 def test_a_boat_off_her_route_holds_where_the_mission_says_so():
     desk = Desk(square(limits=Limits(cross_track=15.0), on_stop=OnStop(off_route="hold"))).start()
-    desk.sail(20.0)
-    desk.state[7] += 25.0  # displaced sideways
-    desk.until(lambda: desk.autopilot.guide.mode == "position" or desk.order.state is State.STOPPED, 20.0)
-    assert desk.autopilot.guide.mode == "position" or "do not fit" in desk.order.reason
+    desk.sail(2.0)
+    led(desk.autopilot, desk.leg._replace(cross_track=-15.5))
+    desk.until(lambda: desk.autopilot.guide.mode == "position", 2.0)
+    assert desk.order.state is State.DEGRADED and "15.5 m off the leg" in desk.order.reason, desk.order
 
 
 def test_a_rally_place_outside_of_the_fence_is_refused():

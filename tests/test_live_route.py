@@ -1,6 +1,5 @@
 """Routes, missions, fences and steering sentences; unknown values are never sent as known."""
 
-import json
 import math
 from pathlib import Path
 
@@ -69,20 +68,29 @@ def test_the_route_is_sailed_to_its_end(guide):
     assert any(leg is not None and leg.is_arrived for leg in legs)
 
 
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("r.gpx", '<gpx xmlns="http://www.topografix.com/GPX/1/1"><rte><rtept lat="54" lon="10"/>'
-                  '<rtept lat="54.01" lon="10.01"/></rte></gpx>'),
-        ("r.geojson", '{"type": "Feature", "geometry": {"type": "LineString",'
-                      '"coordinates": [[10, 54], [10.01, 54.01]]}}'),
-    ],
-)  # fmt: skip
-def test_routes_of_other_programs(tmp_path, name, text):
-    (tmp_path / name).write_text(text)
+POINTS = '<rtept lat="54" lon="10"/><rtept lat="54.01" lon="10.01"/>'
+LINE = '{"type": "LineString", "coordinates": [[10, 54], [10.01, 54.01]]}'
+RING = '{"type": "Polygon", "coordinates": [[[9.9, 53.9], [10.1, 53.9], [10.1, 54.1], [9.9, 54.1], [9.9, 53.9]]]}'
+FEATURES = ", ".join(f'{{"type": "Feature", "properties": {{}}, "geometry": {each}}}' for each in (RING, LINE))
+ROUTES = {
+    "r.gpx": f'<gpx xmlns="http://www.topografix.com/GPX/1/1"><rte>{POINTS}</rte></gpx>',
+    "r.geojson": f'{{"type": "FeatureCollection", "features": [{FEATURES}]}}',
+}
+
+
+@pytest.mark.parametrize("name", ROUTES)
+def test_routes_of_other_programs(tmp_path, name):
+    (tmp_path / name).write_text(ROUTES[name])
     route = GeodeticRoute.load(tmp_path / name)
     assert route.latitude.tolist() == [math.radians(54.0), math.radians(54.01)]
     assert route.longitude.tolist() == [math.radians(10.0), math.radians(10.01)]
+    if name == "r.geojson":
+        assert route.fence.holds(*HOME)
+        (tmp_path / name).write_text(
+            ROUTES[name].replace("[[[9.9", "[[[9.95, 53.95], [10.05, 53.95], [10, 54]], [[9.9")
+        )
+        with pytest.raises(InputError, match="the fence has holes"):
+            GeodeticRoute.load(tmp_path / name)
 
 
 MISSION = """
@@ -172,20 +180,6 @@ def test_places_in_metres_are_those_in_degrees(tmp_path):
             GeodeticRoute.load(path)
     path.write_text(IN_METRES.replace("speed = 0.8", "speed = 0.8, speed_mps = 1.0"))
     with pytest.raises(InputError, match="speed_mps is given twice, expected one of speed and speed_mps"):
-        GeodeticRoute.load(path)
-
-
-def test_a_fence_in_geojson(tmp_path):
-    path = tmp_path / "m.geojson"
-    line = {"type": "LineString", "coordinates": [[10.0, 54.0], [10.01, 54.0]]}
-    ring = {"type": "Polygon", "coordinates": [[[9.9, 53.9], [10.1, 53.9], [10.1, 54.1], [9.9, 54.1], [9.9, 53.9]]]}
-    features = [{"type": "Feature", "properties": {}, "geometry": each} for each in (ring, line)]
-    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
-    route = GeodeticRoute.load(path)
-    assert len(route.latitude) == 2 and route.fence.holds(*HOME)
-    ring["coordinates"].append([[9.95, 53.95], [10.05, 53.95], [10.0, 54.05]])
-    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
-    with pytest.raises(InputError, match="the fence has holes"):
         GeodeticRoute.load(path)
 
 

@@ -1,4 +1,4 @@
-"""The settings file of `steerway live`, and the checks and messages that all settings files share."""
+"""The settings file of `steerway live`, the messages that all settings files share, and what the keys choose aboard."""
 
 import json
 import math
@@ -6,15 +6,28 @@ import re
 from pathlib import Path
 from typing import Annotated, get_args
 
+import numpy as np
 import pytest
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from steerway.core import InputError
+from steerway.estimation.testing import HeadingEstimatorTable
 from steerway.formats.testing import gga, rmc
-from steerway.live.testing import GeodeticRoute, MissionFile, Settings
+from steerway.live.testing import (
+    EstimatorSettings,
+    GeodeticRoute,
+    InputRow,
+    MeasuredHeading,
+    MeasuredSpeed,
+    MissionFile,
+    Settings,
+    measured_speed,
+)
 from steerway.live.testing import build_service as launching
+from steerway.live.testing import launch_launch as launch
 from steerway.simulation import Scenario
 from tests.command_line import run
+from tests.desk import OTTER, Desk, square
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 NOON = 1_719_835_200.0
@@ -53,7 +66,8 @@ def test_the_command_line_goes_first(tmp_path):
         ("rate = -1", "rate is -1, expected more than 0"),
         ('aid = ["sonar"]', "aid[0] is 'sonar', expected one of auto, sog, cog, heading, water-speed, yaw-rate"),
         ("from = 7", "from is 7, expected a list"),
-        ("rate 10", "is not valid TOML"),
+        ('[estimator.heading]\nkind = "composite"\nweight = 0.2\n', "estimator.heading: weight has no effect"),
+        ('[speed]\ncontroller = "mrac"\n', "speed.controller is 'mrac'"),
     ],
 )
 def test_what_is_wrong_is_said_in_words(tmp_path, text, words):
@@ -179,3 +193,71 @@ def test_no_number_and_no_flag_takes_a_text():
                 continue
             taken.append((table, key, text))
     assert len(keys) > 150 and not taken
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "speed", "heading", "by"),
+    [
+        ("pole-placement", "disturbance-observer", "composite", "yaw-rate"),
+        ("mpc", "adaptive", "composite", "propellers"),
+        ("lqg", "disturbance-observer", "interval", "yaw-rate"),
+    ],
+)
+def test_every_controller_sails_two_legs_in_a_current_of_half_the_speed(autopilot, speed, heading, by):
+    """Without a compass a heading filter has no input, so that the steering filter has to give the heading."""
+    pytest.importorskip("daqp")
+    chosen = {"kinds": (autopilot, speed), "estimators": EstimatorSettings(heading=HeadingEstimatorTable(kind=heading))}
+    desk = Desk(square(boat=OTTER), by=by, current=0.6, noise=0.3, **chosen).start()
+    desk.until(lambda: desk.leg.destination == "WP2", 180.0)
+    desk.sail(15.0)
+    first, off = len(desk.rows), []
+    while desk.leg.destination == "WP2":
+        off.append(desk.state[6] - 60.0)  # the second leg leads east
+        desk.sail(0.2)
+    assert np.sqrt(np.mean(np.square(off))) < 3.0
+    assert np.mean([row.sog for row in desk.rows[first:]]) == pytest.approx(1.2, abs=0.2)
+
+
+def test_speed_from_whatever_the_links_report():
+    """GNSS at 1 Hz, a log with an error of 0.5 %, a biased accelerometer at 20 Hz; their times are not in order."""
+    measured, draws = MeasuredSpeed(), np.random.default_rng(1)
+    assert math.isnan(measured.speed(0.0))
+    for k in range(2400):
+        time, speed = 0.05 * k, 2.0 + 0.5 * math.sin(0.02 * k)
+        row = InputRow("imu", time, acceleration=0.2 * math.cos(0.02 * k) + 0.05 + 0.02 * draws.standard_normal())
+        measured.take(row)
+        if k % 20 == 0:
+            measured.take(InputRow("gps", time, sog=speed + 0.1 * draws.standard_normal()))
+        if k % 4 == 0:
+            measured.take(InputRow("log", time - 0.01, bottom_speed=1.005 * speed, shaft=7.0))
+    assert measured.speed(time) == pytest.approx(speed, abs=0.03) and measured.shaft == 7.0
+    assert math.isnan(measured.speed(time + 10.0))
+
+
+def test_a_silent_compass_leaves_the_heading_unknown_and_another_takes_over():
+    measured = MeasuredHeading(HeadingEstimatorTable(kind="composite"), 1.5, 0.3, 1.2, 1.0)
+    assert math.isnan(measured.at(0.0))
+    for k in range(100):
+        measured.take(InputRow("one", 0.1 * k, heading=1.0))
+        measured.take(InputRow("two", 0.1 * k, heading=2.0))
+    assert measured.at(10.0) == pytest.approx(1.0, abs=0.05) and measured.filter.heading_std < 0.2
+    assert math.isnan(measured.at(13.0))
+    for k in range(100):
+        measured.take(InputRow("two", 16.0 + 0.1 * k, heading=2.0))
+    assert measured.at(26.0) == pytest.approx(2.0, abs=0.05)
+    for k in range(100):  # the clock was set back
+        measured.take(InputRow("two", -500.0 + 0.1 * k, heading=-2.0))
+    assert measured.at(-490.0) == pytest.approx(-2.0, abs=0.05)
+
+
+def test_the_keys_of_the_settings(tmp_path):
+    chosen = output(tmp_path, '[speed]\ncontroller = "adaptive"\n[autopilot]\nkind = "lqg"\n')
+    assert (chosen.speed.controller, chosen.autopilot.kind) == ("adaptive", "lqg")
+    estimator = output(
+        tmp_path, '[estimator.speed]\nkind = "fusion"\nsog_std = 0.2\n[estimator.heading]\nkind = "aided"\n'
+    ).estimator
+    assert (estimator.speed.kind, estimator.heading.kind) == ("fusion", "aided")
+    tuning = measured_speed(estimator.speed).fusion.tuning
+    assert (tuning.sog_std, tuning.bottom_std) == (0.2, 0.02) and measured_speed(Settings().estimator.speed) is None
+    with pytest.raises(InputError, match="expected mission too"):
+        launch(chosen)

@@ -3,10 +3,7 @@
 import asyncio
 import json
 import math
-import shutil
 import socket
-import subprocess
-import time
 
 import pytest
 
@@ -32,15 +29,12 @@ from steerway.live.testing import (
     mission_of,
 )
 from tests import hastened
-from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, square
 from tests.mavlink_wire import signed
 from tests.ports import free_port, until
-from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 M = dialect("a test")
-MAVPROXY = shutil.which("mavproxy.py")
 ACCEPTED, DENIED, INVALID = M.MAV_MISSION_ACCEPTED, M.MAV_MISSION_DENIED, M.MAV_MISSION_INVALID
 
 
@@ -88,25 +82,19 @@ class Station:
 
 
 def fields(message):
-    return tuple(
-        round(each, 5) if isinstance(each, float) else each
-        for each in (message.seq, message.frame, message.command, message.param1, message.param2, message.x, message.y)
-    )
+    numbers = message.param1, message.param2, message.x, message.y
+    return message.seq, message.frame, message.command, *(round(each, 5) for each in numbers)
 
 
-def test_a_mission_is_uploaded_and_downloaded_equal():
+def test_a_mission_is_uploaded_and_downloaded_equal_before_it_that_of_the_file():
     station = Station(Desk(square()).until_ready())
-    mission = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0))
-    assert [each.type for each in station.upload(mission)] == [ACCEPTED]
-    assert [fields(each) for each in station.download()] == [fields(sent(each)) for each in mission]
-
-
-def test_before_an_upload_the_mission_of_the_file_is_downloaded():
-    desk = Desk(square())
-    found = Station(desk).download()
+    found = station.download()
     assert [each.command for each in found] == [16, 178, 16, 16, 16, 16, 16]
     last = displacement(math.radians(found[4].x * 1e-7), math.radians(found[4].y * 1e-7), *HOME)
     assert last == pytest.approx((60.0, 60.0), abs=0.02)
+    mission = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0))
+    assert [each.type for each in station.upload(mission)] == [ACCEPTED]
+    assert [fields(each) for each in station.download()] == [fields(sent(each)) for each in mission]
 
 
 def test_a_mission_changed_under_way_is_sailed_with_the_current_that_is_known():
@@ -350,54 +338,3 @@ def test_a_leg_through_an_area_is_refused_and_a_boat_stops_before_it(tmp_path):
     assert guard.step(here._replace(sog=2.0, cog=0.0), 0.0, False, 0.1) == "no_go[0] is about to be entered, within 3 s"
     inside = here._replace(latitude=math.radians(54.0005))
     assert guard.step(inside, 0.0, False, 0.1) == "the boat is inside of no_go[0]"
-
-
-@pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: it is no part of the lock")
-def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
-    """A separate program, at true pace; and the mission that is changed."""
-    port, receiver = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
-    given, got = tmp_path / "given.waypoints", tmp_path / "got.waypoints"
-    lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t63.44\t10.4\t0\t1"]
-    lines += [f"{k}\t0\t3\t16\t0\t0\t0\t0\t{63.44 + 0.0001 * k:.4f}\t10.4003\t0\t1" for k in (1, 2, 3)]
-    given.write_text("\n".join(lines) + "\n")
-    ends = [
-        "--from",
-        f"udp://127.0.0.1:{receiver}",
-        "--mission",
-        OTTER.mission,
-        "--missions",
-        f"udpin:127.0.0.1:{port}",
-    ]
-    with open(tmp_path / "log", "w") as log:
-        live = subprocess.Popen([*STEERWAY, "live", *map(str, ends)], stdout=subprocess.DEVNULL, stderr=log)
-    program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
-    with open(tmp_path / "said", "w") as said:
-        station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=said, cwd=tmp_path, text=True)
-    try:
-        _wait_for(tmp_path / "said", "online system 1")
-        for k, way in enumerate((lines, [*lines[:-1], lines[-1].replace("63.4403", "63.4409")]), start=1):
-            given.write_text("\n".join(way) + "\n")
-            for order, answer in ((f"wp load {given}", "ACCEPTED"), (f"wp save {got}", f"Saved 4 waypoints to {got}")):
-                station.stdin.write(order + "\n")
-                station.stdin.flush()
-                _wait_for(tmp_path / "said", answer, k)
-            assert _places(got) == _places(given)
-    finally:
-        station.kill()  # it takes no SIGTERM
-        station.wait(20.0)
-        live.terminate()
-        live.wait(20.0)
-    assert (tmp_path / "log").read_text().count("mission of 4 items taken") == 2
-
-
-def _wait_for(path, words, times=1):
-    end = time.monotonic() + 60.0
-    while path.read_text().count(words) < times:
-        assert time.monotonic() < end, path.read_text()
-        time.sleep(0.1)
-
-
-def _places(path):
-    """Command, latitude and longitude of each item of a file."""
-    columns = [line.split("\t") for line in path.read_text().splitlines()[1:]]
-    return [(int(each[3]), round(float(each[8]), 6), round(float(each[9]), 6)) for each in columns]

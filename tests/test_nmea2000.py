@@ -92,27 +92,27 @@ def test_magnetic_heading_is_corrected_by_deviation_and_variation():
     assert_allclose(read(line(1, 127258, 8, variation), line(2, 127250, 7, bare)).sources["src 7"].heading, [1.07])
     alone = read(line(1, 127250, 7, bare))
     assert alone.sources == {} and alone.skipped == {"magnetic angle without variation": 1}
+    assert read(line(1, 127250, 7, struct.pack("<BHhhB", 1, 10000, 100, -500, 0xFE))).sources == {}, "an error"
 
 
 def test_positions_without_a_fix_are_left_out():
-    recording = read(line(1, 129029, 3, gnss(1, 2, method=0)), line(2, 129029, 3, gnss(1, 2, clock=17221)))
-    assert len(recording.sources["src 3"]) == 1
-    assert recording.skipped == {"position not available": 1}
+    fixes = [line(method, 129029, 3, gnss(1, 2, clock=17220 + method, method=method)) for method in (0, 1, 5, 6)]
+    recording = read(*fixes, line(7, 129025, 9, position(90.1, 0)), line(8, 129025, 9, position(-90, 180)))
+    assert recording.skipped == {"position not available": 3}
+    assert_allclose(recording.sources["src 3"].time, START + np.array([1.0, 5.0]), rtol=0, atol=1e-6)
+    pole = recording.sources["src 9"]
+    assert (pole.latitude.tolist(), pole.longitude.tolist()) == ([-math.pi / 2.0], [-math.pi])
 
 
-def test_a_wrong_clock_is_set_by_gnss():
-    ahead = 17220.5 - 100.0
-    recording = read(
-        line(0.5, 129029, 3, gnss(1, 2, clock=ahead)), line(1.5, 127251, 7, struct.pack("<Bi", 1, 3200000))
-    )
-    assert_allclose(recording.sources["src 7"].time, [START + 1.5 - 100.0], rtol=0, atol=1e-6)
-    assert "corrected by -100.0 s" in recording.notes[0]
-
-
-def test_a_receiver_without_a_date_does_not_set_the_clock():
-    recording = read(line(0.5, 129029, 3, gnss(1, 2, days=0)), line(1.5, 127251, 7, struct.pack("<Bi", 1, 3200000)))
-    assert_allclose(recording.sources["src 7"].time, [START + 1.5], rtol=0, atol=1e-6)
-    assert not any("clock" in note for note in recording.notes)
+@pytest.mark.parametrize("pgn", [129029, 126992])
+def test_a_wrong_clock_is_set_by_gnss_or_system_time_but_not_by_a_receiver_without_a_date(pgn):
+    turn = line(1.5, 127251, 7, struct.pack("<Bi", 1, 3200000))
+    for days, corrected in ((20668, -100.0), (0, 0.0)):
+        clock = 17220.5 - 100.0
+        system = struct.pack("<BBHI", 1, 0, days, round(clock * 1e4))
+        recording = read(line(0.5, pgn, 3, system if pgn == 126992 else gnss(1, 2, days, clock)), turn)
+        assert_allclose(recording.sources["src 7"].time, [START + 1.5 + corrected], rtol=0, atol=1e-6)
+        assert any("corrected by -100.0 s" in note for note in recording.notes) is (corrected < 0.0)
 
 
 def test_nothing_valid_is_lost_around_damage():

@@ -13,9 +13,9 @@ import pytest
 
 import steerway
 import steerway_studies
-from tests.messages import WHOLE, line, position, pvt, sentences, tagged
+from tests.fuzz import seeds
+from tests.messages import WHOLE
 from tests.scenes import turning
-from tests.sentences import sortie
 
 COMMANDS = """
 import sys
@@ -54,20 +54,6 @@ def test_every_public_name_is_there():
         steerway.nothing  # noqa: B018
 
 
-def test_the_package_is_a_command():
-    assert process("-m", "steerway", "--version")[0].split()[-1] == steerway.__version__
-
-
-LOGS = {
-    "nmea0183": sortie(300),
-    "ubx": b"".join(pvt(second) for second in range(1, 60)),
-    "nmea2000": "\n".join(line(k, 129025, 52, position(k, -k)) for k in range(1, 60)).encode(),
-    "ais": b"\n".join(tagged(1565222400 + k, *sentences(mmsi=1, second=k)) for k in range(50)),
-    "gpx": WHOLE,
-    "csv": b"time_s,lat_deg,lon_deg,sog_mps\n" + b"".join(b"%d,54.%03d,10,2\n" % (k, k) for k in range(100)),
-}
-
-
 LIGHT = {
     "build_service": ("polars", "pandas"),  # it starts a fifth sooner without
     "RunningBoat": ("polars", "pandas"),
@@ -84,9 +70,10 @@ def test_what_runs_aboard_loads_no_package_that_it_does_without(names):
 
 
 def test_information_help_and_lists_compile_nothing(tmp_path):
-    for name, data in LOGS.items():
+    logs = {kind.__name__: kind()[0] for kind in (seeds.nmea, seeds.ubx, seeds.canboat, seeds.ais, seeds.csv)}
+    for name, data in (logs | {"gpx": WHOLE}).items():
         (tmp_path / name).write_bytes(data)
-    commands = [["info", tmp_path / name] for name in LOGS]
+    commands = [["info", tmp_path / name] for name in (*logs, "gpx")]
     commands += [["--help"], ["estimate", "--help"], ["profile", "list"], ["profile", "show", "otter"]]
     kept = tmp_path / "kernels"
     assert ends(commands, STEERWAY_CACHE=kept) == ([0] * len(commands), "")
@@ -159,14 +146,6 @@ def unlisted(source: str) -> list[str]:
     return found
 
 
-def test_the_walk_finds_what_is_not_public():
-    assert unlisted("from steerway.control.course import AnglePID") == ["steerway.control.course.AnglePID"]
-    assert unlisted("from steerway.control import AnglePID, course") == ["steerway.control.course"]
-    assert unlisted("def f():\n    import steerway.core.angles") == ["steerway.core.angles"]
-    assert unlisted("self._a = mpc.observer._output") == ["mpc.observer._output"]
-    assert unlisted("import steerway\nsteerway.estimate\nsteerway.pilots") == ["steerway.pilots"]
-
-
 def test_studies_use_public_names_only():
     sources = set(STUDIES.rglob("*.py")) - {STUDIES / "testing.py"}
     found = {path.name: unlisted(path.read_text(encoding="utf-8")) for path in sources}
@@ -192,4 +171,4 @@ def test_every_public_name_loads_and_is_documented(room):
 def test_importing_a_room_loads_none_of_its_modules():
     heavy = "numba", "scipy", "polars", "pydantic", "matplotlib"
     code = f"import sys, steerway, {', '.join(PACKAGES)}; print([each for each in {heavy} if each in sys.modules])"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+    assert process("-c", code)[0] == "[]\n"

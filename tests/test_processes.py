@@ -16,6 +16,7 @@ import pytest
 from steerway.core import InputError
 from steerway.core.testing import in_workers
 from tests.command_line import STEERWAY, run
+from tests.ports import wait_until
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are counted in /proc")
 LIMIT = 2.0
@@ -73,14 +74,6 @@ def alive(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
         return False
-
-
-def wait_until(true, limit: float) -> None:
-    """Until `true()`; fails after the limit."""
-    began = time.monotonic()
-    while not true():
-        assert time.monotonic() - began < limit, f"not within {limit} s"
-        time.sleep(0.02)
 
 
 def shared_objects() -> set[str]:

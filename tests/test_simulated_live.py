@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -108,29 +109,6 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
         PropellerReceiver(addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
 
 
-class Commanding:
-    """An autopilot that only remembers."""
-
-    hands_back = False
-
-    def __init__(self):
-        self.links, self.stops = [], []
-
-    def link(self, name, alive):
-        self.links.append(alive)
-
-    def stop(self, reason):
-        self.stops.append(reason)
-
-    refused = stop
-
-    def vehicle(self, obstacle):
-        self.obstacle = obstacle
-
-    def turns(self, limit):
-        self.turn_limit = limit
-
-
 class Desk:
     """A vehicle and a companion on a link, in one process; `order` is what the companion gets 50 times a second."""
 
@@ -138,10 +116,15 @@ class Desk:
         self.running = RunningBoat(SimulatedBoat(load_scenario(SQUARE)), mavlink=addresses.vehicle(there))
         ((address,), _) = addresses.sources([f"mavlink:{here}"])
         self.companion = addresses.opened(address, 1)
-        output, link = addresses.output(f"mavlink:{here}", Context(inputs=[self.companion], supervisor=Commanding()))
-        self.supervisor = self.companion.supervisor
+        self.supervisor = Mock(hands_back=False)
+        output, link = addresses.output(f"mavlink:{here}", Context(inputs=[self.companion], supervisor=self.supervisor))
         assert output is link is self.companion, "one link for both directions"
         self.rows, self.order, self.ticks = [], Order(State.READY), True
+
+    @property
+    def links(self):
+        """Whether the link was alive, as the autopilot was told."""
+        return [each.args[1] for each in self.supervisor.link.call_args_list]
 
     @property
     def rover(self):
@@ -167,7 +150,7 @@ def udp():
 
 async def steered(desk):
     """She is steered and has followed."""
-    await until(lambda: len(desk.rows) > 5 and desk.supervisor.links[-1:] == [True], 30.0)
+    await until(lambda: len(desk.rows) > 5 and desk.links[-1:] == [True], 30.0)
     desk.order = RUNNING
     await until(lambda: desk.rover.target(desk.running.boat.time) is not None)
     await until(lambda: desk.running.boat.motion.yaw_rate == pytest.approx(0.2, abs=0.03), 10.0)
@@ -176,7 +159,8 @@ async def steered(desk):
 async def check(desk):
     async with desk.sail():
         await steered(desk)
-        assert desk.supervisor.links == [False, True] and not desk.supervisor.stops
+        assert desk.links == [False, True]
+        assert not desk.supervisor.stop.called and not desk.supervisor.refused.called
         desk.order = STOPPED
         begun = desk.running.boat.time
         await until(lambda: desk.rover.target(desk.running.boat.time)[:2] == (0.0, 0.0))
@@ -221,15 +205,14 @@ def test_leaving_the_link_gives_her_back(mode):
 
 
 def test_one_link_has_one_set_of_options():
-    companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
-    with pytest.raises(InputError, match="expected the same options in both"):
-        addresses.output("mavlink:udpin:127.0.0.1:1?silence=2", Context(inputs=[companion], supervisor=Commanding()))
-    with pytest.raises(InputError, match="expected --mission"):
-        addresses.output("mavlink:udpin:127.0.0.1:1", Context(inputs=[companion]))
-    with pytest.raises(InputError, match="needs a live link"):
-        addresses.output(
-            "mavlink:udpin:127.0.0.1:1", Context(lossless=True, inputs=[companion], supervisor=Commanding())
-        )
+    companion, supervisor = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0]), Mock()
+    for options, more, why in (
+        ("?silence=2", {"supervisor": supervisor}, "expected the same options in both"),
+        ("", {}, "expected --mission"),
+        ("", {"supervisor": supervisor, "lossless": True}, "needs a live link"),
+    ):
+        with pytest.raises(InputError, match=why):
+            addresses.output(f"mavlink:udpin:127.0.0.1:1{options}", Context(inputs=[companion], **more))
 
 
 def test_without_pymavlink_an_error_names_what_is_missing(monkeypatch):

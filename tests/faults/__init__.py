@@ -1,4 +1,4 @@
-"""The fault matrix: the service's output when something is wrong with its inputs.
+"""The fault matrix: the output of the service, of commands and of the autopilot when something is wrong.
 
-`python -m tests.faults` measures every fault and rewrites the table of docs/service.md.
+`python -m tests.faults` measures every fault and rewrites the tables of the docs.
 """

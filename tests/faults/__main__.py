@@ -1,12 +1,10 @@
-"""python -m tests.faults: measures every fault and rewrites the table of docs/service.md."""
+"""`python -m tests.faults [MODULE]` measures the faults of commands, service and stops, or of one of these modules."""
 
-from tests.faults.measured import measure
-from tests.faults.sorties import FAULTS
-from tests.faults.table import line, written
+import sys
+
+from tests.faults import commands, service, stops
 
 if __name__ == "__main__":
-    lines = []
-    for fault in FAULTS:
-        lines.append(line(fault, measure(fault)))
-        print(lines[-1], flush=True)
-    written(lines)
+    for module in (service, commands, stops):
+        if module.__name__.rpartition(".")[2] in (sys.argv[1:] or module.__name__):
+            module.TABLE.write(module.line(name, module.measured(name)) for name in module.FAULTS)

@@ -1,6 +1,6 @@
 """Faults of files, disks and processes: for each a command, its message, its exit code, its time and memory.
 
-`python -m tests.faults.commands` tries every fault and rewrites the table of docs/faults.md.
+They are the table of docs/faults.md.
 """
 
 import gzip
@@ -21,21 +21,16 @@ from typing import NamedTuple
 import polars as pl
 
 from tests.command_line import STEERWAY
-from tests.faults import table
+from tests.faults.table import Table
 from tests.sentences import sortie
 
-TABLE_IN_DOCS = (
-    Path(__file__).parents[2] / "docs" / "faults.md",
-    "<!-- faults: python -m tests.faults.commands -->",
-    "<!-- end of faults -->",
-    ("| what is tried | command | what it says | exit | time | memory |", "|---|---|---|---|---|---|"),
-)
+TABLE = Table("faults.md", "faults", "| what is tried | command | what it says | exit | time | memory |")
 SCENARIO = """duration = 400
 [route]
 at_end = "stop"
 waypoints = [{ north = 0, east = 0 }, { north = 2000, east = 0 }]
 """
-TABLE = b"time_s,lat_deg,lon_deg\n"
+HEADER = b"time_s,lat_deg,lon_deg\n"
 LOG = "log.nmea"
 
 
@@ -64,12 +59,12 @@ class Fault(NamedTuple):
     output: str | None = None
 
 
-def tried(fault: Fault) -> Outcome:
+def measured(name: str) -> Outcome:
     """Try a fault in a temporary folder."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        fault.prepare(folder)
-        return _run(fault, folder)
+    fault = FAULTS[name]
+    with tempfile.TemporaryDirectory() as folder:
+        fault.prepare(Path(folder))
+        return _run(fault, Path(folder))
 
 
 def _run(fault, folder):
@@ -144,7 +139,7 @@ def _packed_headers(folder):
 
 def _packed_table(folder):
     with zipfile.ZipFile(folder / "day.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("day.csv", b"mmsi," + TABLE + bytes(1_000_000_000))
+        archive.writestr("day.csv", b"mmsi," + HEADER + bytes(1_000_000_000))
 
 
 def _endless_bag(folder):
@@ -178,32 +173,24 @@ def _parquet(folder):
     (folder / "log.parquet").write_bytes(data)
 
 
-def _text(name, data):
+def _file(name, data):
     return lambda folder: (folder / name).write_bytes(data)
+
+
+def _link(to):
+    return lambda folder: (folder / "link.csv").symlink_to(to)
 
 
 def _log(folder):
     (folder / LOG).write_bytes(sortie(60))
 
 
-def _log_and_link(to):
-    def prepare(folder):
-        _log(folder)
-        (folder / "link.csv").symlink_to(to)
-
-    return prepare
+def _log_and(further):
+    """A log, and what `further(folder)` makes beside it."""
+    return lambda folder: (_log(folder), further(folder))
 
 
-def _log_and_empty(name):
-    def prepare(folder):
-        _log(folder)
-        (folder / name).touch()
-
-    return prepare
-
-
-def _scenario(folder):
-    (folder / "leg.toml").write_text(SCENARIO)
+_scenario = _file("leg.toml", SCENARIO.encode())
 
 
 def _some_seeds(folder):
@@ -216,7 +203,7 @@ def _size(path):
 
 ESTIMATE_TO = f"steerway estimate {LOG} --profile small-usv -o"
 CAMPAIGN = "steerway simulate leg.toml --seeds 4000 -o many"
-FAULTS = (
+_ALL = (
     Fault("a gzip file of 1.5 MB that unpacks to 1.5 GB", "steerway info log.gz", _packed_zeros),
     Fault("a small gzip file of 16 MB of UBX headers", "steerway info log.gz", _packed_headers),
     Fault("a ZIP file of 1 MB that unpacks to 1 GB", "steerway archive run day.zip -o archive", _packed_table),
@@ -225,13 +212,13 @@ FAULTS = (
     Fault(
         "1 MB of GPX, every point in a CDATA section without end",
         "steerway info log.gpx",
-        _text("log.gpx", b"<gpx>" + b"<trkpt><![CDATA[ " * 59_000),
+        _file("log.gpx", b"<gpx>" + b"<trkpt><![CDATA[ " * 59_000),
     ),
-    Fault("1 MB of empty lines under a header", "steerway info log.csv", _text("log.csv", TABLE + b"\n" * 999_000)),
+    Fault("1 MB of empty lines under a header", "steerway info log.csv", _file("log.csv", HEADER + b"\n" * 999_000)),
     Fault("a damaged Parquet file", "steerway info log.parquet", _parquet),
     Fault("a directory in place of a log", "steerway info logs", lambda folder: (folder / "logs").mkdir()),
-    Fault("times beyond every date", "steerway estimate log.csv", _text("log.csv", TABLE + b"1e300,54,10\n" * 9)),
-    Fault("an empty profile", f"steerway estimate {LOG} --profile mine.toml", _log_and_empty("mine.toml")),
+    Fault("times beyond every date", "steerway estimate log.csv", _file("log.csv", HEADER + b"1e300,54,10\n" * 9)),
+    Fault("an empty profile", f"steerway estimate {LOG} --profile mine.toml", _log_and(_file("mine.toml", b""))),
     Fault("standard output is full", f"steerway info {LOG}", _log, output="/dev/full"),
     Fault("the disk is full: a table", f"{ESTIMATE_TO} track.parquet", _log, limit=1000),
     Fault("the disk is full: a page", f"{ESTIMATE_TO[:-2]}--report page.html", _log, limit=1000),
@@ -239,19 +226,21 @@ FAULTS = (
     Fault("the disk is full: a recording for ROS 2", f"{ESTIMATE_TO} track.mcap", _log, limit=1000),
     Fault("the disk is full: a run", "steerway simulate leg.toml -o run", _scenario, limit=1000),
     Fault("the disk is full: a campaign", "steerway simulate leg.toml --seeds 2 -o many", _scenario, limit=300),
-    Fault("the output is a symbolic link", f"{ESTIMATE_TO} link.csv", _log_and_link("track.csv")),
-    Fault("the output is a link to itself", f"{ESTIMATE_TO} link.csv", _log_and_link("link.csv")),
-    Fault("the output is the input", "steerway estimate log.csv -o log.csv", _text("log.csv", TABLE)),
+    Fault("the output is a symbolic link", f"{ESTIMATE_TO} link.csv", _log_and(_link("track.csv"))),
+    Fault("the output is a link to itself", f"{ESTIMATE_TO} link.csv", _log_and(_link("link.csv"))),
+    Fault("the output is the input", "steerway estimate log.csv -o log.csv", _file("log.csv", HEADER)),
     Fault("Ctrl-C in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGINT, _some_seeds),
     Fault("SIGTERM in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGTERM, _some_seeds),
     Fault("SIGKILL of a campaign on all cores", CAMPAIGN, _scenario, signal.SIGKILL, _some_seeds),
     Fault("SIGINT in a study", "steerway study mariner-los -o study", lambda folder: None, signal.SIGINT,
           lambda folder: _size(folder / "study" / "study.unfinished") > 500),
 )  # fmt: skip
+FAULTS = {each.name: each for each in _ALL}
 
 
-def line(fault: Fault, found: Outcome) -> str:
+def line(name: str, found: Outcome) -> str:
     """A line of the table, without counts that depend on the time of the signal."""
+    fault = FAULTS[name]
     said = found.said.removeprefix("steerway: ").replace("|", "\\|")
     said = re.sub(r"\b\d+( of \d+)? (seeds|parts)\b", r"… \2", said)
     ended = f"signal {-found.code}" if found.code < 0 else f"{found.code}"
@@ -260,21 +249,3 @@ def line(fault: Fault, found: Outcome) -> str:
         f"| {fault.name} | `{fault.command}` | {said or 'nothing'} | {ended}{left} | {found.seconds:.1f} s | "
         f"{found.memory:.0f} MB |"
     )
-
-
-def in_docs() -> list[str]:
-    """The table's lines in the docs."""
-    return table.in_docs(*TABLE_IN_DOCS)
-
-
-def main() -> None:
-    """Try all and write the table."""
-    lines = []
-    for fault in FAULTS:
-        lines.append(line(fault, tried(fault)))
-        print(lines[-1], flush=True)
-    table.written(lines, *TABLE_IN_DOCS)
-
-
-if __name__ == "__main__":
-    main()

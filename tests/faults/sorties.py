@@ -13,8 +13,8 @@ from tests.sentences import KNOT, clock, place, sealed
 
 SPEED, COURSE = 2.0, math.radians(60.0)
 RATE, STD, DELAY, JITTER = 5.0, 0.1, 0.08, 0.03  # Hz, m, s, s
-BEGIN, LENGTH, END = 60.0, 20.0, 140.0
-"""Begin of a fault, length of faults that last, and end of the sortie, s from its start."""
+BEGIN, LENGTH, AFTER = 60.0, 20.0, 30.0
+"""Begin of a fault from the start of the sortie, length of faults that last, and time to the end of the sortie, s."""
 NOON = 1_719_835_200.0  # 2024-07-01 12:00 UTC
 MIDNIGHT = 1_719_878_400.0 - BEGIN
 HOME = math.radians(54.0), math.radians(10.0)
@@ -67,6 +67,11 @@ class Fault:
     delay: float = DELAY
     latency: float = DELAY
 
+    @property
+    def end(self) -> float:
+        """End of the sortie, s from its start."""
+        return self.until + AFTER
+
     def truth(self, second: float) -> tuple[float, float]:
         """Latitude and longitude of the boat, rad."""
         east = SPEED * math.sin(COURSE) * second + (self.moved if second >= BEGIN else 0.0)
@@ -76,7 +81,7 @@ class Fault:
         """The epochs in the order in which they are sent."""
         rng = np.random.default_rng(20240701)
         made = []
-        for k in range(round(END * RATE)):
+        for k in range(round(self.end * RATE)):
             place = displaced(*self.truth(k / RATE), *rng.normal(0.0, STD, 2))
             sent = k / RATE + self.delay + JITTER * rng.random()
             made.append(Epoch(sent, self.start + k / RATE, place[0], wrap(place[1])))
@@ -166,7 +171,7 @@ def _rolled_over(epochs):
     return [replace(each, time=each.time - ROLLOVER) for each in epochs]
 
 
-FAULTS = (
+_ALL = (
     Fault("none", until=BEGIN),
     *map(_dropout, (1.0, 5.0, 15.0, 60.0)),
     Fault("jump of 30 m for 1 s", _during(1.0, lambda each: _moved(each, north=30.0)), BEGIN + 1.0),
@@ -200,3 +205,4 @@ FAULTS = (
     Fault("… the first silent for 20 s", _two_receivers(LENGTH), links=2),
     Fault("… the same with --source GP --source GN", _two_receivers(LENGTH), links=2, wanted=("GP", "GN")),
 )
+FAULTS = {each.name: each for each in _ALL}

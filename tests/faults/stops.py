@@ -1,10 +1,10 @@
-"""python -m tests.faults.stops: how soon the autopilot stops and how far off the route, a table of docs/steering.md.
+"""How soon the autopilot stops and how far off the route, a table of docs/steering.md.
 
 Measured with a motorboat of 2 m/s over MAVLink (`tests.bench`) and an Otter (`tests.desk`), on virtual clocks.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -12,11 +12,9 @@ from steerway.core import displacement
 from steerway.live.testing import Controls, Limits, OnStop, State
 from tests.bench import Case, sail
 from tests.desk import HOME, Desk, corner, dock_all, square
-from tests.faults.table import DOCS, written
+from tests.faults.table import Table
 
-PAGE = DOCS.with_name("steering.md")
-BEGIN, END = "<!-- stops: python -m tests.faults.stops -->", "<!-- end of stops -->"
-HEAD = ("| what happens | reason | after | off the route |", "|---|---|---|---|")
+TABLE = Table("steering.md", "stops", "| what happens | reason | after | off the route |")
 LEG = ((0.0, 0.0), (200.0, 0.0))
 FULL_SPEED, DEAD = 2.0, 40.0  # top speed of the motorboat, m/s; time after its start at which its motor fails, s
 AGAINST, ABEAM = 180.0, 45.0  # direction towards which the current sets, degrees from the first leg
@@ -94,17 +92,9 @@ ON_THE_BENCH: dict[str, Callable[[], list[Stop]]] = {
     **{f"current of {share:g} of the boat's speed": partial(too_strong, share) for share in (1.02, 1.1, 1.2)},
     "the motor dies": dead_motor,
 }
+FAULTS = ON_THE_BENCH | ON_THE_DESK
 
 
-def lines() -> Iterator[str]:
-    """Measure the table's lines one by one."""
-    for name, measure in (ON_THE_BENCH | ON_THE_DESK).items():
-        yield line(name, measure())
-
-
-if __name__ == "__main__":
-    made = []
-    for each in lines():
-        made.append(each)
-        print(each, flush=True)
-    written(made, PAGE, begin=BEGIN, end=END, head=HEAD)
+def measured(name: str) -> list[Stop]:
+    """Sail until the autopilot stops."""
+    return FAULTS[name]()

@@ -5,7 +5,7 @@ import math
 
 from steerway.core import InputError
 from steerway.live.testing import UNDER_WAY, InputRow
-from tests.desk import NOON, OTTER, Desk, square
+from tests.desk import NOON, OTTER, Desk, dock_all, square
 
 _PATIENCE = 30.0  # s for which a boat may fail to start again before another one replaces it
 _AS_SAID = 4  # one row in so many keeps its own time; the others get the present time
@@ -31,26 +31,18 @@ class Aboard:
         for order in desk.output:
             assert math.isfinite(order.yaw_rate + order.thrust + order.port + order.starboard), order
         del desk.output[:], desk.rows[:]
-        self._start_again()
+        if desk.order.state in UNDER_WAY:
+            self._idle_since = math.inf
+        else:
+            self._idle_since = min(self._idle_since, desk.time)
+            with contextlib.suppress(InputError):
+                desk.autopilot.start()
         return f"{desk.order.state}"
 
     @property
     def is_spent(self) -> bool:
-        """Whether this boat has failed to start again for `_PATIENCE` s."""
-        return self.desk.time - self._idle_since > _PATIENCE
-
-    def dock(self) -> None:
-        """End the service."""
-        self.desk.afloat.remove(self.desk)
-        self.desk.dock()
-
-    def _start_again(self):
-        if self.desk.order.state in UNDER_WAY:
-            self._idle_since = math.inf
-            return
-        self._idle_since = min(self._idle_since, self.desk.time)
-        with contextlib.suppress(InputError):
-            self.desk.autopilot.start()
+        """Whether its service was ended, or it has failed to start again for `_PATIENCE` s."""
+        return self.desk.loop.is_closed() or self.desk.time - self._idle_since > _PATIENCE
 
     def _fixes(self, time, north, east):
         given, self._rows = self._rows, []
@@ -69,10 +61,9 @@ def said_aboard(rows: list[InputRow]) -> str:
     """The result of `Aboard.take` on a boat that lasts over many calls."""
     if not rows:
         return "nothing"
-    if _afloat and _afloat[0].desk.loop.is_closed():  # docked at the end of a test
-        _afloat.clear()
     if _afloat and _afloat[0].is_spent:
-        _afloat.pop().dock()
+        _afloat.clear()
+        dock_all()
     if not _afloat:
         _afloat.append(Aboard())
     return _afloat[0].take(rows)

@@ -6,7 +6,6 @@ import json
 import os
 import random
 import sqlite3
-import struct
 import tempfile
 import zipfile
 from functools import cache
@@ -17,9 +16,8 @@ import polars as pl
 import zstandard
 
 from steerway.core.testing import REPORTED
-from tests.messages import WHOLE, frames, gnss, line, position, pvt, sentences, tagged
+from tests.messages import WHOLE, frames, gnss, line, nav_sat_fix, position, pvt, sentences, tagged
 from tests.sentences import sealed, sortie
-from tests.test_live_route import MISSION
 
 ROOT = Path(__file__).parents[2]
 _WINDOW = 1500  # bytes of a part of a recorded log
@@ -36,7 +34,7 @@ def recorded() -> list[bytes]:
             data = path.read_bytes()
             found.append(data[:_WINDOW])
             found += [data[at : at + _WINDOW] for at in (rng.randrange(len(data) or 1) for _ in range(_WINDOWS))]
-    return found or [*nmea(), *ubx(), *canboat(), *ais(), *gpx(), *csv()]
+    return found or [*nmea(), *ubx(), *canboat(), *ais(), WHOLE, *csv()]
 
 
 def _recorded_with(*signs: bytes) -> list[bytes]:
@@ -72,11 +70,6 @@ def ais():
     return [b"".join(reports), *_recorded_with(b"!AIVDM", b"!BSVDM", b"VDO,")]
 
 
-def gpx():
-    """A GPX track."""
-    return [WHOLE]
-
-
 def csv():
     """CSV tables."""
     plain = b"time,lat,lon,sog,cog,hdg\n" + b"".join(b"%d,54.%03d,10,2,90,91\n" % (k, k) for k in range(8))
@@ -104,42 +97,6 @@ def parquet():
 def examples(pattern: str):
     """Example files of the project."""
     return [path.read_bytes() for path in sorted((ROOT / "examples").rglob(pattern))]
-
-
-def profiles():
-    """The built-in profiles as files."""
-    from steerway.estimation.testing import BUILT_IN
-
-    return [profile.toml().encode() for profile in BUILT_IN.values()]
-
-
-def settings():
-    """Settings files of `live`."""
-    keys = {
-        "from": '["udp://:10110", "serial:/dev/ttyUSB0?baud=38400"]', "to": '"stdout:"', "profile": '"otter"',
-        "aid": '["sog", "water-speed"]', "rate": "10.0", "mission": '"route.toml"', "engage": "false", "helm": "true",
-        "max_dead_reckoning": "5.0", "latency": "0.2", "accuracy": "true", "source": '["GN"]',
-    }  # fmt: skip
-    return ["\n".join(f"{key} = {value}" for key, value in keys.items()).encode(), *examples("live/*.toml")]
-
-
-def missions_toml():
-    """A mission file with every key."""
-    return [MISSION.encode(), *examples("live/*.toml")]
-
-
-def missions_gpx():
-    """A GPX route of two points."""
-    points = '<rtept lat="54.0" lon="10.0"><name>a</name></rtept><rtept lat="54.001" lon="10.0"/>'
-    return [f'<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><rte>{points}</rte></gpx>'.encode()]
-
-
-def missions_geojson():
-    """A GeoJSON route and a fence."""
-    line_ = {"type": "LineString", "coordinates": [[10.0, 54.0], [10.0, 54.001]]}
-    fence = {"type": "Polygon", "coordinates": [[[9.9, 53.9], [10.1, 53.9], [10.0, 54.1], [9.9, 53.9]]]}
-    features = [{"type": "Feature", "properties": {"speed_mps": 1.0}, "geometry": each} for each in (line_, fence)]
-    return [json.dumps({"type": "FeatureCollection", "features": features}).encode()]
 
 
 def mixed():
@@ -221,12 +178,6 @@ HELM_LINES = (
 )  # fmt: skip
 
 
-def _nav_sat_fix(k):
-    """A serialized NavSatFix of ROS 2."""
-    head = struct.pack("<BBHiIi", 0, 1, 0, 1_719_835_200 + k, 0, 4) + b"gps\0" + struct.pack("<bxH", 0, 1)
-    return head + bytes(-(len(head) - 4) % 8) + struct.pack("<12dB", 54.0 + 1e-5 * k, 10.0, 0.0, *[0.25] * 9, 2)
-
-
 def mcap():
     """Positions of ROS 2 in chunks of every compression, and a recording of inputs."""
     from mcap.writer import CompressionType, Writer
@@ -241,7 +192,7 @@ def mcap():
         inputs = writer.register_channel("/input", "json", 0)
         row = dict.fromkeys(REPORTED) | {"source": "GP", "time": 1.7e9, "latitude": 0.9, "longitude": 0.2}
         for k in range(4):
-            writer.add_message(channel, k, _nav_sat_fix(k), k)
+            writer.add_message(channel, k, nav_sat_fix(1.7e9 + k, 54.0 + 1e-5 * k, 10.0), k)
             writer.add_message(inputs, k, json.dumps(row | {"time": 1.7e9 + k}).encode(), k)
         writer.finish()
         found.append(file.getvalue())
@@ -255,7 +206,8 @@ def bags():
     base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
     base.execute("CREATE TABLE messages(topic_id INTEGER, timestamp INTEGER, data BLOB)")
     base.execute("INSERT INTO topics VALUES (1, '/fix', 'sensor_msgs/msg/NavSatFix')")
-    base.executemany("INSERT INTO messages VALUES (1, ?, ?)", [(k, _nav_sat_fix(k)) for k in range(4)])
+    rows = [(k, nav_sat_fix(1.7e9 + k, 54.0 + 1e-5 * k, 10.0)) for k in range(4)]
+    base.executemany("INSERT INTO messages VALUES (1, ?, ?)", rows)
     base.commit()
     return [base.serialize()]
 

@@ -4,6 +4,7 @@ import asyncio
 import math
 import socket
 from contextlib import closing
+from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,9 +14,13 @@ from steerway.core import displacement, wrap
 from steerway.core.testing import PREDICTED, STATUSES
 from steerway.live.testing import Navigator, Service, addresses
 from tests import hastened
-from tests.faults.sorties import BEGIN, COURSE, END, SPEED, Fault
+from tests.faults.sorties import BEGIN, COURSE, FAULTS, SPEED
+from tests.faults.table import Table
 from tests.ports import free_port, under_way
 
+TABLE = Table(
+    "service.md", "faults", "| what happens | status | RMC | COG | no position | position | SOG | COG | recovers in |"
+)
 BOUNDS = 1.0, 0.3, math.radians(10.0)
 """Errors of position, SOG and COG within which the boat counts as recovered: m, m/s, rad."""
 
@@ -60,9 +65,20 @@ class _Rows:
         pass
 
 
-def measure(fault: Fault) -> Measured:
+@cache
+def measured(name: str) -> Measured:
     """Run a fault through a service."""
+    fault = FAULTS[name]
     return _judged(fault, *hastened.run(_sail(fault), fault.start))
+
+
+def line(name: str, found: Measured) -> str:
+    """One line of the table; measured numbers are rounded."""
+    unknown = f"{found.unknown:.0f} s" if found.unknown > 0.5 else "never"
+    recovers = "at once" if found.recovery < 0.05 else f"{found.recovery:.1f} s" if found.recovery < 60 else "not"
+    errors = f"{found.position:.1f} m | {found.sog:.2f} m/s | {math.degrees(found.course):.0f}°"
+    statuses = ", ".join(found.statuses)
+    return f"| {name} | {statuses} | {found.rmc} | {found.cog} | {unknown} | {errors} | {recovers} |"
 
 
 async def _sail(fault):
@@ -86,7 +102,7 @@ async def _sail(fault):
                 await asyncio.sleep(epoch.sent - loop.time())
                 for line in epoch.output().splitlines(keepends=True):
                     receiver.sendto(line, ("127.0.0.1", ports[epoch.link]))
-            await asyncio.sleep(END - loop.time())
+            await asyncio.sleep(fault.end - loop.time())
     return kept, sentences
 
 
@@ -108,10 +124,10 @@ def _judged(fault, kept, sentences):
         tuple(dict.fromkeys(STATUSES[each.row.status] for each in moments)),
         "".join(sorted({fields[2] for fields in received_lines})),
         "always" if all(with_course) else "gaps" if any(with_course) else "never",
-        _longest([BEGIN, *(each.second for each in rows), END]),
-        _longest([BEGIN, *(each.second for each in rows if each.row.valid), END]),
+        _longest([BEGIN, *(each.second for each in rows), fault.end]),
+        _longest([BEGIN, *(each.second for each in rows if each.row.valid), fault.end]),
         *worst,
-        recovered - fault.until if recovered < END - 0.05 else math.inf,
+        recovered - fault.until if recovered < fault.end - 0.05 else math.inf,
         last.row.time - fault.start - fault.stepped - last.second,
         float(np.mean([_astern(fault, each) for each in rows if each.row.valid])),
     )
