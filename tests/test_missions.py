@@ -3,7 +3,9 @@
 import asyncio
 import json
 import math
+import shutil
 import socket
+import subprocess
 
 import pytest
 
@@ -29,12 +31,15 @@ from steerway.live.testing import (
     mission_of,
 )
 from tests import hastened
+from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, square
 from tests.mavlink_wire import signed
-from tests.ports import free_port, until
+from tests.ports import free_port, until, wait_until
+from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 M = dialect("a test")
+MAVPROXY = shutil.which("mavproxy.py")
 ACCEPTED, DENIED, INVALID = M.MAV_MISSION_ACCEPTED, M.MAV_MISSION_DENIED, M.MAV_MISSION_INVALID
 
 
@@ -338,3 +343,47 @@ def test_a_leg_through_an_area_is_refused_and_a_boat_stops_before_it(tmp_path):
     assert guard.step(here._replace(sog=2.0, cog=0.0), 0.0, False, 0.1) == "no_go[0] is about to be entered, within 3 s"
     inside = here._replace(latitude=math.radians(54.0005))
     assert guard.step(inside, 0.0, False, 0.1) == "the boat is inside of no_go[0]"
+
+
+@pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: it is no part of the lock")
+def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
+    """A separate program, at true pace; and the mission that is changed."""
+    port, receiver = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
+    given, got, said = (tmp_path / name for name in ("given.waypoints", "got.waypoints", "said"))
+    lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t63.44\t10.4\t0\t1"]
+    lines += [f"{k}\t0\t3\t16\t0\t0\t0\t0\t{63.44 + 0.0001 * k:.4f}\t10.4003\t0\t1" for k in (1, 2, 3)]
+    given.write_text("\n".join(lines) + "\n")
+    ends = [
+        "--from",
+        f"udp://127.0.0.1:{receiver}",
+        "--mission",
+        OTTER.mission,
+        "--missions",
+        f"udpin:127.0.0.1:{port}",
+    ]
+    with open(tmp_path / "log", "w") as log:
+        live = subprocess.Popen([*STEERWAY, "live", *map(str, ends)], stdout=subprocess.DEVNULL, stderr=log)
+    program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
+    with open(said, "w") as out:
+        station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=out, cwd=tmp_path, text=True)
+    try:
+        wait_until(lambda: "online system 1" in said.read_text(), 60.0, 0.1)
+        for k, way in enumerate((lines, [*lines[:-1], lines[-1].replace("63.4403", "63.4409")]), start=1):
+            given.write_text("\n".join(way) + "\n")
+            for order, answer in ((f"wp load {given}", "ACCEPTED"), (f"wp save {got}", f"Saved 4 waypoints to {got}")):
+                station.stdin.write(order + "\n")
+                station.stdin.flush()
+                wait_until(lambda answer=answer, k=k: said.read_text().count(answer) >= k, 60.0, 0.1)
+            assert _places(got) == _places(given)
+    finally:
+        station.kill()  # it takes no SIGTERM
+        station.wait(20.0)
+        live.terminate()
+        live.wait(20.0)
+    assert (tmp_path / "log").read_text().count("mission of 4 items taken") == 2
+
+
+def _places(path):
+    """Command, latitude and longitude of each item of a file."""
+    columns = [line.split("\t") for line in path.read_text().splitlines()[1:]]
+    return [(int(each[3]), round(float(each[8]), 6), round(float(each[9]), 6)) for each in columns]
