@@ -12,6 +12,7 @@ from steerway.core import Fixes, displacement, wrap
 from steerway.estimation import InferredFilter, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
+from steerway.estimation.steering.testing import moved_by_orders, predict_bank
 from steerway.estimation.testing import (
     HeadingTracker,
     model_of_profile,
@@ -172,6 +173,25 @@ def test_turns_tell_the_heading_of_the_bow_from_the_motion_and_from_the_compass(
     error, std = _heading_missed(math.radians(deviation)).T
     assert math.degrees(np.sqrt(np.mean(error**2))) < 2.0
     assert np.mean(np.abs(error) < 2.0 * std) > 0.9
+
+
+@pytest.mark.parametrize("over_ground", [False, True])
+@pytest.mark.parametrize("water", [1.5, 0.02, -0.1])
+def test_the_covariance_follows_the_motion(over_ground, water):
+    """Also of a boat that seems to move astern: its sway made the covariance of a step a million times too large."""
+    response = Response(1.3, 0.35, 2.0, 2.0, over_ground=over_ground, integral=0.1, slip_time=0.2).packed
+    orders, dt, n = np.array([[-math.inf, 0.2, 1.0]]), 0.05, 21
+    state = np.array(
+        [1.0, 2.0, 0.5, -0.3, water, 0.4, 0.3, 1.1, *[0.02] * 3, 0.1, 0.8, 0.9, *[0.1] * 3, 0.3, 0.01, 0, 0.8]
+    )
+    for j, nudge in enumerate(1e-5 * np.eye(n)):
+        covariances = np.zeros((2, n, n))
+        covariances[0, j, j] = 1.0
+        predict_bank(np.tile(state, (2, 1)), covariances, orders, response, 0.0, 0.0, dt)
+        ahead, behind = (moved_by_orders(state + sign * nudge, orders, response, 0.0, dt) for sign in (1.0, -1.0))
+        moved = np.outer(ahead - behind, ahead - behind) / (2.0 * nudge[j]) ** 2
+        deviation = n - 2  # of a compass: it decays with the heading's changes, not with time
+        np.testing.assert_allclose(np.delete(covariances[0] - covariances[1] - moved, deviation, 0), 0.0, atol=0.01)
 
 
 def _drift_on_a_leg(seed):

@@ -131,8 +131,9 @@ def _slide(x: Floats, f: Floats, water: float, sway: float, turned: float, c: fl
     """
     slips = max(x[SLIP], LEAST_SLIP)
     kept = math.exp(-dt / slips)
-    outwards = slips * (1.0 - kept) * water / dt  # for a unit of turn
-    f[SWAY, SWAY], f[SWAY, WATER_SPEED] = kept, -outwards * turned / max(water, 1e-6)
+    drift = slips * (1.0 - kept) / dt
+    outwards = drift * water  # for a unit of turn
+    f[SWAY, SWAY], f[SWAY, WATER_SPEED] = kept, -drift * turned
     abeam = 0.5 * (sway + x[SWAY])
     f[NORTH, WATER_SPEED], f[EAST, WATER_SPEED] = dt * c, dt * s
     f[NORTH, HEADING], f[EAST, HEADING] = -dt * (water * s + abeam * c), dt * (water * c - abeam * s)
