@@ -32,7 +32,7 @@ def frozen(desk):
         ("yaw-rate", 1.0, 0.0, 9.0),
         ("propellers", 1.0, 0.0, 9.0),
         ("yaw-rate", 5.0, 30.0, 2.5),
-        pytest.param("yaw-rate", 5.0, 10.0, 2.5, marks=missed("6.6 s of 5 where the boat has just begun to hold")),
+        ("yaw-rate", 5.0, 10.0, 2.5),
     ],
 )
 def test_a_frozen_receiver_stops_the_autopilot(by, rate, held, metres):
@@ -47,7 +47,6 @@ def test_a_frozen_receiver_stops_the_autopilot(by, rate, held, metres):
     doubted = desk.until(lambda: desk.order.state is not State.RUNNING)
     stopped = doubted + desk.until(lambda: desk.order.state not in UNDER_WAY)
     assert held or doubted <= 2.0 + 1.0 / rate  # the first frozen fix is a sound one
-    no_worse(stopped <= 6.6, stopped)
     assert stopped <= 5.0 + 2.0 * TICK
     assert not desk.order.yaw_rate and not desk.order.thrust
     assert math.dist(place, desk.state[6:8]) < metres
