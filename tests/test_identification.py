@@ -14,6 +14,8 @@ from steerway import InputError
 from steerway.control import AdaptiveSpeedGains, place_poles
 from steerway.core import wrap_array
 from steerway.identification import (
+    SurgeIdentification,
+    SurgeModel,
     YawModel,
     identify_compass,
     identify_heading,
@@ -21,7 +23,7 @@ from steerway.identification import (
     identify_yaw,
     identify_yaw_from_fixes,
 )
-from steerway.identification.testing import Interval, read_steering
+from steerway.identification.testing import Interval, following, read_steering
 from steerway.sensors import white
 from steerway.sensors.testing import CompassTable, deviation
 from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
@@ -252,6 +254,22 @@ def test_the_lag_of_a_shaft_that_is_only_commanded_is_found(lag):
     assert found.model.thrust == pytest.approx(sailing.NOMINAL.thrust, rel=0.05)  # what identified means
     assert found.guess(17.5)["shaft_lag"] == found.lag
     assert measured.lag < 0.05  # the shaft itself, at the end of each row's step
+
+
+def test_a_shaft_follows_a_ramp_as_its_equation_says():
+    time, lag = np.array([0.0, 0.5, 2.0, 2.1]), 0.7
+    command = np.array([1.0, 4.0, 2.0, 2.0])
+    fine = np.linspace(0.0, 2.1, 21_001)
+    asked, shaft = np.interp(fine, time, command), np.ones(len(fine))
+    for k in range(1, len(fine)):
+        shaft[k] = shaft[k - 1] + (asked[k - 1] - shaft[k - 1]) * 1e-4 / lag
+    np.testing.assert_allclose(following(time, command, lag), np.interp(time, fine, shaft), rtol=1e-3)
+
+
+def test_a_controllers_guess_balances_drag_half_way():
+    model = SurgeModel(0.02, 0.05, 0.01)
+    guess = SurgeIdentification(model, np.zeros(3), 0.0, True, "").guess(10.0)
+    assert guess["linear_drag"] == 0.02 and 0.0 < guess["thrust"] < 0.01
 
 
 def test_what_a_log_does_not_tell_is_said(tmp_path):

@@ -7,6 +7,7 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.identification.interval import Interval
     from steerway.identification.logs import read_steering
+    from steerway.identification.surge import following
     from steerway.identification.yaw import _under_way
     from steerway.identification.yaw_likelihood import positions_cost, rate_noise
 
