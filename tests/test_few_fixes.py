@@ -12,7 +12,7 @@ from steerway.core import Fixes, displacement, wrap
 from steerway.estimation import InferredFilter, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
-from steerway.estimation.steering.testing import moved_by_orders, predict_bank
+from steerway.estimation.steering.testing import fold, moved_by_orders, predict_bank
 from steerway.estimation.testing import (
     HeadingTracker,
     model_of_profile,
@@ -192,6 +192,16 @@ def test_the_covariance_follows_the_motion(over_ground, water):
         moved = np.outer(ahead - behind, ahead - behind) / (2.0 * nudge[j]) ** 2
         deviation = n - 2  # of a compass: it decays with the heading's changes, not with time
         np.testing.assert_allclose(np.delete(covariances[0] - covariances[1] - moved, deviation, 0), 0.0, atol=0.01)
+
+
+@pytest.mark.parametrize(("water", "turns"), [(-0.4, False), (-0.6, True), (0.6, False)])
+def test_only_motion_astern_turns_a_boat_round(water, turns):
+    """Of two of its 1σ and of more than a boat at rest seems to make: noise turned drifting boats round."""
+    state, covariance = np.zeros((1, 21)), 0.04**2 * np.eye(21)[None]
+    state[0, 4:6] = water, 0.3
+    fold(state, covariance, 1.0, 0.5)
+    assert state[0, 4] == (-water if turns else water)
+    assert state[0, 5] == pytest.approx(wrap(0.3 + math.pi) if turns else 0.3)
 
 
 def _drift_on_a_leg(seed):

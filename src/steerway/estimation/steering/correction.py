@@ -287,14 +287,14 @@ def take_number(states: Floats, covariances: Floats, weights: Floats, number: fl
 
 
 @kernel
-def fold(states: Floats, covariances: Floats, linear: float) -> None:
-    """Wrap headings to [−π, π), and turn a boat that clearly moves astern round, so that it moves ahead. Gains and time
-    constants are limited. So is the damping of the yaw rate, whose declared value is `linear`: otherwise a boat that
-    does not answer orders would be estimated as unstable.
+def fold(states: Floats, covariances: Floats, linear: float, slow: float) -> None:
+    """Wrap headings to [−π, π), and turn a boat that clearly moves astern round, so that it moves ahead. A speed astern
+    below `slow` (m/s) is that of a boat at rest. Gains and time constants are limited. So is the damping of the yaw
+    rate, whose declared value is `linear`: otherwise a boat that does not answer orders would be estimated as unstable.
     """
     for k in range(len(states)):
         x, p = states[k], covariances[k]
-        if x[WATER_SPEED] < -_ASTERN * math.sqrt(p[WATER_SPEED, WATER_SPEED]):
+        if x[WATER_SPEED] < -max(slow, _ASTERN * math.sqrt(p[WATER_SPEED, WATER_SPEED])):
             x[WATER_SPEED] = -x[WATER_SPEED]
             x[HEADING] += math.pi
             x[SWAY] = -x[SWAY]

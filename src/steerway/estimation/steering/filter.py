@@ -198,7 +198,8 @@ class SteeringFilter:
         change = (yaw_rate - self._measured_rate) / max(interval, 0.1)
         self._read(yaw_rate, math.hypot(_GYRO_STD, _GYRO_LATE * change if math.isfinite(change) else 0.0), YAW_RATE)
         self._measured_rate = yaw_rate
-        fold(self._mixture.states, self._mixture.covariances, self.response.linear)
+        slow = _REST * self.response.speed
+        fold(self._mixture.states, self._mixture.covariances, self.response.linear, slow)
         if len(self._mixture.weights) > 1:
             self._mixture = self._mixture.pruned(0.05 * self.response.speed)
         self._forget_heading()
