@@ -137,7 +137,7 @@ class MavlinkDecoder:
         found = {}
         for name, values in self._aids.items():
             time, value = min(values, key=lambda each: abs(each[0] - moment))
-            if time > self._used.get(name, -math.inf) and abs(time - moment) < _FRESH:
+            if time != self._used.get(name) and abs(time - moment) < _FRESH:
                 found[name], self._used[name] = value, time
         return found
 
