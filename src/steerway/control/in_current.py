@@ -59,6 +59,10 @@ waypoint at more than one radius. It is turned at _SLOW times the route's speed 
 if the cost of the turn falls below _WORTH times the cost at full speed. On planned paths with corners of 150°, this
 reduces the excursion from 1.4 to 0.7 m without a current, and from 1.1 to 1.0 m in one of half the boat's speed. With a
 _WIDE of 0.2, corners of 120° without a current were turned at full speed, 1.8 m from the waypoint instead of 1.0 m."""
+_SHORT = 0.1
+"""A vehicle's motor counts as at its limit if the speed is below the ordered one by more than this share of the top
+speed. Without this rule the speed loop's integral raised the order from 1.2 to 1.9 m/s on a leg across a current of
+1.3 m/s, and the vehicle kept full thrust for 1.5 s of the turn that followed."""
 _BRAKING = 0.25
 """Deceleration (m/s²) of a vehicle with inner loops before a slow corner: half of what such vehicles achieve."""
 
@@ -163,6 +167,13 @@ class InCurrent:
         heading = estimate.heading
         along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
         return (estimate.made_up * along,) if self.over_ground else ()
+
+    def reached(self, ordered: float, estimate: Estimate) -> float:
+        """Share of an ordered speed (m/s) over ground that the vehicle's own speed loop reaches; 1 if nearly all."""
+        if not self.over_ground:
+            return 1.0
+        along = max(0.0, estimate.water_speed + sum(self.current_along_bow(estimate)))
+        return along / ordered if ordered - along > _SHORT * self.top_speed else 1.0
 
     def heading(
         self, desired: Reference, water_speed: float, estimate: Estimate, reference: Reference | None = None

@@ -50,19 +50,18 @@ class ForceLoop:
         if math.isfinite(shaft):
             self._shaft, self._since = shaft, 0.0
 
-    def step(self, desired: float, speed: float, dt: float, along: float | None = None) -> float:
+    def step(self, desired: float, speed: float, dt: float, along: float = 0.0) -> float:
         """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown). along: see `SpeedPI.step`."""
         if math.isnan(self._approached):
             self._approached = speed
         if math.isnan(self._approached):
             return 0.0
-        carried = along or 0.0
         most = self._acceleration * dt
         self._approached += max(-most, min(most, desired - self._approached))
         turning = self._shaft * self._per_rev if self._since < LONGEST_HOLD else math.nan
         self._since += dt
         achieved = turning if math.isfinite(turning) else self._achieved
-        command = self.controller.step(self._approached + carried, speed + carried, dt, achieved)
+        command = self.controller.step(self._approached + along, speed + along, dt, achieved)
         self.force = self._unit * signed_square(command)
         self._achieved = command
         return self.force

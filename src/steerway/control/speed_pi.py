@@ -7,11 +7,6 @@ from steerway.control.course import beyond
 from steerway.core.checks import not_negative, positive, positive_or_unlimited
 from steerway.core.compiled import kernel
 
-_SHORT = 0.1
-"""A vehicle's motor counts as at its limit if the speed is below the ordered one by more than this share of the top
-speed. Without this rule the integral raised the order from 1.2 to 1.9 m/s on a leg across a current of 1.3 m/s, and the
-vehicle kept full thrust for 1.5 s of the turn that followed."""
-
 
 @dataclass(frozen=True)
 class SpeedPIGains:
@@ -75,18 +70,14 @@ class SpeedPI:
         self._excess = 0.0
         self._approached = math.nan
 
-    def step(self, desired: float, speed: float, dt: float, along: float | None = None) -> float:
+    def step(self, desired: float, speed: float, dt: float, along: float = 0.0) -> float:
         """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown).
 
-        along: current along the bow (m/s), for a vehicle that itself controls its speed over ground. It is added to
-        both speeds, and the integral stops where the vehicle cannot reach the ordered speed.
+        along: current along the bow (m/s), added to both speeds where the speed over ground is controlled.
         """
         gains = self.gains
         held = self._approach(desired, speed, dt)
-        if along is not None and self.speed_of(self.force) - speed - along > _SHORT * self.speed_of(gains.limit):
-            self._excess = self._excess or self.force
-        carried = along or 0.0
-        wanted, error = speed_pi(held + carried, speed + carried, self.integral, *self._constants)
+        wanted, error = speed_pi(held + along, speed + along, self.integral, *self._constants)
         if gains.acceleration == math.inf:
             wanted += gains.mass * gains.bandwidth * (desired - held)
         self.force = max(-gains.limit_astern, min(gains.limit, wanted))

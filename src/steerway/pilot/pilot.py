@@ -235,14 +235,15 @@ class Pilot:
     ) -> Steered:
         """The commands for a heading and a speed through the water."""
         steering.tune(self.autopilot, estimate)
-        force = 0.0
+        force, reached = 0.0, 1.0
         if self.speed is not None:
             force = self.speed.step(speed, estimate.water_speed, dt, *steering.current_along_bow(estimate))
+            reached = steering.reached(self.speed.speed_of(force), estimate)
         if steering.departs(estimate, dt):
             self.autopilot.release()
-            return self._actuate(force, 0.0)
+            return self._actuate(force, 0.0, reached=reached)
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
-        return self._actuate(force, yaw, steering.feedforward(self.autopilot, estimate))
+        return self._actuate(force, yaw, steering.feedforward(self.autopilot, estimate), reached)
 
     def _about(
         self, station: PositionHold, steering: InCurrent, leg: LegState, estimate: Estimate, dt: float
@@ -305,12 +306,15 @@ class Pilot:
         _, _, sog, cog, course_rate, _, _, _, _, heading, yaw_rate, *_ = estimate
         return self.autopilot.step(desired, cog, course_rate, heading, yaw_rate, sog, dt, course_wanted)
 
-    def _actuate(self, force: float, yaw: float, fed: float = 0.0) -> Steered:
-        """The commands for a force and the autopilot's output plus a feedforward `fed`; limits stop the integrals."""
+    def _actuate(self, force: float, yaw: float, fed: float = 0.0, reached: float = 1.0) -> Steered:
+        """The commands for a force and the autopilot's output plus a feedforward `fed`; limits stop the integrals.
+
+        reached: share of the force that a vehicle's own speed loop achieves.
+        """
         *command, achieved_force, achieved_yaw = self.actuation.step(force, yaw + fed)
         self.autopilot.limited_to(achieved_yaw - fed)
         if self.speed is not None:
-            self.speed.limited_to(achieved_force)
+            self.speed.limited_to(reached * achieved_force)
         self._orders(achieved_yaw, self.cruise if self.speed is None else self.speed.speed_of(achieved_force))
         return Steered(tuple(command), force, yaw + fed, self._reference())
 
