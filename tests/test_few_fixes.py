@@ -194,6 +194,25 @@ def test_the_covariance_follows_the_motion(over_ground, water):
         np.testing.assert_allclose(np.delete(covariances[0] - covariances[1] - moved, deviation, 0), 0.0, atol=0.01)
 
 
+def test_a_boat_that_loses_its_way_keeps_its_heading():
+    """The motor stops after two turns. Its drift then changes by 1.5 m/s, and the gyro carries the heading."""
+    chance, place, heading, rate, way, dt = np.random.default_rng(1), np.zeros(2), 0.3, 0.0, 1.5, 0.05
+    filter = SteeringFilter(Response(1.3, math.radians(20.0), 1.5, 2.0, speed_time=1.5), 0.1)
+    for k in range(800):
+        ordered = math.radians(15.0) * (k % 200 < 60) if k < 640 else math.nan
+        filter.idle_since = 32.0 if k >= 640 else math.inf
+        filter.order(k * dt, ordered, 1.5 if k < 640 else 0.0, 1.5 if k < 640 else 0.0)
+        rate += dt / 0.3 * ((ordered if k < 640 else math.radians(4.0)) - rate)
+        heading, way = heading + dt * rate, way * (1.0 if k < 640 else math.exp(-dt / 1.5))
+        velocity = np.array((0.5, -0.2)) + way * np.array((math.cos(heading), math.sin(heading)))
+        place += dt * velocity
+        if k % 4 == 0:
+            seen = *place + 0.1 * chance.standard_normal(2), *velocity + 0.1 * chance.standard_normal(2)
+            filter.fix(k * dt, *seen, yaw_rate=rate)
+    found = filter.at(k * dt)
+    assert abs(wrap(found.heading - heading)) < 0.2 and found.heading_std < 0.3
+
+
 @pytest.mark.parametrize(("water", "turns"), [(-0.4, False), (-0.6, True), (0.6, False)])
 def test_only_motion_astern_turns_a_boat_round(water, turns):
     """Of two of its 1σ and of more than a boat at rest seems to make: noise turned drifting boats round."""

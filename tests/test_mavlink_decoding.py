@@ -108,10 +108,15 @@ def test_a_late_receiver_is_found_by_the_vehicles_own_estimate(delay):
     for k in range(1, 201):
         now = 0.2 * k
         velocity = round(200.0 * math.cos(0.1 * now)), round(200.0 * math.sin(0.1 * now)), 0
-        own = messages.MAVLink_global_position_int_message(round(now * 1e3), *numbers(*place(now)), 0, 0, *velocity, 0)
+        heading = round(math.degrees(0.1 * now) * 100.0) % 36_000
+        own = messages.MAVLink_global_position_int_message(
+            round(now * 1e3), *numbers(*place(now)), 0, 0, *velocity, heading
+        )
         lat, lon = numbers(*(place(now - delay) + 0.1 * random.standard_normal(2)))
         rows = heard.rows(now, system_time(NOON + now, now), own, raw_fix(round(now * 1e6), lat=lat, lon=lon))
         ages += [heard.decoder.age(row, now) for row in rows]
+    missed = math.remainder(rows[-1].heading - 0.1 * (rows[-1].time - NOON), math.tau)
+    assert abs(missed) < 0.1 * 0.11, "the heading of the fix's time, of one every 0.2 s"
     assert ages[-1] == pytest.approx(delay, abs=0.03) and ages[45] == pytest.approx(delay, abs=0.05)
     assert heard.decoder.age(rows[-1], now + 1.5) > 1.4 and heard.decoder.age(rows[-1], now + 2.1) == 0.0
     assert max(np.abs(np.diff(ages))) == pytest.approx(0.01, abs=1e-3 if delay else 0.01), "no jump of the time"
