@@ -70,10 +70,6 @@ class _TooLong(BaseException):
     """A call was ended."""
 
 
-def _stop(*_):
-    raise _TooLong
-
-
 class Caller:
     """Makes arguments by annotation; objects of public classes are those that were constructed before."""
 
@@ -183,7 +179,11 @@ def main() -> None:
     np.seterr(all="ignore")
     caller, names = Caller(given.seed), list(public())
     called, findings, slow = {}, {}, {}
-    signal.signal(signal.SIGALRM, _stop)
+
+    def stop(_, frame):
+        """End what `call` called; never `call` itself: to free what was made can take longer than to the next alarm."""
+        if frame.f_code is not call.__code__:
+            raise _TooLong
 
     def call(name, function):
         try:
@@ -196,7 +196,10 @@ def main() -> None:
         # Again and again: an exception that comes while a weak reference is cleared is lost.
         signal.setitimer(signal.ITIMER_REAL, _LONGEST_CALL, 0.1)
         try:
-            return function(*made[0], **made[1])
+            try:
+                return function(*made[0], **made[1])
+            finally:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
         except WRONG:
             return None
         except _TooLong:
@@ -209,9 +212,8 @@ def main() -> None:
             place = f"{where.filename}:{where.lineno}"
             findings.setdefault(f"{name}: {type(error).__name__} at {place} ({error})", str(made)[:400])
             return None
-        finally:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
 
+    signal.signal(signal.SIGALRM, stop)
     for _ in range(given.rounds):
         for name, value in names:
             if slow.get(name, 0) > 2:
