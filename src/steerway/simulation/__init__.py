@@ -6,8 +6,9 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.simulation.assembly import Assembly, assemble, steering_pilot
+    from steerway.simulation.corners import short_leg
     from steerway.simulation.loop import Run, Start, sail
-    from steerway.simulation.reading import load_scenario, parse_scenario, short_leg
+    from steerway.simulation.reading import load_scenario, parse_scenario
     from steerway.simulation.responses import settling
     from steerway.simulation.run import Sailed, numbers_of_seed, over_seeds, sail_scenario
     from steerway.simulation.scenario import Scenario
