@@ -1,6 +1,7 @@
 """What is advised of a loop — of the steering filter, of a course estimate — against what the loop then does."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -65,6 +66,25 @@ def test_the_current_that_is_tolerated():
     gnss = GnssTable(white=0.02, markov=())
     assert steering_loop(boat, gnss, 1.2, 0.99 * most, math.pi).speed > 0.0
     assert steering_loop(boat, gnss, 1.2, 1.01 * most, math.pi).speed == 0.0
+
+
+CORNER = """
+vessel.kind = "motorboat"
+estimator.kind = "steering"
+route.acceptance = %g
+route.waypoints = [{ north = 0.0, east = 0.0 }, { north = 150.0, east = 0.0 }, { north = 75.0, east = 130.0 }]
+"""
+
+
+def test_a_turn_wider_than_the_acceptance_is_named_with_the_distance_that_it_then_has():
+    wide = parse_scenario(CORNER % 4.0)
+    run = sail_scenario(wide, 3).run
+    sailed = np.min(np.hypot(run["true_north"] - 150.0, run["true_east"]))
+    (advised,) = re.findall(
+        r"turn at route.waypoints\[1\] passes it at ([\d.]+) m .* acceptance is 4 m", advise(wide)[1]
+    )
+    assert sailed > 4.0 and float(advised) == pytest.approx(sailed, rel=0.1)
+    assert "turn" not in advise(parse_scenario(CORNER % 5.0))[1]
 
 
 def test_another_autopilot_than_that_assessed_is_named():

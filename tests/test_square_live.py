@@ -21,10 +21,13 @@ pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
 
 @pytest.mark.parametrize("by", MOST)
-def test_the_square_is_sailed_close_to_its_legs_after_the_turns(by):
-    """Without a gyro of the vehicle's own, propellers hold a leg half as well."""
-    run, log = sailed(OTTER, lambda _: asyncio.sleep(112.0), by)
+def test_the_square_is_sailed_close_to_its_legs_after_the_turns(by, tmp_path):
+    """Without a gyro of the vehicle's own, propellers hold a leg half as well. No turn is within the acceptance."""
+    mission = tmp_path / "square.toml"
+    mission.write_text(re.sub("acceptance = .*", "acceptance = 0.3", OTTER.mission.read_text()))
+    run, log = sailed(OTTER._replace(mission=mission), lambda _: asyncio.sleep(112.0), by)
     assert "stopped" not in log
+    assert re.search(r"turns by .* outside of its corner, its acceptance is 0.3 m: sail slower, or turn quicker", log)
     legs = cross_track(run)
     assert len(legs[0]) > 100 and rms(legs[0]) <= MOST[by]
     assert np.median(run["true_sog_mps"].to_numpy()[-300:]) == pytest.approx(1.2, abs=0.1)
@@ -73,26 +76,22 @@ def test_a_square_is_sailed_along_its_legs_and_the_right_way_round_its_corners(c
     assert all(corner.closest <= case.acceptance and corner.outside <= case.acceptance for corner in found.corners)
 
 
-# Of squares at 1.3 m/s without a compass, one of five with the seeds 3 and 7, which chose nothing, leaves a corner of
-# 190° by just above 1.0 m.
-WIDE = missed("up to 1.3 m outside of a corner: the current before the first turns")
-
-
-CEILINGS = {1.3: Limits(1.5, 1.5, 0.35)}
-"""Measured in four directions with seed 3, by the speed of the current, m/s; else none is missed there."""
+WIDE = missed("up to 1.1 m outside of a corner, or just above 1.5 m from a waypoint")
+CEILING = Limits(1.6, 1.2, 0.35)
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("current", [0.0, *(pytest.param(each, marks=WIDE) for each in (0.5, 1.0, 1.3))])
+@pytest.mark.parametrize("current", [0.0, 0.5, *(pytest.param(each, marks=WIDE) for each in (1.0, 1.3))])
 def test_all_squares(current):
     """16 directions, with and without a compass, three seeds."""
     directions = [22.5 * k for k in range(16)] if current else [0.0]
     found = [sail(Case(current, *each)) for each in product(directions, (True, False), (1, 2, 3))]
-    of_ceilings = [each for each in found if each.case.seed == 3 and each.case.direction % 90.0 == 67.5]
-    worse = [f"{each.case.words}: {each.misses(CEILINGS.get(current, Limits()))}" for each in of_ceilings]
-    no_worse(all(each.endswith("[]") for each in worse), "\n".join(worse))
-    missed = [f"{each.case.words}: {'; '.join(each.misses(Limits()))}" for each in found if each.misses(Limits())]
-    assert not missed, "\n".join(missed)
+
+    def misses(limits):
+        return [f"{each.case.words}: {'; '.join(each.misses(limits))}" for each in found if each.misses(limits)]
+
+    no_worse(not misses(CEILING), "\n".join(misses(CEILING)))
+    assert not misses(Limits()), "\n".join(misses(Limits()))
 
 
 def test_a_corner_by_a_track_drawn_by_hand():

@@ -73,6 +73,11 @@ class Turn(NamedTuple):
         """Deviation from the corner, m; distances on the inner side of the legs count less."""
         return max(self.outside, self.closest / _CUT, self.excursion / _INSIDE)
 
+    @property
+    def off(self) -> float:
+        """Distance from the corner that a waypoint's radius of acceptance limits, m."""
+        return max(self.outside, self.closest)
+
 
 def plan_turn(
     direction: float,

@@ -31,6 +31,7 @@ from steerway.estimation.vessel.profile import Profile
 from steerway.pilot import response_of
 from steerway.sensors.gnss import GnssTable
 from steerway.simulation import assembly
+from steerway.simulation.corners import wide_turn
 from steerway.simulation.scenario import Scenario
 
 _ITERATIONS = 20
@@ -85,9 +86,10 @@ class SteeringLoop(NamedTuple):
 
 
 def advise(scenario: Scenario) -> tuple[bool, str]:
-    """(whether the estimate supports the scenario's autopilot in its current, one sentence).
+    """(whether the estimate supports the scenario's autopilot in its current, and why, in a sentence).
 
-    The speed is the lowest of the route. With true states, and with a commanded heading, there is no limit.
+    A second sentence names the turn that exceeds its waypoint's radius of acceptance by most. The speed is the lowest
+    of the route. With true states, and with a commanded heading, there is no limit.
     """
     if scenario.estimator.kind == "truth" or scenario.manoeuvre is not None:
         return True, "The pilot uses the true motion: the estimate does not limit the autopilot."
@@ -97,7 +99,9 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     commanded = *(each.speed for each in scenario.route.points), *(each.speed for each in scenario.orders)
     speed = min([*filter(None, commanded), known.cruise])
     if scenario.estimator.kind == "steering":
-        return _advise_steering(scenario, known, speed)
+        fits, sentence = _advise_steering(scenario, known, speed)
+        flow, stays = scenario.environment.current.velocity, [each.stay for each in scenario.route.points]
+        return fits, f"{sentence} {wide_turn(known, assembly.route(scenario, known), flow, stays)}".rstrip()
     profile, interval = assembly.profile(scenario), 1.0 / scenario.gnss.rate
     current, directions = scenario.environment.current.speed, _directions(scenario)
     gains = [_course_gain(each, current, speed) for each in directions]

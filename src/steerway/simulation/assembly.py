@@ -21,6 +21,7 @@ from steerway.estimation.stream import FiveStateFilter
 from steerway.estimation.vessel.profile import Profile, profile_of
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.ordered import Order, Ordered, orders_of
+from steerway.guidance.route import Route
 from steerway.guidance.route_table import route_of
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
@@ -204,11 +205,17 @@ def steering_pilot(
     return build_pilot(known, mission, law, estimator, kinds=kinds, radius=radius, steer_by=steer_by)
 
 
+def route(scenario: Scenario, known: Boat) -> Route:
+    """The waypoints with their radii of acceptance and speeds."""
+    return route_of(scenario.route, places(scenario), scenario.route.points, known)
+
+
 def voyage(scenario: Scenario, known: Boat) -> Voyage:
     """The route with its stays, as a mission."""
     table = scenario.route
-    route = route_of(table, places(scenario), table.points, known)
-    return Voyage(route, [each.stay for each in table.points], Passing(rule=table.passing), at_end=table.at_end)
+    return Voyage(
+        route(scenario, known), [each.stay for each in table.points], Passing(rule=table.passing), at_end=table.at_end
+    )
 
 
 def orders(scenario: Scenario) -> tuple[Order, ...]:

@@ -13,7 +13,6 @@ from typing import Any
 from steerway.core.errors import InputError
 from steerway.core.settings import kind_of, parse_toml, read_toml
 from steerway.guidance.route import LONGEST_LEG
-from steerway.guidance.route_table import route_of
 from steerway.sensors.gnss import GnssTable
 from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.kinds import INSTRUMENTS
@@ -121,9 +120,8 @@ def _legs(scenario: Scenario) -> None:
     if scenario.estimator.kind != "steering" or not known.steers:
         return
     flow = scenario.environment.current.velocity
-    table = scenario.route
-    route = route_of(table, assembly.places(scenario), table.points, known)
-    if trouble := short_leg(known, route, flow, [each.stay for each in table.points]):
+    stays = [each.stay for each in scenario.route.points]
+    if trouble := short_leg(known, assembly.route(scenario, known), flow, stays):
         raise InputError(trouble)
 
 

@@ -290,14 +290,15 @@ class Supervisor:
         return f"the route begins {away / 1e3:.1f} km away, expected at most {_FAR / 1e3:g} km, or --from-here"
 
     def _say_turn(self, leg: LegState) -> None:
-        """Log a turn that begins: its angle, its distance from the waypoint; warn if it passes outside the
+        """Log a turn that begins: its angle, its distance from the waypoint; warn if it exceeds the radius of
         acceptance."""
         turn = None if self.pilot.in_current is None else self.pilot.in_current.turning
         if turn is not None and turn is not self._turn:
             degrees, passes = math.degrees(turn.angle), f"{turn.closest:.1f} m from waypoint {leg.target - 1}"
             acceptance = float(self.guide.mission.route.acceptance[leg.target - 1])
-            is_wide = turn.closest > acceptance
-            passes += f", its acceptance is {acceptance:g} m: slow down, or turn quicker" if is_wide else ""
+            if is_wide := turn.off > acceptance:
+                passes += f" and {turn.outside:.1f} m outside of its corner"
+                passes += f", its acceptance is {acceptance:g} m: sail slower, or turn quicker"
             LOG.log(logging.WARNING if is_wide else logging.INFO, _TURN, degrees, leg.target, passes)
         self._turn = turn
 
