@@ -10,7 +10,6 @@ from steerway.control import OTTER_PROPELLERS
 from steerway.core.testing import displaced
 from steerway.live.testing import UNDER_WAY, ReceiverMonitor, ResponseMonitor, State, boat_of
 from tests.desk import FULL, HOME, OTTER, SQUARE, TICK, Desk, square
-from tests.golden import missed, no_worse
 
 
 def frozen(desk):
@@ -100,19 +99,11 @@ def test_a_boat_that_does_not_turn_as_ordered_stops_the_autopilot(fault, since):
     assert ordered <= 20.0 and "does not turn as ordered" in reason
 
 
-LATE = missed("26.5 s of 20: at this moment the boat is turned to the side planned before, also when it turns away")
-WHENEVER = [
-    pytest.param(fault, since, marks=LATE if (fault, since) == ("reversed", 32) else ())
-    for fault in ("reversed", "ignored")
-    for since in range(5, 65, 3)
-]
-
-
 @pytest.mark.study
-@pytest.mark.parametrize(("fault", "since"), WHENEVER)
+@pytest.mark.parametrize("since", range(5, 65, 3))
+@pytest.mark.parametrize("fault", ["reversed", "ignored"])
 def test_a_turn_that_is_not_made_stops_the_autopilot_whenever_it_begins(fault, since):
     ordered, _ = ordered_until_stopped(TURNS[fault], float(since))
-    no_worse(ordered <= 26.6, ordered)
     assert ordered <= 20.0
 
 

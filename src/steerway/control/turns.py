@@ -18,10 +18,12 @@ from steerway.core.wheel_over import in_line, passing, turn_path, wheel_over
 _ONE_SIDE = math.radians(100.0)
 """Largest turn of the bow for which only this side is simulated; the turn to the other side would exceed 260°."""
 
-_CUT, _INSIDE = 1.7, 1.7
+_CUT, _INSIDE = 1.7, 2.5
 """Divisors in `Turn.cost` of the distances `closest` and `excursion`. On a right-angled path that leaves the legs
 equally far on both sides, `closest` is 1.4 and `excursion` 1 times `outside`. Boats leave the path by 0.2 to 0.4 m to
-the outside. With 1.5, five of 32 squares in a current of 1.3 m/s left a corner by more than 1 m; with 1.7, three."""
+the outside. With _CUT = 1.5, five of 32 squares in a current of 1.3 m/s left a corner by more than 1 m; with 1.7, 3.
+A turn of more than 180° goes round the waypoint. With _INSIDE = 1.7, six of 128 squares in currents of 1.0 and 1.3 m/s
+left a corner by more than 1 m; with 2.5, two."""
 _KEPT = 0.7
 """Factor on the size of a turn to the side planned before, if turns may begin beside the leg. Turns to port and
 starboard then begin on different sides of it. A boat that changed the side near the waypoint began its turn 0.7 m
