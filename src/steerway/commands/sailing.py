@@ -146,7 +146,8 @@ def advise(
     """Check that an autopilot is not too fast for the course estimate.
 
     A course estimated from positions lags. The lag grows with the position errors, and as the speed falls. If the
-    autopilot's bandwidth exceeds the estimate's, the course oscillates. PROFILE is a filter profile or a scenario.
+    autopilot's bandwidth exceeds the estimate's, the course oscillates. PROFILE is a filter profile or a scenario. In
+    a scenario that steers by the estimated current, the current and the widest turn are checked too.
 
     Examples:
 
