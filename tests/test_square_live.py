@@ -76,12 +76,12 @@ def test_a_square_is_sailed_along_its_legs_and_the_right_way_round_its_corners(c
     assert all(corner.closest <= case.acceptance and corner.outside <= case.acceptance for corner in found.corners)
 
 
-WIDE = missed("up to 1.1 m outside of a corner, or just above 1.5 m from a waypoint")
-CEILING = Limits(1.6, 1.2, 0.35)
+WIDE = missed("two of 96 squares leave a corner by just above 1.0 m")
+CEILING = Limits(1.5, 1.1, 0.35)
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("current", [0.0, 0.5, *(pytest.param(each, marks=WIDE) for each in (1.0, 1.3))])
+@pytest.mark.parametrize("current", [0.0, 0.5, 1.0, pytest.param(1.3, marks=WIDE)])
 def test_all_squares(current):
     """16 directions, with and without a compass, three seeds."""
     directions = [22.5 * k for k in range(16)] if current else [0.0]
