@@ -1,12 +1,8 @@
 """The labelled faithful filter against outputs of its author's public toolbox, and the errata of what is printed."""
 
-import math
-
 import numpy as np
 import pytest
 
-import steerway
-from steerway.core import radii
 from steerway_studies.testing import Ekf5States, ekf_5states
 from tests.golden import assert_golden, columns, golden
 
@@ -49,11 +45,6 @@ def assert_upper_triangle(covariances, table):
     assert_golden(covariances[rows][:, i, j], expected)
 
 
-def test_another_frame_is_refused():
-    with pytest.raises(steerway.InputError, match="frame is 'ENU'"):
-        ekf_5states([0.0], [0.0], 0.1, 1, "ENU", [1, 1], [1, 1])
-
-
 def test_an_unknown_position_is_no_fix_and_spoils_nothing():
     time = 0.02 * np.arange(1000)
     north, east = 1.2 * time, 0.3 * time
@@ -66,67 +57,6 @@ def test_an_unknown_position_is_no_fix_and_spoils_nothing():
         np.where(np.arange(1000) % 10 == 1, 1.2 * time, np.nan), east, 0.02, None, "NED", [0.5, 0.5], [0.4, 0.1]
     )
     np.testing.assert_allclose(at_any_row[-1], whole[-1], atol=0.02)
-
-
-SPEED = 7.72
-
-
-def straight_course(course, **forms):
-    """The last state on a straight track at `course` with P1's tuning, fixes without noise."""
-    start = [0.0, 0.0, SPEED, course, 0.0]
-    ekf = Ekf5States(0.1, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], alpha_1=1e-5, alpha_2=0.2, x_init=start, **forms)
-    for k in range(8000):
-        way = SPEED * 0.1 * k
-        state = ekf.step(way * math.cos(course), way * math.sin(course))
-    return state
-
-
-def test_erratum_table_1_the_predictor_by_the_jacobian_steers_off():
-    """P0 Table 1 and (42), P1 Table 1 and (22): A_d x̂ in place of f(x̂)."""
-    course = math.radians(20.0)
-    printed, corrected = straight_course(course, by_jacobian=True), straight_course(course)
-    assert math.degrees(printed[3] - course) == pytest.approx(-9.8, abs=1.0)
-    assert math.degrees(corrected[3] - course) == pytest.approx(0.0, abs=1e-6)
-    north = straight_course(0.0, by_jacobian=True)
-    assert north[3] == pytest.approx(0.0, abs=1e-9)  # which is why a trial run north shows nothing
-
-
-@pytest.mark.parametrize(("printed", "error"), [(True, -0.0207), (False, 0.0)])
-def test_erratum_p0_34_the_meridian_radius(printed, error):
-    """Due north at 63.4° and 7.72 m/s; (34) has a square root too many in its denominator."""
-    latitude, step = math.radians(63.4), 0.02
-    start = [latitude, 0.18, SPEED, 0.0, 0.0]
-    ekf = Ekf5States(step, 10, "LL", [5e5, 5e5], [1e-8, 1e-8], alpha_1=0.0, x_init=start, radius_34=printed)
-    for k in range(15000):
-        state = ekf.step(latitude + SPEED * k * step / radii(latitude)[0], 0.18)
-    assert state[2] - SPEED == pytest.approx(error, abs=0.001)
-
-
-def test_erratum_p0_8_course_is_not_observed_at_rest():
-    """“Exponentially stable at zero speed”: the course's variance grows without bound."""
-    ekf = Ekf5States(0.02, 10, "NED", [0.5, 0.5], [0.09, 0.09])
-    variances = []
-    for k in range(30000):
-        ekf.step(0.0, 0.0)
-        if k % 10000 == 0:
-            variances.append(ekf.covariance[3, 3])
-    variances.append(ekf.covariance[3, 3])
-    assert np.all(np.diff(variances) > 0.0)
-    assert variances[-1] > 10.0 * variances[0]
-    jacobian = np.zeros((5, 5))
-    jacobian[0, 2] = jacobian[3, 4] = 1.0
-    jacobian[2, 2], jacobian[4, 4] = -0.01, -0.1
-    rows = [np.eye(5)[:2] @ np.linalg.matrix_power(jacobian, k) for k in range(5)]
-    assert np.linalg.matrix_rank(np.vstack(rows)) == 3
-
-
-def test_erratum_p0_3_nothing_keeps_the_speed_positive():
-    """Started at U = 0 and χ = 0, a boat that goes south is taken for one that goes north backwards."""
-    ekf = Ekf5States(0.1, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], alpha_1=1e-5, alpha_2=0.2)
-    for k in range(3000):
-        state = ekf.step(-SPEED * 0.1 * k, 0.0)
-    assert state[2] == pytest.approx(-SPEED, abs=0.05)
-    assert state[3] == pytest.approx(0.0, abs=0.02)
 
 
 def test_step_by_step_is_the_whole_record():

@@ -46,28 +46,6 @@ def test_printed_filters_give_the_reference_numbers(shared_data):
         np.testing.assert_allclose(column, rows[name], rtol=1e-9, atol=1e-10)
 
 
-def test_erratum_the_printed_observers_rate_is_less_than_half_of_the_true_one():
-    angle, rate = 0.0, 0.0
-    for step in range(2000):
-        angle, rate = printed.los_observer(angle, rate, 0.02 * step * H, 0.3, H)
-    stated = H / (1.0 - math.exp(-H * (0.3 + 2.0 * math.sqrt(0.3) + 1.0)))
-    assert rate / 0.02 == pytest.approx(stated, rel=1e-6) and stated == pytest.approx(0.443, abs=1e-3)
-    tracking = TrackingFilter(0.5)
-    for step in range(2000):
-        reference = tracking.step((0.02 * step * H, 0.0, 0.0), H)
-    assert reference.rate == pytest.approx(0.02, rel=1e-9)
-
-
-def test_erratum_the_printed_models_acceleration_runs_on_at_the_rate_limit():
-    printed_model, own = (0.0, 0.0, 0.0), ReferenceModel(1.0, max_rate=0.17)
-    own.start(0.0)
-    for _ in range(100):
-        printed_model = printed.reference_model(*printed_model, 3.0, 1.0, 1.0, 0.17, H)
-        reference = own.step((3.0, 0.0, 0.0), H)
-    assert printed_model[1] == 0.17 and printed_model[2] > 0.5
-    assert reference.rate == 0.17 and reference.acceleration == 0.0
-
-
 def test_the_model_is_the_printed_one_while_no_limit_is_met():
     dt, own, model = 1e-3, ReferenceModel(0.5), (0.0, 0.0, 0.0)
     own.start(0.0)

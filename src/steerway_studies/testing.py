@@ -21,20 +21,13 @@ if TYPE_CHECKING:
     from steerway_studies.otter_course import logs
     from steerway_studies.otter_course.boat import as_published, turned
     from steerway_studies.otter_course.logs import LOGS, as_printed
-    from steerway_studies.papers import course_autopilot, positioning
+    from steerway_studies.papers import course_autopilot
     from steerway_studies.papers.course_autopilot import (
-        MARINER_NOMOTO,
-        OTTER_NOMOTO,
         OTTER_PRINTED_GAINS,
         RangeRatePassing,
-        feedforward,
-        propeller_speeds,
-        rudder,
     )
     from steerway_studies.papers.ekf_5states import Ekf5States, ekf_5states
-    from steerway_studies.papers.heading import OutputCorrectedMpc, PrintedCompassKalman
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
-    from steerway_studies.papers.positioning import PrintedPositionPID
     from steerway_studies.papers.speed import PrintedMrac, PrintedSpeedEkf
     from steerway_studies.springer_mission.bounds import tautology
     from steerway_studies.springer_mission.missions import ideal, nominal

@@ -7,7 +7,6 @@ import numpy as np
 from steerway.estimation.positioning import DEMO_GAINS, saturated
 from steerway.report import BAD, OURS, TRUTH, Curve, Panel, bars, series, track
 from steerway_studies.cybership_observers import observers, scenario, trials, tuning
-from steerway_studies.papers import positioning as printed
 from steerway_studies.study import Quantity, Results, Study, half_width, over_cases, seeds_from, stage
 
 SEEDS = 400
@@ -60,7 +59,7 @@ def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
         if ":" not in key:
             n |= {key: float(values.mean()), f"{key}_ci": half_width(values)}
     n |= observers.control_numbers()
-    n["saturation_printed"] = max(printed.saturation(speed) for speed in (0.0, 0.4, 0.7))
+    n["saturation_printed"] = max(min(max(speed, 0.5), 0.25) for speed in (0.0, 0.4, 0.7))
     n |= {f"saturation_corrected_{speed:g}": saturated(speed, 0.25, 0.5) for speed in (0.0, 0.4, 0.7)}
     for key, above, below in _RATIOS:
         n[key] = n[above] / n[below]

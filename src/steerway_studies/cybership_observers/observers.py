@@ -20,7 +20,6 @@ from steerway.vessels import CALM, CyberShip2
 from steerway.vessels import CYBERSHIP2_DAMPING as DAMPING
 from steerway.vessels import CYBERSHIP2_INERTIA as INERTIA
 from steerway_studies.cybership_observers import scenario
-from steerway_studies.papers.positioning import PrintedPositionPID
 
 BASE = VesselNoise(position_std=scenario.FIX_STD, heading_std=scenario.HEADING_STD)
 PRODUCT = replace(BASE, force_std=tuple(scenario.FORCE_STD), force_time=scenario.FORCE_TIME)
@@ -107,6 +106,22 @@ def control_numbers() -> dict[str, float]:
 def rise(place, goal) -> float:
     """Rise time from 10 to 90 % of the goal, s."""
     return float(scenario.STEP * (np.argmax(place >= 0.9 * goal) - np.argmax(place >= 0.1 * goal)))
+
+
+class PrintedPositionPID:
+    """P2 (30) as printed: τ = K_p x̃ + K_d dx̃/dt + K_i ∫x̃ dt, positive gains and no rotation into body axes."""
+
+    def __init__(self, gains):
+        self._gains = gains
+        self._integral = np.zeros(3)
+
+    def step(self, desired, north, east, heading, velocity, dt) -> np.ndarray:
+        """Force (3,) within the limits. `velocity`: rates of north, east and heading; x_d is assumed constant."""
+        gains = self._gains
+        error = np.array([north, east, heading]) - desired
+        self._integral += dt * error
+        wanted = gains.proportional @ error + gains.derivative @ velocity + gains.integral @ self._integral
+        return np.clip(wanted, -np.array(gains.limit), gains.limit)
 
 
 def overshoot(place, goal) -> float:

@@ -283,7 +283,7 @@ REMARKS = [
     "P1 (42)–(43) drive the receiver's error with 0.21 m a step. At the printed step of 0.1 s this gives a stationary "
     "σ of 15.6 m, not the stated 4.7 m; 0.0634 m a step gives 4.7 m. Both are run.",
     "Corrections (see the errata): plus signs in (29), 1/K in (30), signed x_e in (45), sine and cosine exchanged in "
-    "(46); the filter's state is predicted by f(x), as in P0's appendix. Tests show that the printed forms fail.",
+    "(46); the filter's state is predicted by f(x), as in P0's appendix.",
     "The paper states no initial values for the printed filter: it starts at U = 0, χ = 0, P = I, and steers from the "
     "first step. With the scene turned by more than 120° it converges to the mirrored solution U < 0 and the ship "
     "leaves the route. Steerway's filter finds speed and course from its first fixes; until then the rudder is "

@@ -20,7 +20,6 @@ from steerway_studies.papers.course_autopilot import (
     closed_loop_poles,
     propeller_speeds,
     reference_model,
-    rudder,
 )
 from steerway_studies.papers.ekf_5states import Ekf5States
 
@@ -175,12 +174,12 @@ def turned(gains, start: float, command: float, wrapped: bool, seconds: float = 
     gains: (K_p, T_i, T_d) of P0 (54); with `wrapped` False the error is the plain difference, and there is no integral.
     """
     gain, time_constant = OTTER_NOMOTO
-    proportional, _, derivative_time = gains
+    proportional, integral_time, derivative_time = gains
     course, rate, integral = start, 0.0, 0.0
     for _ in range(round(seconds / STEP)):
         error = course - command
         if wrapped:
-            moment = rudder(error, integral, rate, gains, printed=False)
+            moment = -proportional * (wrap(error) + integral / integral_time + derivative_time * rate)
             integral += STEP * wrap(error)
         else:
             moment = -proportional * (error + derivative_time * rate)

@@ -1,7 +1,7 @@
 """The papers' course steering as printed; with `printed=False` corrected. For studies and tests, never for a boat.
 
-Autopilots, the Otter's allocation, the rules for switching waypoints, and the unchanged reference filters of the
-author's public toolbox (MSS), with which `core.reference` is compared.
+The Otter's allocation, P4's rule for missed waypoints, and the unchanged reference filters of the author's public
+toolbox (MSS), with which `core.reference` is compared.
 
 P0: Fossen and Fossen, Sensors 21, 2021, 7910. P1: Fossen, "Line-of-sight path-following control utilizing an extended
 Kalman filter", Journal of Marine Science and Technology, 2022. P4: Motwani, Sharma, Sutton and Culverhouse, weighted
@@ -22,23 +22,6 @@ OTTER_PRINTED_GAINS = (93.15, 6.67, 0.89)
 
 MARINER_NOMOTO = (0.185, 107.3)
 """K in 1/s and T in s, P1 §4."""
-
-
-def rudder(course_error, integral, rate_error, gains, feedforward=0.0, printed=True):
-    """P1 (29): rudder (rad) for gains (K_p, T_i, T_d); errors in rad and rad/s, integral of the wrapped error in rad·s.
-
-    It is printed with minus signs inside the bracket, which make the closed loop unstable; P0 (54) has the right signs.
-    """
-    proportional, integral_time, derivative_time = gains
-    others = integral / integral_time + derivative_time * rate_error
-    bracket = wrap(course_error) + (-others if printed else others)
-    return feedforward - proportional * bracket
-
-
-def feedforward(desired_rate, desired_acceleration, nomoto, printed=True):
-    """P1 (30): rudder (rad) for which a Nomoto ship (K, T) follows; the printed 1/T should be 1/K, as in P0 (55)."""
-    gain, time_constant = nomoto
-    return time_constant / gain * desired_acceleration + desired_rate / (time_constant if printed else gain)
 
 
 def closed_loop_poles(gains, nomoto, printed=True):
@@ -81,19 +64,6 @@ def propeller_speeds(surge_force, yaw_moment):
         math.copysign(math.sqrt(abs(square)), square)
         for square in (0.5 * (surge_force + half) / GAIN, 0.5 * (surge_force - half) / GAIN)
     )
-
-
-def along_track(north, east, north_0, east_0, direction, printed=True):
-    """P1 (46): along-track error x_e (m) from a leg's beginning; printed with sine and cosine exchanged."""
-    c, s = math.cos(direction), math.sin(direction)
-    if printed:
-        c, s = s, c
-    return (north - north_0) * c + (east - east_0) * s
-
-
-def switches(length, along, radius, printed=True):
-    """P1 (45): whether to switch to the next waypoint. As printed, with |x_e|, a ship far behind the leg switches."""
-    return length - (abs(along) if printed else along) <= radius
 
 
 class RangeRatePassing:

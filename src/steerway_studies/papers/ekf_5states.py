@@ -3,11 +3,10 @@ process noise is h² Q_d, which depends on the rate. The "LL" state is in radian
 """
 
 import math
-from functools import partial
 
 import numpy as np
 
-from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, Estimate, InputError, Measurements, radii, wrap
+from steerway.core import Estimate, InputError, Measurements, radii, wrap
 
 
 def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, return_covariance=False):
@@ -38,25 +37,14 @@ def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_
 
 
 class Ekf5States:
-    """`ekf_5states` step by step, for a loop: a step is one call of Appendix A's function. Same parameters.
+    """`ekf_5states` step by step, for a loop: a step is one call of Appendix A's function. Same parameters."""
 
-    Two further parameters, for tests, choose wrong forms that the text prints and Appendix A does not use:
-    `by_jacobian` the predictor A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34` the meridian radius of
-    P0 (34).
-    """
-
-    def __init__(
-        self, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, by_jacobian=False, radius_34=False
-    ):
+    def __init__(self, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None):
         if frame not in ("NED", "LL"):
             raise InputError(f"frame is {frame!r}, expected 'NED' or 'LL'")
         self._h, self._z, self._frame = h, z, frame
         self._alphas = (alpha_1, alpha_2)
-        self._by_jacobian = by_jacobian
-        if frame == "NED":
-            self._model = _north_east
-        else:
-            self._model = partial(_latitude_longitude, meridian_of=_printed_meridian if radius_34 else _meridian)
+        self._model = _north_east if frame == "NED" else _latitude_longitude
         q_d, self._r_d = (m if m.ndim == 2 else np.diag(m) for m in (np.asarray(q_d, float), np.asarray(r_d, float)))
         self._identity = np.eye(5)
         self._c_d = self._identity[:2]
@@ -80,7 +68,7 @@ class Ekf5States:
         self._count += 1
         rate, jacobian = self._model(x, *self._alphas)
         a_d = self._identity + self._h * jacobian
-        self._prior = a_d @ x if self._by_jacobian else x + self._h * rate
+        self._prior = x + self._h * rate
         self._prior_covariance = a_d @ p @ a_d.T + self._process_noise
         self.covariance = p
         return x
@@ -112,26 +100,16 @@ def _north_east(x, alpha_1, alpha_2):
     return rate, jacobian
 
 
-def _latitude_longitude(x, alpha_1, alpha_2, meridian_of):
+def _latitude_longitude(x, alpha_1, alpha_2):
     """Right-hand side and Jacobian of (35)–(36), (13)–(15); radii at the present latitude, as in Appendix A."""
-    parallel = radii(x[0])[1] * np.cos(x[0])
-    meridian = meridian_of(x[0])
+    meridian, prime_vertical = radii(x[0])
+    parallel = prime_vertical * np.cos(x[0])
     rate, jacobian = _north_east(x, alpha_1, alpha_2)
     rate[:2] /= meridian, parallel
     jacobian[0] /= meridian
     jacobian[1] /= parallel
     jacobian[1, 0] = np.tan(x[0]) * rate[1]
     return rate, jacobian
-
-
-def _meridian(latitude):
-    return radii(latitude)[0]
-
-
-def _printed_meridian(latitude):
-    """R_M of (34), with the printed square root, which is wrong: 0.27 % too short at 63.4°."""
-    _, prime_vertical = radii(latitude)
-    return prime_vertical * (1.0 - ECCENTRICITY_SQUARED) * prime_vertical / SEMI_MAJOR_AXIS
 
 
 _UNSAID = (math.nan,) * 6

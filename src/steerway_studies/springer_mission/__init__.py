@@ -295,7 +295,7 @@ def summaries(unseen, worlds) -> dict:
 
 REMARKS = (
     "The KF of this study has four states, vehicle and compass, and the propellers' difference as input. The input of "
-    "the paper's KF (5)–(7) is the heading, which is the quantity to be estimated; as printed it is `papers.heading`.",
+    "the paper's KF (5)–(7) is the heading, which is the quantity to be estimated.",
     "With the weight of P4 (20) the weighted estimate equals the ideal filter's for any bounds, because (20) solves "
     "(19) for the ideal estimate. The paper's 'wIKF' is therefore the ideal filter, and its Table 1 compares a filter "
     "that is given the true compass with one that is not. Two weights that do not need the ideal estimate are shown "

@@ -7,7 +7,6 @@ import numpy as np
 from steerway.estimation.heading import IntervalFilter, ModelBank, corners
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass, stability_limit
 from steerway.vessels import CALM, RPM, Springer
-from steerway_studies.papers.heading import OutputCorrectedMpc
 from steerway_studies.papers.interval_filter import PrintedIntervalFilter
 from steerway_studies.springer_mission.missions import WeightedBounds, interval_box
 from steerway_studies.springer_mission.world import World, paper_mpc, sail
@@ -34,6 +33,22 @@ def decoding() -> dict[str, float]:
         "stability_limit_shift_scaled": stability_limit(True),
         **{f"turn_rate_{second}s_dps": headings[second + 1] - headings[second] for second in (0, 30, 120)},
     }
+
+
+class OutputCorrectedMpc:
+    """A HeadingMpc without an observer: the last output error is added to the open-loop prediction (step-response MPC).
+
+    If the plant is not asymptotically stable, the open-loop states drift off, and the prediction with them.
+    """
+
+    def __init__(self, mpc):
+        self._mpc = mpc
+        mpc.reset(0.0)
+
+    def step(self, wanted: float, estimated: float) -> float:
+        """The speed difference of the propellers (rad/s) for a heading wanted and one estimated, rad."""
+        error = estimated - self._mpc.observer.output
+        return self._mpc.step(wanted - error, math.nan)
 
 
 def offsets() -> dict[str, float]:
