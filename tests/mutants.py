@@ -64,7 +64,7 @@ COVERED = {
     "formats/ais.py": ("test_ais", "test_reading", *ARCHIVE),
     "formats/ais_tables.py": ("test_ais", *ARCHIVE),
     "formats/columns.py": ("test_table", "test_table_kinds", "test_user_mistakes"),
-    "formats/dilution.py": ("test_stated_accuracy", "test_binary_logs.py::test_a_binary_data_flash_log"),
+    "formats/dilution.py": ("test_accuracy", "test_binary_logs.py::test_a_binary_data_flash_log"),
     "formats/gpx.py": ("test_other_formats", "test_writing", "test_reading"),
     "formats/nmea0183/writing.py": ("test_nmea0183_writing",),
     "formats/nmea2000/decoder.py": ("test_nmea2000",),

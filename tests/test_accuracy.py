@@ -1,15 +1,21 @@
-"""What a receiver says of the accuracy of its fixes: how far it counts, and that it counts alike however fixes come."""
+"""What a receiver says of the accuracy of its fixes: as every format says it, and how far it counts."""
 
+import json
 import math
+import struct
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from steerway import FiveStateFilter, Fixes, Profile
+from steerway import FiveStateFilter, Profile, estimate
+from steerway.core.testing import iso
 from steerway.estimation.testing import variance_scales_of
-from steerway.live.testing import Navigator, rows_of
+from steerway.formats.testing import deviation, gpx, nmea0183, nmea2000, table
+from steerway.live.testing import GpsdDecoder, Navigator, SignalKDecoder, rows_of
+from tests.messages import POINT, document, gnss, line
 from tests.scenes import angle_error, turning
+from tests.sentences import START, clock, only, place, rmc, sealed
 
 ONE = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
 TWO = Profile(
@@ -102,13 +108,123 @@ def test_live_without_it_and_of_another_receiver():
     np.testing.assert_array_equal([row.sog for row in weighted], [row.sog for row in unweighted])
 
 
-def test_rows_without_a_position_make_no_rule():
-    _, fixes, _ = troubled(9)
-    nowhere = np.full(len(fixes), np.nan)
-    extra = Fixes(fixes.time + 0.05, nowhere, nowhere, heading=np.zeros(len(fixes)))
-    found = []
-    for said in (np.full(len(fixes), 1e-3), None):
-        rows = replace(extra, position_std=said)
-        columns = {name: np.concatenate([fixes.columns()[name], rows.columns()[name]]) for name in fixes.columns()}
-        found.append(FiveStateFilter(ONE, ("heading",)).filter(replace(fixes, **columns).in_order()))
-    np.testing.assert_array_equal(found[0].sog, found[1].sog)
+ALONE, DIFFERENTIAL, FIXED, FLOAT = 1.5, 0.7, 0.02, 0.3
+
+
+def gga(second, quality=1, hdop="1.5", talker="GP", lat=54.0):
+    return sealed(f"{talker}GGA,{clock(START + second)[0]},{place(lat, 10.0)},{quality},10,{hdop},1.0,M,47.0,M,,")
+
+
+def gns(second, modes, hdop="2.0"):
+    return sealed(f"GNGNS,{clock(START + second)[0]},{place(54.0, 10.0)},{modes},10,{hdop},1.0,47.0,,")
+
+
+def gst(second, north, east, talker="GP"):
+    return sealed(f"{talker}GST,{clock(START + second)[0]},,,,,{north},{east},5.0")
+
+
+def stds(*sentences):
+    fixes = only(nmea0183.read(b"".join(sentences)))
+    return fixes.position_std.tolist()
+
+
+def test_dilution_and_quality_of_gga():
+    said = {(1, "1.5"): 1.5 * ALONE, (2, "0.8"): DIFFERENTIAL, (4, "1.7"): 1.7 * FIXED, (5, "1.0"): FLOAT}
+    said |= dict.fromkeys([(1, ""), (1, "0.0"), (1, "99.99"), (8, "1.0")], math.nan)
+    for each, std in said.items():
+        assert stds(gga(0, *each)) == pytest.approx([std], rel=1e-12, nan_ok=True), each
+
+
+def test_the_best_mode_of_gns_counts():
+    best = {"AN": ALONE, "ADN": DIFFERENTIAL, "RRNN": FIXED, "FA": FLOAT, "MM": math.nan}
+    for modes, std in best.items():
+        assert stds(gns(0, modes)) == pytest.approx([2.0 * std], rel=1e-12, nan_ok=True), modes
+
+
+def test_deviations_overrule_dilution_from_the_first_on():
+    expected = [math.sqrt(12.5)] * 2
+    assert stds(gga(0), gst(0, 3.0, 4.0), rmc(START + 1, 54.0, 10.0), gst(1, 3.0, 4.0), gga(1)) == expected
+    assert stds(gst(0, 3.0, 4.0), gga(0), gga(1), rmc(START + 1, 54.0, 10.0))[0] == expected[0]
+    assert math.isnan(stds(gst(0, 3.0, 4.0), gga(0), gga(1))[1])
+    sources = nmea0183.read(gst(0, 3.0, 4.0) + gga(0) + gga(0, talker="GN", lat=55.0)).sources
+    assert sources["GN"].position_std[0] == pytest.approx(1.5 * ALONE)
+
+
+def test_nmea_2000_tells_it_with_the_gnss_position_unless_it_is_not_available():
+    payload = bytearray(gnss(50.0, -4.5, method=4))
+    for dilution, std in ((80, FIXED), (170, 1.7 * FIXED), (0x7FFF, math.nan)):
+        payload[34:36] = struct.pack("<h", dilution)
+        fixes = only(nmea2000.read(line(0.5, 129029, 3, bytes(payload)).encode()))
+        assert fixes.position_std[0] == pytest.approx(std, nan_ok=True)
+
+
+def test_gpx_dilution():
+    fixes = only(gpx.read(document(POINT.format(1, "<hdop>1.2</hdop>"), POINT.format(2, ""))))
+    np.testing.assert_allclose(fixes.position_std, [1.2 * ALONE, np.nan])
+
+
+def test_columns_of_tables():
+    cells = {("position_std_m", "0.5"): 0.5, ("hAcc", "-1"): math.nan, ("HDOP", "1.2"): 1.2 * ALONE}
+    cells |= dict.fromkeys([("hAcc", "2"), ("hacc_mm", "2000"), ("ehpe", "2")], math.sqrt(2.0))
+    for (name, cell), std in cells.items():
+        fixes = only(table.read(f"time,lat,lon,{name}\n1700000000,1,2,{cell}\n".encode()))
+        assert fixes.position_std[0] == pytest.approx(std, rel=1e-12, nan_ok=True), name
+
+
+def test_a_deviation_goes_before_a_dilution_and_accuracy_in_ais_is_none():
+    fixes = only(table.read(b"time,lat,lon,hdop,hacc\n1700000000,1,2,9,2\n"))
+    assert fixes.position_std[0] == pytest.approx(math.sqrt(2.0))
+    fixes = only(table.read(b"mmsi,time,lat,lon,accuracy\n367000000,1700000000,1,2,1\n"))
+    assert np.isnan(fixes.position_std).all()
+
+
+def test_gpsd_radius_or_its_parts():
+    report = {"class": "TPV", "mode": 3, "time": iso(START), "lat": 54.0, "lon": 10.0, "epx": 3.0, "epy": 4.0}
+    for output, std in ((report, 5.0 / math.sqrt(2.0)), (report | {"eph": 2.0}, math.sqrt(2.0))):
+        decoder = GpsdDecoder()
+        decoder.feed(json.dumps(output).encode() + b"\n")
+        assert decoder.complete_on_silence()[0].position_std == pytest.approx(std)
+
+
+def test_signal_k_dilution():
+    values = [
+        {"path": "navigation.position", "value": {"latitude": 54.0, "longitude": 10.0}},
+        {"path": "navigation.gnss.horizontalDilution", "value": 1.2},
+    ]
+    decoder = SignalKDecoder()
+    update = {"$source": "gps", "timestamp": iso(START), "values": values}
+    decoder.message(json.dumps({"context": "vessels.self", "updates": [update]}))
+    assert decoder.complete_on_silence()[0].position_std == pytest.approx(1.2 * ALONE)
+
+
+def test_dilution_says_nothing_out_of_range():
+    assert all(math.isnan(deviation(*each)) for each in ((math.nan, 1), (-1.0, 1), (50.0, 1), (1.0, 0), (1.0, 9)))
+
+
+def sailing(quality, hdop="0.9"):
+    return b"".join(
+        gga(k, quality, hdop, lat=54.0 + 1e-5 * k) + rmc(START + k, 54.0 + 1e-5 * k, 10.0) for k in range(60)
+    )
+
+
+@pytest.mark.parametrize(("quality", "slow"), [(1, ALONE), (2, DIFFERENTIAL), (4, FIXED), (5, FLOAT)])
+def test_the_kind_of_fix_sets_what_of_the_position_cannot_be_seen(quality, slow):
+    fixes = only(nmea0183.read(sailing(quality)))
+    motion = estimate(fixes, "small-usv", causal=True)
+    relative = motion.position_relative_std
+    np.testing.assert_allclose(motion.position_std, np.hypot(relative, slow), rtol=1e-12)
+    assert (relative[5:] < 0.3).all()
+    navigator = Navigator("small-usv")
+    rows = [row for each in rows_of({"GP": fixes}) for row in navigator.add(each)]
+    np.testing.assert_allclose([row.position_std for row in rows], motion.position_std, rtol=1e-9)
+    np.testing.assert_allclose([row.position_relative_std for row in rows], relative, rtol=1e-9)
+    variance, *_ = navigator.position_covariance
+    assert variance == pytest.approx(relative[-1] ** 2 + slow**2, rel=0.1)
+
+
+def test_a_receiver_that_says_nothing_is_a_single_one():
+    (fixes,) = table.read(
+        b"time,lat,lon\n" + b"".join(b"%d,%f,2\n" % (1.7e9 + k, 1 + 1e-5 * k) for k in range(60))
+    ).sources.values()
+    motion = estimate(fixes, "small-usv", rate=2.0)
+    np.testing.assert_allclose(motion.position_std, np.hypot(motion.position_relative_std, ALONE))

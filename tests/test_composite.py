@@ -27,7 +27,6 @@ from steerway.live.testing import InputRow, MeasuredSpeed
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels import RPM
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
-from steerway_studies.testing import PrintedIntervalFilter
 from tests.boats import record
 
 
@@ -154,19 +153,6 @@ def test_any_readings_steps_and_times_give_a_heading_with_its_deviation_or_one_s
         assert isinstance(estimator, LearnedHeading) or 0.0 <= estimator.heading_std < math.inf
 
 
-@pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
-def test_what_is_refused_changes_nothing(make):
-    differences, readings, _, _ = record(6)
-    one, other = make(), make()
-    for u, z in zip(differences, readings, strict=True):
-        for wrong in ({"readings": np.full(3, 1e9)}, {"dt": 0.0}, {"readings": z, "times": np.full(40, 1.5)}):
-            with pytest.raises(InputError, match="heading"):
-                one.step(u, **wrong)
-        with pytest.raises(InputError, match=r"heading\.difference is nan"):
-            one.step(math.nan, z)
-        assert one.step(u, z) == other.step(u, z)
-
-
 @pytest.mark.parametrize(("step", "rate"), [(0.1, 40), (0.02, 10), (3.0, 7), (1.0, 160)])
 def test_other_steps_and_rates_estimate_the_same_heading(step, rate):
     """Held against the filter of P4's 40 readings a second; the input changes every 30 s, so that any step holds it."""
@@ -190,23 +176,6 @@ def test_other_steps_and_rates_estimate_the_same_heading(step, rate):
         )
     assert usual.heading == pytest.approx(headings[-1], abs=math.radians(0.1))
     assert other.heading == pytest.approx(headings[-1], abs=math.radians(0.1))
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        (lambda: CompositeFilter(np.zeros(13)), r"has shape \(13,\)"),
-        (lambda: IntervalFilter(np.zeros((14, 3))), r"interval\.box has shape \(14, 3\)"),
-        (lambda: IntervalFilter(box_of(MODEL, 0.01)[:, ::-1]), r"interval\.box\[\d+\] is \S+ to \S+, expected numbers"),
-        (lambda: IntervalFilter(np.full((14, 2), math.nan)), r"interval\.box\[0\] is nan to nan, expected numbers"),
-        (lambda: IntervalFilter(box_of(MODEL, 0.01), parts=0), r"interval\.parts is 0"),
-        (lambda: PrintedIntervalFilter(box_of(MODEL, 0.01)).step(0.0, np.zeros(39)), "expected"),
-        (lambda: AidedHeadingFilter().step(0.0, velocity=(1.0,)), "expected"),
-    ],
-)
-def test_mis_shaped_models_are_refused(wrong, message):
-    with pytest.raises(InputError, match=message):
-        wrong()
 
 
 NAN = st.just(math.nan)

@@ -20,7 +20,7 @@ from steerway.estimation.testing import (
     taken_up,
 )
 from steerway.estimation.testing import inference_forecast as forecast
-from steerway.identification.testing import _under_way, positions_cost, rate_noise
+from steerway.identification.testing import _under_way, positions_cost
 from steerway_studies.testing import CELLS, TrueMotion, filtering_bound, smoothing_bound
 from tests.scenes import sailed, straight, usual_profile
 
@@ -340,16 +340,6 @@ def test_a_forecast_of_a_vessel_at_rest_stays_there(fixes):
     found = predict(few, 600.0, "small-usv")
     assert math.hypot(*displacement(found.latitude[0], found.longitude[0], 0.9, 0.2)) < 1.0
     assert 1.0 < math.sqrt(found.variance_north[0]) < 100.0
-
-
-def test_noise_of_a_rate_by_quadrature_and_in_closed_form():
-    """Below and above half a time constant against fine sums."""
-    for decay, t in ((0.3, 1.0), (0.3, 4.0)):
-        lag = t * (np.arange(4000) + 0.5) / 4000
-        left = np.exp(-decay * lag)
-        turn = (1.0 - left) / decay
-        expected = [t * np.mean(each) for each in (left * left, left * turn, turn * turn)]
-        np.testing.assert_allclose(rate_noise(decay, t), expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("pole", [-1.0, -0.05, -0.4 + 2.0j, -0.02 + 0.8j])

@@ -1,7 +1,6 @@
-"""Generic claims of the five-state filter: what a step does, that Q is sound, that order and place do not matter."""
+"""The five-state filter: what a step does, and that place does not matter; the printed one equals its author's."""
 
 import copy
-import itertools
 import math
 import pickle
 
@@ -11,20 +10,11 @@ import pytest
 from steerway import FiveStateFilter, Fixes
 from steerway.core import wrap
 from steerway.core.testing import displaced
+from steerway_studies.testing import Ekf5States, ekf_5states
 from tests.five_state_by_matrices import PROFILE, dense, winding
+from tests.golden import assert_golden, columns, golden
 
-STEPS = (0.02, 0.2, 1.0, 7.0)
 _, _, SPEED, COURSE, RATE = range(5)
-
-
-def test_the_jacobian_is_the_slope_of_the_motion():
-    for seed, dt in itertools.product(range(5), STEPS):
-        model, rng = dense(PROFILE, dt), np.random.default_rng(seed)
-        x = np.array([3.0, -2.0, rng.uniform(0.5, 8.0), rng.uniform(-math.pi, math.pi), rng.uniform(-0.3, 0.3)])
-        f = model.step(x)[1]
-        h = 1e-6
-        slopes = [(model.step(x + h * e)[0] - model.step(x - h * e)[0]) / (2.0 * h) for e in np.eye(5)]
-        np.testing.assert_allclose(f, np.transpose(slopes), rtol=1e-7, atol=1e-7)
 
 
 def test_a_step_follows_the_arc():
@@ -101,20 +91,6 @@ def test_a_place_changes_nothing():
         assert np.abs(gap).max() < math.radians(0.1), place
 
 
-def test_a_turn_to_starboard_is_positive():
-    """From north over east: course and rate grow. Exchanged axes or a wrong sign of the turn are found here.
-
-    Without decay of the rate the filter follows a steady turn without bias.
-    """
-    time = 0.2 * np.arange(600)
-    rate = 0.02
-    north, east = 3.0 / rate * np.sin(rate * time), 3.0 / rate * (1.0 - np.cos(rate * time))
-    output, _ = tracked(north, east, time, PROFILE.model_copy(update={"course_rate_decay": 0.0}))
-    assert output[-1, RATE] == pytest.approx(rate, rel=0.02)
-    assert wrap(output[-1, COURSE] - rate * time[-1]) == pytest.approx(0.0, abs=math.radians(1.0))
-    assert output[-1, SPEED] == pytest.approx(3.0, rel=0.01)
-
-
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
 def test_a_copy_goes_on_by_itself(copied):
     def sail(estimator, first, last):
@@ -133,15 +109,6 @@ def test_a_copy_goes_on_by_itself(copied):
     np.testing.assert_array_equal(first_half.state, before)
 
 
-def test_a_position_has_one_unit():
-    estimator = FiveStateFilter("otter")
-    estimator.update(1.0, 0.2)
-    assert estimator.position == pytest.approx((1.0, 0.2), rel=1e-15) and np.isnan(estimator.position_north_east).all()
-    estimator = FiveStateFilter("otter")
-    estimator.update_north_east(30.0, 40.0)
-    assert estimator.position_north_east == (30.0, 40.0) and np.isnan(estimator.position).all()
-
-
 def test_every_course_is_found_from_nothing():
     time = 0.2 * np.arange(150)
     way = 1.3 * time
@@ -151,3 +118,68 @@ def test_every_course_is_found_from_nothing():
         output, _ = tracked(way * math.cos(course) + noise[0], way * math.sin(course) + noise[1], time)
         assert abs(wrap(output[-1, COURSE] - course)) < math.radians(5.0), course_deg
         assert abs(output[-1, SPEED] - 1.3) < 0.1, course_deg
+
+
+SHIP = {"h": 0.1, "z": 1, "alpha_1": 1e-5}
+TUNINGS_NED = {
+    "a": ("ekf5_ned", "meas", np.diag([0.1, 0.1]), np.diag([0.09, 0.09]), {}),
+    "b": ("ekf5_ned", "meas", np.diag([0.5, 0.05]), np.eye(2), {}),
+    "s1": ("ekf5_ned_ship", "meas", 1e-5 * np.eye(2), 0.1 * np.eye(2), SHIP | {"alpha_2": 0.2}),
+    "s1init": ("ekf5_ned_ship", "meas", 1e-5 * np.eye(2), 0.1 * np.eye(2), SHIP | {"alpha_2": 0.2}),
+    "mss": ("ekf5_ned_ship", "meas3", 10.0 * np.eye(2), 1000.0 * np.eye(2), SHIP | {"alpha_2": 1e-5}),
+}
+
+
+@pytest.mark.parametrize("label", TUNINGS_NED)
+def test_north_east_frame_equals_the_toolbox(shared_data, label):
+    name, measured, q_d, r_d, options = TUNINGS_NED[label]
+    table = golden(shared_data, name)
+    options = {"h": 0.02, "z": 10} | options
+    if label in ("s1init", "mss"):
+        first = table[0]
+        options["x_init"] = [first[f"{measured}_x"], first[f"{measured}_y"], first["U_true"], first["chi_true"], 0.0]
+    pos1, pos2 = table[f"{measured}_x"], table[f"{measured}_y"]
+    states, covariances = ekf_5states(pos1, pos2, frame="NED", q_d=q_d, r_d=r_d, return_covariance=True, **options)
+    assert_golden(states, columns(table, *(f"{label}_{s}" for s in ("x", "y", "U", "chi", "omega"))))
+    if label == "a":
+        assert_upper_triangle(covariances, golden(shared_data, "ekf5_ned_P_a"))
+
+
+def test_latitude_longitude_frame_and_covariance_equal_the_toolbox(shared_data):
+    table = golden(shared_data, "ekf5_ll_otter")
+    noise = 5e5 * np.eye(2), 1e-8 * np.eye(2)
+    found = ekf_5states(table["meas_mu"], table["meas_l"], 0.02, 10, "LL", *noise, return_covariance=True)
+    assert_golden(found[0], columns(table, "mu", "l", "U", "chi", "omega"))
+    assert_upper_triangle(found[1], golden(shared_data, "ekf5_ll_otter_P"))
+
+
+def assert_upper_triangle(covariances, table):
+    rows, i, j = table["k"].astype(int), *np.triu_indices(5)
+    expected = columns(table, *(f"P{a + 1}{b + 1}" for a, b in zip(i, j, strict=True)))
+    assert_golden(covariances[rows][:, i, j], expected)
+
+
+def test_an_unknown_position_is_no_fix_and_spoils_nothing():
+    time = 0.02 * np.arange(1000)
+    north, east = 1.2 * time, 0.3 * time
+    whole = ekf_5states(north, east, 0.02, 10, "NED", [0.5, 0.5], [0.4, 0.1])
+    north[[0, 400]] = np.nan
+    found = ekf_5states(north, east, 0.02, 10, "NED", [0.5, 0.5], [0.4, 0.1])
+    assert np.isnan(found[0]).all() and np.isfinite(found[1:]).all()
+    np.testing.assert_allclose(found[-1], whole[-1], atol=0.02)
+    at_any_row = ekf_5states(
+        np.where(np.arange(1000) % 10 == 1, 1.2 * time, np.nan), east, 0.02, None, "NED", [0.5, 0.5], [0.4, 0.1]
+    )
+    np.testing.assert_allclose(at_any_row[-1], whole[-1], atol=0.02)
+
+
+def test_step_by_step_is_the_whole_record():
+    draws = np.random.default_rng(4)
+    north, east = 0.05 * np.arange(300) + 0.1 * draws.standard_normal((2, 300))
+    whole = ekf_5states(north, east, 0.02, 10, "NED", [0.5, 0.5], [0.09, 0.09])
+    ekf = Ekf5States(0.02, 10, "NED", [0.5, 0.5], [0.09, 0.09])
+    unasked = Ekf5States(0.02, None, "NED", [0.5, 0.5], [0.09, 0.09])
+    for k in range(300):
+        np.testing.assert_array_equal(ekf.step(north[k], east[k]), whole[k])
+        given = (north[k], east[k]) if k % 10 == 0 else ()
+        np.testing.assert_array_equal(unasked.step(*given), whole[k])

@@ -110,14 +110,15 @@ def test_a_straight_course_leads_over_the_pole():
     noise = np.random.default_rng(3).normal(0.0, 1e-8, 300)
     latitude = 0.5 * math.pi - np.abs(from_pole) - noise
     longitude = np.where(from_pole < 0.0, 0.4, 0.4 - math.pi)
-    motion = estimator_of("small_craft").motion(Fixes(EPOCH + np.arange(300.0), latitude, longitude))
-    assert abs(np.mean(motion.sog[20:]) - 6.3996) < 0.02
-    assert (np.abs(motion.sog - 6.3996) < 4.0 * motion.sog_std)[20:].all()
-    before, after = motion.cog[20:148], motion.cog[152:]
-    assert np.abs(before).max() < 0.05
-    assert angle_error(after, math.pi).max() < 0.05
-    assert (motion.status[20:] == OK).all()
-    np.testing.assert_allclose(motion.latitude, latitude, atol=1e-7)
+    for smooth in (False, True):
+        motion = estimator_of("small_craft").motion(Fixes(EPOCH + np.arange(300.0), latitude, longitude), smooth=smooth)
+        assert abs(np.mean(motion.sog[20:]) - 6.3996) < 0.02
+        assert (np.abs(motion.sog - 6.3996) < 4.0 * motion.sog_std)[20:].all()
+        before, after = motion.cog[20:148], motion.cog[152:]
+        assert np.abs(before).max() < 0.05
+        assert angle_error(after, math.pi).max() < 0.05
+        assert (motion.status[20:] == OK).all()
+        np.testing.assert_allclose(motion.latitude, latitude, atol=1e-7)
 
 
 @pytest.mark.parametrize("name", EVERY_SCENE)

@@ -17,8 +17,6 @@ from steerway.estimation.heading import (
     IntervalFilter,
     box_of,
     composite_model,
-    ideal_weight,
-    weighted,
 )
 from steerway.estimation.testing import arithmetic
 from steerway.sensors import TCM2, random_compass
@@ -114,16 +112,6 @@ def test_erratum_ten_per_cent_diverges_at_once():
         for u, z in zip(differences, readings, strict=True):
             bounds.step(u, z)
         assert bounds.diverged
-
-
-@given(st.floats(-1e3, 1e3), st.floats(1e-6, 1e5), st.floats(0.0, 1.0))
-def test_erratum_ideal_weight_is_a_tautology(low, width, where):
-    """P4 (19)–(20): whatever the bounds and the estimate inside them, the ideal weight gives the estimate back."""
-    high = low + width
-    ideal = min(max(low + where * width, low), high)
-    weight = ideal_weight(low, high, ideal)
-    assert 0.0 <= weight <= 1.0
-    assert abs(weighted(low, high, weight) - ideal) <= max(1e-6, 1e-12 * width)
 
 
 DEVIATION = math.radians(8.0)

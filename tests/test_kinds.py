@@ -1,16 +1,13 @@
 """What a scenario can name: instruments, autopilots, estimators and speed controllers, on every vessel."""
 
-from typing import Literal
-
 import numpy as np
 import pytest
 
 from steerway.core import InputError
-from steerway.core.testing import NotNegative, Table, union_by_kind
 from steerway.guidance.testing import LAWS, SHAPERS
 from steerway.sensors.testing import INSTRUMENTS
 from steerway.simulation import parse_scenario, sail_scenario
-from steerway.vessels.testing import TABLES, OtterTable, VesselTable
+from steerway.vessels.testing import TABLES
 
 ROUTE = "duration = 20\n[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 400, east = 0 }]\n[compass]\n"
 
@@ -46,35 +43,6 @@ def test_an_instrument_draws_the_same_numbers_whatever_else_is_aboard():
     for read, true in (("read_north", "true_north"), ("read_water_speed", "true_surge")):
         assert np.allclose(alone[read] - alone[true], together[read] - together[true], atol=1e-9, equal_nan=True)
     assert abs(np.degrees(np.nanmean(together["read_heading"] - together["true_heading"]))) < 0.2
-
-
-class RaftTable(VesselTable):
-    """A vessel of a user."""
-
-    kind: Literal["raft"] = "raft"
-    logs: NotNegative = 4.0
-
-    def build(self):
-        return OtterTable().build()
-
-    def boat(self):
-        return OtterTable().boat()
-
-
-class Scene(Table):
-    """A file with a vessel."""
-
-    vessel: union_by_kind((OtterTable, RaftTable)) = OtterTable()
-
-
-def test_a_vessel_is_added_by_its_table():
-    assert Scene(vessel={"kind": "raft", "logs": 6}).vessel == RaftTable(logs=6.0)
-    assert Scene(vessel={"payload_mass": 5}).vessel == OtterTable(payload_mass=5.0)
-    wrong = "scene: unknown key vessel.payload_mass for kind raft, expected one of method"
-    with pytest.raises(InputError, match=wrong):
-        Scene.made_of({"vessel": {"kind": "raft", "payload_mass": 5}}, "scene")
-    with pytest.raises(InputError, match="scene: vessel is 3, expected a table"):
-        Scene.made_of({"vessel": 3}, "scene")
 
 
 pytest.importorskip("daqp")
@@ -163,6 +131,7 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
         ("otter", '[estimator.speed]\nkind = "fusion"\n', "needs a measured speed"),
         ("otter", "[tachometer]\n", "tachometer has no effect on a vessel of kind otter"),
         ("surge", "[start]\nheading_deg = 30.0\n", "to the side of the boat's heading"),
+        ("nomoto", "payload_mass = 5.0\n", "unknown key vessel.payload_mass for kind nomoto, expected one of"),
     ],
 )
 def test_what_makes_no_sense_is_refused_with_a_sentence(vessel, tables, message):

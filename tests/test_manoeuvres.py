@@ -9,8 +9,6 @@ import pytest
 from scipy.optimize import brentq
 
 from steerway import InputError
-from steerway.core import LegState
-from steerway.guidance import Order, Ordered
 from steerway.simulation import parse_scenario, sail_scenario, settling
 from steerway.simulation.testing import limits, manoeuvre_of
 from tests.command_line import run
@@ -163,19 +161,6 @@ def test_a_steady_thrust_takes_the_place_of_a_speed_loop():
     assert (run["force"] == 80.0).all()
 
 
-def test_orders_stand_for_a_leg_that_has_only_a_speed():
-    ordered = Ordered([Order(0.0, 0.1), Order(0.3, 0.2, 2.0)], cruise=1.0)
-    legs = [ordered.step(math.nan, math.nan, 0.1) for _ in range(4)]
-    assert [leg.speed for leg in legs] == [1.0, 1.0, 1.0, 2.0] and ordered.given_course == 0.2
-    assert isinstance(legs[0], LegState) and math.isnan(legs[0].direction)
-
-
-@pytest.mark.parametrize("kind", ["zigzag", "zigzag:10", "zigzag:10/ten", "circle:35", "pull-out:0", "zigzag:10/200"])
-def test_what_no_manoeuvre_is_is_refused(kind):
-    with pytest.raises(InputError, match=f"manoeuvre is '{kind}', expected"):
-        numbers(kind)
-
-
 @pytest.mark.parametrize(
     "text, words",
     [
@@ -185,6 +170,8 @@ def test_what_no_manoeuvre_is_is_refused(kind):
         ("[speed]\nforce = 50.0\ncruise = 1.0\n[[orders]]", r"speed\.cruise has no effect with speed\.force"),
         ("[[orders]]\ncourse = 5.0", r"orders\[0\]\.course"),
         ("manoeuvre = 'zigzag:10/10'\nvessel.kind = 'surge'", "needs a steered vessel, which kind surge is not"),
+        ("manoeuvre = 'zigzag:10/ten'", "manoeuvre is 'zigzag:10/ten', expected"),
+        ("manoeuvre = 'pull-out:0'", "manoeuvre is 'pull-out:0', expected"),
     ],
 )
 def test_what_cannot_be_ordered_is_refused(text, words):

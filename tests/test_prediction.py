@@ -88,9 +88,7 @@ def test_every_vessel_at_every_horizon():
     assert (longer >= shorter).all() and longer[1] > 5.0 * longer[0]
     assert longer[3] < 0.1 * longer[1], "at anchor she stays"
     frame = found.to_frame()
-    assert frame.columns[:5] == ["mmsi", "time_s", "horizon_s", "lat_deg", "lon_deg"]
-    assert frame["ellipse95_direction_deg"].is_between(0.0, 180.0).all()
-    assert frame["north_east_correlation"].abs().max() <= 1.0 and len(direction) == 4
+    assert frame["ellipse95_direction_deg"].is_between(0.0, 180.0).all() and len(direction) == 4
 
 
 def test_the_ellipse_lies_as_the_covariance_says():
@@ -137,13 +135,6 @@ def test_the_command(tmp_path):
     assert "mmsi" not in json.loads(run("predict", own, "--horizon", "30", "--profile", "otter", "--json")[1])[0]
     code, out, err = run("predict", log, "-o", "where.gpx")
     assert code == 2 and "expected one of .csv, .parquet" in err and out == ""
-
-
-def test_profiles_are_listed_and_shown(tmp_path):
-    assert "small-usv" in run("profile", "list")[1]
-    shown = tmp_path / "shown.toml"
-    shown.write_text(run("profile", "show", "swell")[1])
-    assert Profile.load(shown) == Profile.named("swell")
 
 
 LOG = "solent_ais/SolentAIS_20160112_130211.csv"

@@ -107,3 +107,5 @@ def test_the_lag_is_that_behind_a_steady_turn(shaper):
     turn = 0.01
     angles = run(shaper, lambda t: (turn * t, 0.0, 0.0), 120.0)[:, 0]
     assert (turn * (120.0 - H) - angles[-1]) / turn == pytest.approx(shaper.lag, abs=1.1 * H)
+    if isinstance(shaper, TrackingFilter):  # told the rate it does not lag
+        assert run(shaper, lambda t: (turn * t, turn, 0.0), 120.0)[-1, 1] == pytest.approx(turn, rel=1e-6)

@@ -170,26 +170,6 @@ def test_another_position_of_the_same_time_and_the_same_of_another_count():
     assert np.isfinite(FiveStateFilter(SMALL).filter(later).nis[2:]).all()
 
 
-STEADY = {"speed_noise": 1e-4, "course_rate_noise": 1e-5, "course_rate_decay": 1.0, "position_std": 0.5}
-TURNING = {"turn_speed_noise": 1e-4, "turn_course_rate_noise": 7.8e-3, "turn_course_rate_decay": 0.2}
-BOTH = Profile(**STEADY, **TURNING, turn_time=10.0, straight_time=40.0)
-
-
-def test_on_a_held_course_it_is_better_than_a_filter_for_turns_and_consistent():
-    turner = Profile(speed_noise=1e-4, course_rate_noise=7.8e-3, course_rate_decay=0.2, position_std=0.5)
-    errors, scores = {"both": [], "turner": []}, []
-    for seed in range(10):
-        scene = straight(1.3, 0.3 * seed, 120.0)
-        fixes = scene.fixes(0.5, seed)
-        for name, profile in (("both", BOTH), ("turner", turner)):
-            motion = steerway.estimate(fixes, profile, causal=True)
-            errors[name].append(np.mean(angle_error(motion.cog, scene.cog)[150:] ** 2))
-            if name == "both":
-                scores.append(np.nanmean(motion.nis))
-    assert np.sqrt(np.mean(errors["both"])) < 0.5 * np.sqrt(np.mean(errors["turner"]))
-    assert 1.85 < np.mean(scores) < 2.15
-
-
 def test_a_fix_that_a_turn_would_explain_is_believed_however_unlikely_the_turn():
     """Ship of scenario M, a fix every 10 s: at the beginning of a turn she is not where a held course would lead."""
     cell, squares, refused = CELLS["m05"], [], 0
@@ -317,15 +297,6 @@ def test_the_archive_has_the_limit_of_the_record():
     profile = Profile(speed_noise=1e-6, course_rate_noise=1e-5, course_rate_decay=0.3, position_std=0.01)
     filters = levels.filters([[profile.model_dump()] * tracks.LEVELS], ())
     assert filters.steerageway == pytest.approx(0.03)
-
-
-def test_a_position_taken_anew_keeps_the_motion():
-    scene = straight(3.0, 1.0, 60.0)
-    estimator = FiveStateFilter(SMALL)
-    motion = estimator.filter(scene.fixes(0.1, 1, lambda t: (10.0 * (t >= 30.0), 0.0 * t)))
-    rejected = np.flatnonzero(motion.status == REJECTED)
-    assert 10 <= np.sum((rejected >= 150) & (rejected < 170)) <= 12, "two seconds of unbroken rejections, then no more"
-    assert np.nanmax(angle_error(motion.cog, scene.cog)[100:]) < math.radians(8.0)
 
 
 def test_standstill_and_restart_on_another_course():

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from steerway import InputError
+from steerway.control import PositioningGains
 from steerway.core import displacement
+from steerway.estimation.heading import AidedHeadingFilter, IntervalFilter
+from steerway.estimation.positioning import TimeVaryingNoise
 from steerway.sensors import Compass, DopplerLog, Gnss, Instrument, accelerometer, gyro
 from steerway.sensors.testing import Fault, gnss
+from steerway.vessels import Otter, Propeller
 
 
 def truth(seconds=60.0, step=0.02, start=0.0):
@@ -159,13 +163,19 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
         (lambda: Gnss(rate=0.0), "Gnss: rate is 0.0, expected more than 0.0 Hz"),
         (lambda: Gnss(markov=((1.0, 0.0),)), r"Gnss: markov\[0\]\[1\] is 0.0, expected more than 0"),
         (lambda: Instrument(white=-1.0), "instrument.white is -1, expected a number of at least 0"),
-        (lambda: Fault(kind="loss", start=0.0), "Fault: kind is 'loss', expected one of dropout"),
         (lambda: Fault(kind="jump"), "both or neither of start and per_hour"),
         (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "has steps of 1 s"),
         (lambda: gnss.white(0.1).fixes([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0), "does not rise"),
+        (lambda: Otter(payload_mass=46.0), "payload_mass is 46.0"),
+        (lambda: Propeller(advance=(0.0, 0.0), coefficient=(0.3, 0.1)), "expected rising ratios"),
+        (lambda: TimeVaryingNoise(low=0.5, high=0.25), "time_varying.high is 0.25"),
+        (lambda: PositioningGains(np.ones(3), np.eye(3), np.eye(3)), r"proportional has shape \(3,\), expected"),
+        (lambda: IntervalFilter(np.full((14, 2), math.nan)), r"interval\.box\[0\] is nan to nan, expected numbers"),
+        (lambda: AidedHeadingFilter().step(0.0, velocity=(1.0,)), "expected"),
     ],
 )
-def test_a_receiver_that_cannot_be_is_refused(make, message):
+def test_what_cannot_be_is_refused(make, message):
+    """Of receivers, vessels, observers and heading filters, where they are made."""
     with pytest.raises(InputError, match=message):
         make()
 
@@ -181,15 +191,12 @@ def streamed(stream, *truth):
     return tuple(zip(*[(time, reading) for time, reading in readings if reading is not None], strict=True))
 
 
-def test_a_compass_is_the_same_in_a_record_and_in_the_loop():
+def test_a_compass_and_a_log_are_the_same_in_a_record_and_in_the_loop():
     compass = Compass(WOBBLY, deviation=(0.1, 0.2, 0.3, 0.04, 0.05))
     heading = np.linspace(-6.0, 6.0, len(TIME))
     time, reading = compass.measured(TIME, heading, 3)
     np.testing.assert_array_equal((time, reading), streamed(compass.start(3), heading))
     assert reading.min() >= -math.pi and reading.max() < math.pi
-
-
-def test_a_log_is_the_same_in_a_record_and_in_the_loop():
     log = DopplerLog(WOBBLY)
     time, surge, sway = log.measured(TIME, np.cos(TIME), np.sin(TIME), 3)
     times, readings = streamed(log.start(3), np.cos(TIME), np.sin(TIME))

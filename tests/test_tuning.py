@@ -10,8 +10,7 @@ import steerway
 from steerway import estimation
 from steerway.core import displacement
 from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, log_likelihood, predict, tune
-from steerway.estimation.testing import infer, motion_of
-from steerway.estimation.testing import tune as tuning
+from steerway.estimation.testing import motion_of
 from steerway.sensors import Gnss
 from steerway_studies.testing import FAST, SLOW
 from steerway_studies.testing import scenarios_sail as sail
@@ -51,27 +50,6 @@ def test_the_default_is_what_a_log_without_the_fixes_held_back_shows(sortie):
 
 
 @pytest.mark.study
-def test_where_more_effort_predicts_worse_the_answer_is_the_defaults(monkeypatch):
-    """The thorough inference is spoilt: a receiver of ten times the noise."""
-    fixes = one_mode(5, 200.0)
-
-    def spoilt(record, aids=(), effort=1):
-        found = infer(record, aids, effort)
-        worse = [
-            s.model_copy(update={"values": s.values | {"fix_std": 10.0 * s.values["fix_std"]}})
-            for s in found.structures
-        ]
-        return found if effort == 1 else found._replace(structures=tuple(worse))
-
-    monkeypatch.setattr(tuning, "infer", spoilt)
-    tuned = tune(fixes)
-    assert tuned.is_default and tuned.held_back_log_likelihood == tuned.default_held_back_log_likelihood
-    assert "no better" in dict(tuned.sentences())["result"]
-    without = [each.model_copy(update={"intervals": {}}) for each in tuned.profile.structures]
-    assert tuple(without) == tuned.default.structures == choose_profile(fixes).structures
-
-
-@pytest.mark.study
 def test_the_noise_of_the_receiver_lies_in_its_intervals(sortie):
     """A receiver of 0.3 m, in every structure of five logs."""
     found = [sortie[1], *(tune(one_mode(seed, 300.0)) for seed in (5, 7, 9, 12))]
@@ -101,9 +79,7 @@ def test_a_profile_of_structures_survives_a_file_and_serves_another_log(sortie, 
     ("old", "new", "message"),
     [
         ('"wander"', '"wonder"', "part 'wonder' is unknown"),
-        ("fix_std = ", "fix_stt = ", "values has no fix_std"),
         ("weight = ", "weight = 1", "the weights of the structures add up to"),
-        ("name = ", "nam = ", "nam"),
     ],
 )
 def test_a_wrong_profile_of_structures_is_named(sortie, tmp_path, old, new, message):
@@ -143,13 +119,3 @@ def test_a_vessel_of_two_modes_is_forecast_by_her_average():
         spread = [[found.variance_north[0], found.covariance[0]], [found.covariance[0], found.variance_east[0]]]
         scores.append(miss @ np.linalg.solve(spread, miss))
     assert np.median(scores) < 3.0 and np.quantile(scores, 0.9) < 8.0
-
-
-def test_vessels_of_one_log_are_each_estimated_by_the_structures(sortie):
-    _, tuned = sortie
-    one, two = one_mode(11, 100.0), one_mode(12, 100.0)
-    columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("time", "latitude", "longitude")}
-    both = steerway.Fixes(**columns, mmsi=np.repeat([7, 8], [len(one), len(two)]))
-    motion = steerway.estimate(both, tuned.profile, causal=True)
-    np.testing.assert_array_equal(motion.mmsi, both.mmsi)
-    np.testing.assert_array_equal(motion.sog[len(one) :], steerway.estimate(two, tuned.profile, causal=True).sog)

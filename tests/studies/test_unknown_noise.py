@@ -9,8 +9,7 @@ from steerway.estimation import Profile
 from steerway.simulation import load_scenario, sail_scenario
 from tests.golden import missed, no_worse
 from tests.scenes import Scene, turning
-from tests.test_fixed_lag import errors
-from tests.test_unknown_noise import MOST, REFUSED, beside_the_paper
+from tests.test_fixed_lag import MOST, REFUSED, beside_the_paper, errors
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 SEEDS = 61, 62, 63
