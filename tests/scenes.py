@@ -19,6 +19,8 @@ from steerway.estimation.testing import (
     model_of,
     take_fix,
 )
+from steerway.sensors import TRUE_TCM2, DynamicCompass
+from steerway.vessels import RPM, Springer, conditions
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))
@@ -130,3 +132,22 @@ def small_craft():
     scene = turning(1.5, 0.7, 200.0, seed=1)
     fixes = scene.fixes(STD, 1)
     return scene, fixes, LogEstimator(fixes)
+
+
+def record(
+    seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, card=(0.0,) * 5, **vessel
+):
+    """(propeller speed differences, compass readings, headings, velocities) of a weaving Springer, one per second."""
+    rng = np.random.default_rng(seed)
+    boat, stream = Springer(plant, **vessel), DynamicCompass(compass, card).start(heading, rng)
+    state, around, rows = boat.start(heading=heading), conditions(current), []
+    for k in range(seconds):
+        difference = 60.0 * RPM * math.sin(k / 15.0)
+        motion = boat.motion(state, around)
+        velocity = (
+            motion.north_velocity + 0.1 * rng.standard_normal(),
+            motion.east_velocity + 0.1 * rng.standard_normal(),
+        )
+        rows.append((difference, stream.second(boat.heading(state)), boat.heading(state), velocity))
+        state = boat.step(state, (difference,), around, 1.0)
+    return tuple(zip(*rows, strict=True))

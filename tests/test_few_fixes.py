@@ -253,16 +253,6 @@ def test_noise_tells_nothing_of_the_heading():
     assert abs(math.degrees(np.mean([_drift_on_a_leg(seed) for seed in range(8)]))) < 1.0
 
 
-def test_a_boat_that_is_driven_and_stands_still_stems_a_current():
-    for is_driven in (True, False):
-        chance, filter = np.random.default_rng(1), SteeringFilter(Response(1.3, math.radians(20.0), 2.0, 2.0), 0.1)
-        filter.driven_since = -100.0 if is_driven else math.inf
-        for k in range(40):
-            seen = 0.05 * chance.standard_normal(4)
-            filter.fix(0.2 * k, *seen, heading=0.0, yaw_rate=0.0)
-        assert (filter.at(8.0).water_speed > 0.5) is is_driven
-
-
 def test_a_boat_that_stems_a_current_at_full_throttle_makes_way_through_the_water():
     """Over ground it hardly moves. Without the throttle it is taken to drift."""
     found = []

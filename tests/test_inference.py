@@ -95,16 +95,6 @@ def test_place_and_direction_change_nothing(angle, home):
         assert angle_error(usual.cog + angle, other.cog)[known].max() < math.radians(0.1)
 
 
-@pytest.mark.study
-def test_place_and_direction_change_little_of_what_is_inferred():
-    """The search begins from medians north and east."""
-    usual, anew = (steerway.estimate(turned(noisy(), angle).fixes(0.0, 0), causal=True) for angle in (0.0, 2.0))
-    known = np.isfinite(usual.cog) & np.isfinite(anew.cog)
-    known[:SETTLED] = False
-    assert (np.abs(usual.sog - anew.sog) / usual.sog_std)[known].max() < 0.5
-    assert (angle_error(usual.cog + 2.0, anew.cog) / usual.cog_std)[known].max() < 0.5
-
-
 def test_a_straight_course_leads_over_the_pole():
     from_pole = (np.arange(300) - 150.0) * 1e-6 + 3e-7  # rad, some 6.4 m a step
     noise = np.random.default_rng(3).normal(0.0, 1e-8, 300)

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core import InputError, wrap_array
-from steerway.estimation import FiveStateFilter, Profile
+from steerway.core import InputError
+from steerway.estimation import FiveStateFilter
 from steerway.sensors import Gnss
 from steerway.sensors.testing import Fault
 from steerway_studies.testing import CELLS, TrueMotion, errors
-from tests.scenes import straight, turning
 
 ENDS = 100
 """Rows at both ends that count for nothing: there the filter from the past, or the one from the future, begins."""
@@ -34,13 +33,6 @@ def output(motion):
 
 def deviations(motion):
     return np.stack([motion.sog_std, motion.cog_std, motion.course_rate_std])
-
-
-def apart(one, other):
-    """(3, n) difference of two estimates (3, n)."""
-    difference = one - other
-    difference[1] = wrap_array(difference[1])
-    return difference
 
 
 @pytest.mark.parametrize("kind", PROFILES)
@@ -109,32 +101,3 @@ def test_troubles_cost_next_to_nothing(fault):
         for given, truth in ((good, voyage), (disturbed, there))
     )
     assert np.all(troubled < 1.3 * usual)
-
-
-ALIKE, ALIKE_DEVIATIONS = 0.03, 0.01
-"""How far apart estimates (in deviations) and deviations (as a part of them) may be that should be the same."""
-ONE_MODEL = Profile(speed_noise=1e-4, course_rate_noise=1e-6, course_rate_decay=0.2, position_std=0.14)
-SAME_TWICE = {
-    "turn_time": 20.0,
-    "straight_time": 50.0,
-    "turn_speed_noise": ONE_MODEL.speed_noise,
-    "turn_course_rate_noise": ONE_MODEL.course_rate_noise,
-    "turn_course_rate_decay": ONE_MODEL.course_rate_decay,
-}
-BUT_ONE = {
-    "both models alike": SAME_TWICE,
-    "both alike, changing all the time": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1.0},
-    "turns next to never": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1e12, "turn_course_rate_noise": 1e-3},
-}
-
-
-@pytest.mark.parametrize("two", BUT_ONE)
-def test_where_there_is_one_motion_model_it_is_the_smoother_of_one(two):
-    """At a speed and with fixes at which the form of a correction does not matter, and with no fix near the gate."""
-    profile = ONE_MODEL.model_copy(update=BUT_ONE[two])
-    for scene in (straight(5.0, 0.7, 300.0), turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6)):
-        fixes = scene.fixes(0.1, 1)
-        one, other = (steerway.estimate(fixes, each, smooth=True) for each in (ONE_MODEL, profile))
-        difference = apart(output(one), output(other)) / deviations(one)
-        assert np.max(np.abs(difference[:, MIDDLE])) < ALIKE
-        assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)

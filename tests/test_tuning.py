@@ -8,11 +8,10 @@ import pytest
 
 import steerway
 from steerway import estimation
-from steerway.core import displacement
-from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, log_likelihood, predict, tune
+from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, log_likelihood, tune
 from steerway.estimation.testing import motion_of
 from steerway.sensors import Gnss
-from steerway_studies.testing import FAST, SLOW
+from steerway_studies.testing import FAST
 from steerway_studies.testing import scenarios_sail as sail
 from tests.command_line import run
 
@@ -100,22 +99,3 @@ def test_the_command_line_shows_intervals(sortie, tmp_path, monkeypatch):
     shown = json.loads(run("profile", "show", made, "--json")[1])["structures"][0]
     assert shown["intervals"]["fix_std"][0] < shown["values"]["fix_std"] < shown["intervals"]["fix_std"][1]
     assert Profile.named("small-usv").toml().count("#") == 0
-
-
-def test_a_vessel_of_two_modes_is_forecast_by_her_average():
-    known = SLOW.known(0.5)
-    average = known.on_average
-    assert average.turn_time == 0.0 and average.position_std == 0.5
-    assert 0.1 < average.course_rate_noise / known.turn_course_rate_noise < 0.3, "she turns a fifth of the time"
-    assert ONE.on_average is ONE and ONE.agility == ONE.course_rate_noise
-    assert known.agility == known.turn_course_rate_noise
-    scores = []
-    for seed in range(20):
-        voyage = sail(SLOW, seed)
-        fixes = voyage.fixes(Gnss(white=0.5), seed)
-        found = predict(fixes.rows(np.arange(1201)), 30.0, known)
-        there = voyage.fixes(Gnss(), seed)
-        miss = displacement(there.latitude[1350], there.longitude[1350], found.latitude[0], found.longitude[0])
-        spread = [[found.variance_north[0], found.covariance[0]], [found.covariance[0], found.variance_east[0]]]
-        scores.append(miss @ np.linalg.solve(spread, miss))
-    assert np.median(scores) < 3.0 and np.quantile(scores, 0.9) < 8.0

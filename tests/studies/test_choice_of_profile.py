@@ -7,24 +7,7 @@ import pytest
 
 import steerway
 from steerway.estimation import choose_profile
-from steerway.sensors import low_cost
 from tests.scenes import angle_error, straight, turning
-
-
-def with_a_course(speed):
-    """Share of rows with a course after a minute, and the RMS error of those (°), by a low-cost receiver."""
-    scene = turning(speed, 1.0, 300.0, decay=0.2, density=3e-5)
-    home = math.radians(1.0), math.radians(10.0)
-    motion = steerway.estimate(low_cost().fixes(scene.time, scene.north, scene.east, 1, origin=home), causal=True)
-    error = angle_error(motion.cog, scene.cog)[motion.time >= scene.time[0] + 60.0]
-    known = np.isfinite(error)
-    return known.mean(), math.degrees(np.sqrt(np.mean(error[known] ** 2))) if known.any() else math.nan
-
-
-def test_at_rest_there_is_no_course_and_its_error_falls_with_speed():
-    (rest, _), (slow, slow_error), (fast, fast_error) = (with_a_course(each) for each in (0.0, 0.7, 3.0))
-    assert rest < 0.05 and slow > 0.9 and fast == 1.0
-    assert fast_error < 4.0 and fast_error < slow_error < 20.0
 
 
 def expected(profile, *names):

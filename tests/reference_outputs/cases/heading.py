@@ -8,8 +8,8 @@ from steerway.estimation.heading import WEIGHTS, AidedHeadingFilter, LearnedHead
 from steerway.estimation.testing import PRODUCT
 from steerway.vessels import RPM
 from steerway.vessels.testing import PHYSICAL_YAW
-from tests.boats import record
 from tests.reference_outputs.tables import case, columns
+from tests.scenes import record
 
 CURRENT = 0.05, 0.15
 
