@@ -128,14 +128,12 @@ def stds(*sentences):
     return fixes.position_std.tolist()
 
 
-def test_dilution_and_quality_of_gga():
+def test_dilution_and_quality_of_gga_and_the_best_mode_of_gns():
     said = {(1, "1.5"): 1.5 * ALONE, (2, "0.8"): DIFFERENTIAL, (4, "1.7"): 1.7 * FIXED, (5, "1.0"): FLOAT}
     said |= dict.fromkeys([(1, ""), (1, "0.0"), (1, "99.99"), (8, "1.0")], math.nan)
     for each, std in said.items():
         assert stds(gga(0, *each)) == pytest.approx([std], rel=1e-12, nan_ok=True), each
-
-
-def test_the_best_mode_of_gns_counts():
+    assert all(math.isnan(deviation(*each)) for each in ((math.nan, 1), (-1.0, 1), (50.0, 1), (1.0, 0), (1.0, 9)))
     best = {"AN": ALONE, "ADN": DIFFERENTIAL, "RRNN": FIXED, "FA": FLOAT, "MM": math.nan}
     for modes, std in best.items():
         assert stds(gns(0, modes)) == pytest.approx([2.0 * std], rel=1e-12, nan_ok=True), modes
@@ -158,20 +156,14 @@ def test_nmea_2000_tells_it_with_the_gnss_position_unless_it_is_not_available():
         assert fixes.position_std[0] == pytest.approx(std, nan_ok=True)
 
 
-def test_gpx_dilution():
+def test_gpx_dilution_and_columns_of_tables():
     fixes = only(gpx.read(document(POINT.format(1, "<hdop>1.2</hdop>"), POINT.format(2, ""))))
     np.testing.assert_allclose(fixes.position_std, [1.2 * ALONE, np.nan])
-
-
-def test_columns_of_tables():
     cells = {("position_std_m", "0.5"): 0.5, ("hAcc", "-1"): math.nan, ("HDOP", "1.2"): 1.2 * ALONE}
     cells |= dict.fromkeys([("hAcc", "2"), ("hacc_mm", "2000"), ("ehpe", "2")], math.sqrt(2.0))
     for (name, cell), std in cells.items():
         fixes = only(table.read(f"time,lat,lon,{name}\n1700000000,1,2,{cell}\n".encode()))
         assert fixes.position_std[0] == pytest.approx(std, rel=1e-12, nan_ok=True), name
-
-
-def test_a_deviation_goes_before_a_dilution_and_accuracy_in_ais_is_none():
     fixes = only(table.read(b"time,lat,lon,hdop,hacc\n1700000000,1,2,9,2\n"))
     assert fixes.position_std[0] == pytest.approx(math.sqrt(2.0))
     fixes = only(table.read(b"mmsi,time,lat,lon,accuracy\n367000000,1700000000,1,2,1\n"))
@@ -195,10 +187,6 @@ def test_signal_k_dilution():
     update = {"$source": "gps", "timestamp": iso(START), "values": values}
     decoder.message(json.dumps({"context": "vessels.self", "updates": [update]}))
     assert decoder.complete_on_silence()[0].position_std == pytest.approx(1.2 * ALONE)
-
-
-def test_dilution_says_nothing_out_of_range():
-    assert all(math.isnan(deviation(*each)) for each in ((math.nan, 1), (-1.0, 1), (50.0, 1), (1.0, 0), (1.0, 9)))
 
 
 def sailing(quality, hdop="0.9"):

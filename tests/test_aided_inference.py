@@ -52,18 +52,6 @@ def test_a_gyro_shows_the_few_turns_of_a_short_log():
 
 
 @pytest.mark.study
-def test_the_noise_of_a_receivers_velocity_is_found():
-    values = likeliest(aided_fixes(sail(SLOW, 4), 4), ("sog", "cog")).values
-    assert [values["sog_std"], values["velocity_std"]] == pytest.approx([VELOCITY_STD] * 2, rel=0.1)
-
-
-@pytest.mark.study
-def test_aids_that_are_not_there_change_nothing():
-    fixes = replace(aided_fixes(sail(replace(SLOW, duration=60.0), 2), 2), yaw_rate=None)
-    assert choose_profile(fixes, aid=("yaw_rate", "heading", "water_speed")) == choose_profile(fixes)
-
-
-@pytest.mark.study
 @missed("0.063 of 0.1°/s: quick wander is as probable as a gyro's noise, 1 row a second")
 def test_aids_between_the_fixes_are_used():
     voyage = sail(SLOW, 0)

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -323,13 +322,6 @@ def test_a_forecast_by_given_numbers(fixes, numbers):
     assert math.hypot(*way) == pytest.approx(20.0, abs=5.0)
     assert math.atan2(way[1], way[0]) == pytest.approx(1.0, abs=0.3)
     assert found.variance_north[0] > 0.01 and found.variance_east[0] > 0.01
-
-
-def test_a_forecast_of_a_vessel_at_rest_stays_there(fixes):
-    few = replace(fixes, latitude=np.full(12, 0.9), longitude=np.full(12, 0.2)).rows(slice(8))
-    found = predict(few, 600.0, "small-usv")
-    assert math.hypot(*displacement(found.latitude[0], found.longitude[0], 0.9, 0.2)) < 1.0
-    assert 1.0 < math.sqrt(found.variance_north[0]) < 100.0
 
 
 @pytest.mark.parametrize("pole", [-1.0, -0.05, -0.4 + 2.0j, -0.02 + 0.8j])

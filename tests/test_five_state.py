@@ -159,20 +159,6 @@ def assert_upper_triangle(covariances, table):
     assert_golden(covariances[rows][:, i, j], expected)
 
 
-def test_an_unknown_position_is_no_fix_and_spoils_nothing():
-    time = 0.02 * np.arange(1000)
-    north, east = 1.2 * time, 0.3 * time
-    whole = ekf_5states(north, east, 0.02, 10, "NED", [0.5, 0.5], [0.4, 0.1])
-    north[[0, 400]] = np.nan
-    found = ekf_5states(north, east, 0.02, 10, "NED", [0.5, 0.5], [0.4, 0.1])
-    assert np.isnan(found[0]).all() and np.isfinite(found[1:]).all()
-    np.testing.assert_allclose(found[-1], whole[-1], atol=0.02)
-    at_any_row = ekf_5states(
-        np.where(np.arange(1000) % 10 == 1, 1.2 * time, np.nan), east, 0.02, None, "NED", [0.5, 0.5], [0.4, 0.1]
-    )
-    np.testing.assert_allclose(at_any_row[-1], whole[-1], atol=0.02)
-
-
 def test_step_by_step_is_the_whole_record():
     draws = np.random.default_rng(4)
     north, east = 0.05 * np.arange(300) + 0.1 * draws.standard_normal((2, 300))
