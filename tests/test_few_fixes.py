@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core import Fixes, displacement, wrap
+from steerway.core import displacement, wrap
 from steerway.estimation import InferredFilter, Profile, hindcast, predict
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
@@ -57,14 +57,6 @@ def test_an_obstruction_of_the_sky_is_no_motion():
     fixes = straight(2.0, 1.0, 11.0, 1.0).fixes(0.1, 5, lambda _: (off, -off))
     motion = steerway.estimate(fixes, usual_profile("base", "wander", "obstructions"), causal=True)
     assert np.abs(motion.sog[6:] - 2.0).max() < 1.0
-
-
-def test_a_vessel_that_is_moved_goes_on_there():
-    """Refused for long the filter takes the new place, and so does the smoother."""
-    time, east = np.arange(0.0, 90.0, 3.0), np.full(30, 0.2)
-    east[12:] += 1e-3
-    motion = steerway.estimate(Fixes(1.7e9 + time, 0.9 + 3e-7 * time, east), TWO_MODES, smooth=True)
-    assert abs(motion.longitude[-1] - east[-1]) < 1e-6
 
 
 def test_an_inferred_profile_predicts(fixes):

@@ -16,11 +16,8 @@ from steerway.estimation.heading import (
     CompositeFilter,
     DeviationBounds,
     IntervalFilter,
-    ModelBank,
     box_of,
     composite_model,
-    corners,
-    grid,
 )
 from steerway.estimation.testing import PRODUCT, arithmetic
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
@@ -60,21 +57,6 @@ def test_composite_is_the_kalman_filter(compass, yaw):
     expected, variance = by_matrices(compass, yaw, differences, readings)
     np.testing.assert_allclose(headings, expected, rtol=1e-9, atol=1e-12)
     assert estimator.heading_std == pytest.approx(math.sqrt(variance), rel=1e-6)
-
-
-def test_bank_holds_its_members_and_blends_towards_the_true_one():
-    compasses = [*corners(0.01), TRUE_TCM2._replace(shift=1.0)]
-    truth = compasses[3]
-    differences, readings, _, _ = record(200, truth)
-    bank, own = ModelBank(compasses), CompositeFilter(composite_model(truth))
-    for u, z in zip(differences, readings, strict=True):
-        bank.step(u, z)
-        own.step(u, z)
-        assert bank.low <= own.heading <= bank.high
-    assert bank.headings[3] == pytest.approx(own.heading, rel=1e-12)
-    assert bank.weights.argmax() == 3
-    assert abs(bank.heading - own.heading) < 0.1 * (bank.high - bank.low)
-    assert len(grid(0.01)) == 81 and len(corners(0.01)) == 17
 
 
 def test_product_filter_finds_bias_scale_and_current():

@@ -13,7 +13,7 @@ import steerway
 from steerway import Fixes, estimation
 from steerway.core import OK, REJECTED
 from steerway.core.testing import NO_COURSE, PREDICTED, STARTING
-from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, log_likelihood, tune
+from steerway.estimation import InferredProfile, Profile, load_profile, tune
 from steerway.estimation.testing import LogEstimator, laid_out, motion_of, whole_log
 from steerway.sensors import Gnss
 from steerway_studies.testing import FAST
@@ -278,15 +278,6 @@ def test_what_is_found_predicts_no_worse_than_the_default(sortie):
     assert tuned.held_back_log_likelihood >= tuned.default_held_back_log_likelihood
     assert tuned.held_back == pytest.approx(0.2 * len(fixes), abs=1)
     assert steerway.estimate(fixes, tuned.profile, causal=True).time.shape == fixes.time.shape
-
-
-@pytest.mark.study
-def test_the_default_is_what_a_log_without_the_fixes_held_back_shows(sortie):
-    fixes, tuned = sortie
-    cut = len(fixes) - tuned.held_back
-    default = choose_profile(fixes.rows(np.arange(cut)))
-    likelihood = log_likelihood(fixes, default, fixes.time[cut])
-    assert likelihood == pytest.approx(tuned.default_held_back_log_likelihood, rel=1e-9)
 
 
 @pytest.mark.study

@@ -102,15 +102,6 @@ def likeliest(fixes):
     return max(choose_profile(fixes).structures, key=lambda each: each.weight)
 
 
-@pytest.mark.study
-def test_the_inference_finds_who_swings_and_who_does_not():
-    found = likeliest(swinging(period=11.0, duration=400.0).fixes(0.01, 3))
-    assert "waves" in found.parts and 9.0 < found.values["yaw_period"] < 14.0
-    course = 0.7 + np.cumsum(np.random.default_rng(2).normal(0.0, 1e-4, 3000))
-    scene = thinned(sailed(5.0, course, 10.0), 10)
-    assert "waves" not in likeliest(scene.fixes(0.3, 3)).parts
-
-
 def heaving():
     """A ship at 5 m/s whose speed a swell of ten seconds moves by 0.4 m/s, seen once a second to two centimetres."""
     time = np.arange(401.0)
