@@ -29,17 +29,17 @@ def doubted(given):
     return variance_scales_of(np.zeros(2), np.asarray(given, float))
 
 
-def troubled(seed, duration=300.0, exaggerated=2.0):
+def troubled(seed):
     """A scene, fixes of it whose noise is tenfold for a third of the time, as the receiver says, and when it is.
 
     It says thrice what it should as a rule, and in trouble exaggerates that further, as real ones do.
     """
-    scene = turning(1.5, 0.5, duration, seed=seed)
+    scene = turning(1.5, 0.5, 300.0, seed=seed)
     bad = (scene.time - scene.time[0]) % 120.0 > 80.0
     std = np.where(bad, BAD, GOOD)
     noise = np.random.default_rng([seed, 7]).standard_normal((2, len(std))) * std
     fixes = replace(scene, north=scene.north + noise[0], east=scene.east + noise[1]).fixes(0.0, 0)
-    return scene, replace(fixes, position_std=3.0 * std * np.where(bad, exaggerated, 1.0)), bad
+    return scene, replace(fixes, position_std=3.0 * std * np.where(bad, 2.0, 1.0)), bad
 
 
 def test_what_is_usual_or_better_or_wavers_is_believed_alike():

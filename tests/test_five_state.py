@@ -30,9 +30,9 @@ def test_a_step_follows_the_arc():
     np.testing.assert_allclose(after, x, atol=2e-4)  # the chord takes the rate as constant: 1e-4 m here
 
 
-def tracked(north, east, time, profile=PROFILE):
+def tracked(north, east, time):
     """Rows of the estimate (n, 9) in the plane of the fixes, and their NIS."""
-    estimator, rows, found = FiveStateFilter(profile), [], []
+    estimator, rows, found = FiveStateFilter(PROFILE), [], []
     for k in range(len(time)):
         estimator.predict(time[k] - time[k - 1] if k else 0.0)
         found.append(estimator.update_north_east(north[k], east[k]))

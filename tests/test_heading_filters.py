@@ -27,7 +27,7 @@ from steerway_studies.testing import PrintedIntervalFilter
 from tests.scenes import record
 
 
-def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=1e-12):
+def by_matrices(compass, yaw, differences, readings):
     """P4 (11)–(15) on point values with NumPy's matrices."""
     a, b, c = yaw.matrices()
     tick, second = np.eye(4), np.eye(4)
@@ -35,7 +35,7 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
     tick[3] = [0.0, 0.0, compass.shift, 0.0]
     second[:2, :2] = a
     h = np.array([0.0, 0.0, compass.k, 0.0])
-    x, p = np.zeros(4), np.diag([start, start, 1.0, 1.0])
+    x, p = np.zeros(4), np.diag([1e-12, 1e-12, 1.0, 1.0])
     headings = []
     for u, zs in zip(differences, readings, strict=True):
         for z in np.degrees(zs):
@@ -43,7 +43,7 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
             gain = p @ h / (h @ p @ h + 2.0)
             x, p = x + gain * (z - h @ x), p - np.outer(gain, h @ p)
         x = second @ x + np.array([*b, 0.0, 0.0]) * u
-        p = second @ p @ second.T + np.diag([vehicle_noise, vehicle_noise, 0.0, 0.0])
+        p = second @ p @ second.T + np.diag([1e-14, 1e-14, 0.0, 0.0])
         headings.append(c @ x[:2])
     return np.array(headings), c @ p[:2, :2] @ c
 

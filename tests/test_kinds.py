@@ -67,8 +67,8 @@ def scenario(vessel, tables="", keys=""):
     )
 
 
-def finished(vessel, tables="", keys=""):
-    sailed = sail_scenario(scenario(vessel, tables, keys))
+def finished(vessel, tables):
+    sailed = sail_scenario(scenario(vessel, tables))
     assert sailed.numbers["waypoints_missed"] == 0.0 and sailed.numbers["finished"] == 1.0
     return sailed
 

@@ -103,12 +103,8 @@ def test_a_turned_scene_gives_the_turned_estimate():
     np.testing.assert_allclose(other.state[3:6], one.state[3:6], atol=1e-10)
 
 
-def records(n=8, **more):
-    return [scenario.sail(scenario.drawn(seed), **more) for seed in range(n)]
-
-
 def test_the_nine_state_filter_stands_at_the_bound_and_is_consistent():
-    runs = records()
+    runs = [scenario.sail(scenario.drawn(seed)) for seed in range(8)]
     watched = [scenario.watch(observers.product(), record) for record in runs]
     least = np.mean([observers.bound(record)[0] for record in runs])
     assert np.mean([each.mae for each in watched]) == pytest.approx(least, rel=0.07)

@@ -167,12 +167,12 @@ SPEED, COURSE = 1.5, 0.35
 PLAIN = Profile(speed_noise=5e-3, course_rate_noise=1e-3, course_rate_decay=0.2, position_std=0.3)
 
 
-def sliding(slide=110.0, turned=0.0, seed=1) -> Fixes:
+def sliding(slide=110.0, turned=0.0) -> Fixes:
     """A straight voyage at 1 Hz with an outage of 20 s, behind which the fixes are off by `slide` m at first (east)."""
     time = np.r_[0.0:180.0, 200.0:380.0]
     course = COURSE + turned * (time >= 200.0)
     step = SPEED * np.diff(time, prepend=0.0)
-    noise = np.random.default_rng(seed).standard_normal((4, len(time)))
+    noise = np.random.default_rng(1).standard_normal((4, len(time)))
     north = np.cumsum(step * np.cos(course)) + 0.3 * noise[0]
     east = np.cumsum(step * np.sin(course)) + 0.3 * noise[1]
     east += np.where(time >= 200.0, slide * np.exp(-(time - 200.0) / 4.4), 0.0)
