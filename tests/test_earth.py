@@ -8,6 +8,7 @@ import pytest
 
 from steerway.core import displacement, radii, wrap, wrap_array
 from steerway.core.testing import (
+    KNOT,
     GroundMotion,
     course_per_heading,
     displaced,
@@ -45,6 +46,11 @@ def test_displacement_undoes_displaced_across_the_antimeridian():
             latitude, longitude = displaced(*here, north, east)
             assert -math.pi <= longitude < math.pi
             np.testing.assert_allclose(displacement(latitude, longitude, *here), (north, east), atol=2e-8)
+
+
+def test_a_minute_of_latitude_is_a_nautical_mile():
+    north, _ = displacement(math.radians(45.0 + 1.0 / 60.0), 0.0, math.radians(45.0), 0.0)
+    assert north == pytest.approx(1852.0, abs=1.0) and 3600.0 * KNOT == pytest.approx(1852.0)
 
 
 def test_wrap_matches_the_golden_rows(shared_data):

@@ -19,7 +19,8 @@ from steerway.estimation.heading import (
     box_of,
     composite_model,
 )
-from steerway.estimation.testing import PRODUCT, arithmetic
+from steerway.estimation.testing import PRODUCT, HeadingAboard, arithmetic, heading_model_of
+from steerway.live.testing import InputRow, MeasuredSpeed
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels import RPM, HeadingModel
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
@@ -254,9 +255,30 @@ def test_bounds_hold_the_filter_of_every_deviation_and_stay_as_wide_as_the_box(y
 
 
 def test_one_reading_is_enough_for_bounds_and_none_for_all_round():
+    low, high = IntervalFilter(box_of(MODEL, 0.005)).step(0.0, np.array([0.1]))
+    assert 0.0 < low < high < 1e-3  # from a heading that is known
     bounds = aboard(SLOW, DEVIATION)
     assert bounds.heading_std > 3.0
     low, high = bounds.step(0.0, [-3.0], 0.025)
     assert low < -3.0 < high and high - low < 2.1 * DEVIATION
     with pytest.raises(InputError, match=r"heading\.deviation is -1"):
         DeviationBounds(SLOW, -1.0, 0.1, 0.1)
+
+
+@pytest.mark.parametrize("kind", ["aided", "composite", "interval"])
+def test_a_heading_aboard_follows_a_turn_through_south(kind):
+    aboard = HeadingAboard(kind, heading_model_of((1.0, 0.9), (0.02, -0.02), 0.1, 0.5), 0.5, 2.0)
+    for k in range(400):
+        true = math.remainder(2.9 + 0.002 * k, 2.0 * math.pi)
+        heading, _ = aboard.step(true, 0.2, (2.0 * math.cos(true), 2.0 * math.sin(true)))
+    assert -math.pi <= heading < math.pi and true < 0.0
+    assert math.remainder(heading - true, 2.0 * math.pi) == pytest.approx(0.0, abs=math.radians(6.0))
+
+
+def test_a_speed_is_fused_from_rows_that_come_late_and_twice():
+    measured = MeasuredSpeed()
+    for time in (0.0, 1.0, 0.5, 1.0, 2.0, 1.9, 3.0):
+        measured.take(InputRow("any", time, sog=2.0, shaft=9.0))
+        measured.take(InputRow("any", time, acceleration=0.0))
+    assert measured.speed(3.0) == pytest.approx(2.0, abs=0.1) and measured.shaft == 9.0
+    assert math.isnan(measured.speed(60.0))

@@ -14,12 +14,15 @@ from steerway import InputError
 from steerway.control import AdaptiveSpeedGains
 from steerway.core import wrap_array
 from steerway.identification import (
+    SurgeIdentification,
+    SurgeModel,
     identify_compass,
     identify_heading,
     identify_surge,
     identify_yaw,
     identify_yaw_from_fixes,
 )
+from steerway.identification.testing import following
 from steerway.sensors import white
 from steerway.sensors.testing import CompassTable, deviation
 from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
@@ -215,6 +218,16 @@ def test_the_lag_of_a_shaft_that_is_only_commanded_is_found(lag):
     assert found.model.thrust == pytest.approx(sailing.NOMINAL.thrust, rel=0.05)  # what identified means
     assert found.guess(17.5)["shaft_lag"] == found.lag
     assert measured.lag < 0.05  # the shaft itself, at the end of each row's step
+
+
+def test_a_shaft_follows_a_ramp_and_a_guess_balances_drag_half_way():
+    time, command, lag, expected = np.array([0.0, 0.5, 2.0, 2.1]), np.array([1.0, 4.0, 2.0, 2.0]), 0.7, [1.0]
+    for dt, begin, end in zip(np.diff(time), command, command[1:], strict=False):
+        behind = lag * (end - begin) / dt
+        expected.append(end - behind + (expected[-1] - begin + behind) * math.exp(-dt / lag))
+    np.testing.assert_allclose(following(time, command, lag), expected, rtol=1e-9)
+    guess = SurgeIdentification(SurgeModel(0.02, 0.05, 0.01), np.zeros(3), 0.0, True, "").guess(10.0)
+    assert guess["linear_drag"] == 0.02 and 0.0 < guess["thrust"] < 0.01
 
 
 def test_what_a_log_does_not_tell_is_said(tmp_path):

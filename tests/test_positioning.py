@@ -148,6 +148,15 @@ def test_a_smoothed_record_of_few_rows_is_known_better():
     assert np.all(smoothed < filtered)
 
 
+def test_after_unbroken_rejections_the_position_is_taken_anew():
+    estimator, north = observers.product(), []
+    for k in range(16):
+        estimator.predict((0.0, 0.0, 0.0), 1.0)
+        estimator.update(30.0 if k >= 4 else 0.0, 0.0)
+        north.append(estimator.motion.north)
+    assert 2 <= np.argmax(np.array(north[4:]) > 15.0) < 10 and north[-1] == pytest.approx(30.0, abs=0.5)
+
+
 def unlimited():
     printed = scenario.PRINTED_GAINS
     return PositioningGains(printed.proportional, printed.integral, printed.derivative)

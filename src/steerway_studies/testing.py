@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from steerway_studies.springer_mission.world import PAPER_CIRCUIT, World, autopilot_parts, paper_mpc
     from steerway_studies.springer_mission.world import sail as world_sail
     from steerway_studies.study import Quantity, Results, Study, judged, keeping, means, over_cases, reached
-    from steerway_studies.unseen_logs import catalogue, rounded
+    from steerway_studies.unseen_logs import catalogue, plain_ekf, rounded
     from steerway_studies.unseen_logs.reference import VelocityReference, rate_lag, velocity_lag
 
 __getattr__, __dir__ = on_demand(__name__)

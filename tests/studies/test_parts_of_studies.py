@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 import steerway_studies as studies
-from steerway.core import InputError
+from steerway.core import InputError, rms, wrap_array
 from steerway.estimation.heading import SCALE_ONLY, AidedHeadingFilter, outside
 from steerway.estimation.steering.testing import ReceiverNoise
 from steerway.estimation.testing import gain_range
@@ -39,6 +39,7 @@ from steerway_studies.testing import (
     nominal,
     otter_course,
     over_runs,
+    plain_ekf,
     rate_lag,
     rounded,
     scenarios_sail,
@@ -247,3 +248,13 @@ def test_lags_are_found_from_positions_alone(late):
     without = replace(reference, cog=np.full(len(SINCE), np.nan))
     assert velocity_lag(without, WEAVING.time, places) == pytest.approx(late, abs=0.2)
     assert rate_lag(reference, WEAVING.time, TRUE) == pytest.approx(late, abs=0.16)
+
+
+def test_plain_ekf_is_consistent_and_beats_differences():
+    places, sog = noisy(NOISE, 6), WEAVING.sog
+    said, late = plain_ekf.fitted(SINCE, places), SINCE > 20.0
+    error = (said[:, 0] - sog)[late]
+    assert rms(error) < 0.5 * np.std(np.hypot(*(places[5:] - places[:-5]).T) / (5 * STEP) - sog[5:])
+    assert 0.85 < np.mean(np.abs(error) < 1.96 * said[late, 3]) <= 1.0
+    assert rms(wrap_array(said[:, 1] - WEAVING.cog)[late]) < math.radians(4.0)
+    assert rms((said[:, 2] - RATE)[late]) < math.radians(3.0)
