@@ -117,6 +117,18 @@ def test_mistakes_end_in_one_sentence_and_2(log, arguments, message):
     assert "Traceback" not in err and out == ""
 
 
+def test_a_name_cannot_write_on_the_terminal(tmp_path):
+    """Control characters are escaped, and brackets are not markup."""
+    for name, shown in (("a\x1b[31m\n.csv", r"a\x1b[31m\n.csv"), ("[red].csv", "[red].csv")):
+        path = tmp_path / name
+        path.write_text("")
+        code, _, said = run("info", path)
+        assert (code, said) == (2, f"steerway: {tmp_path / shown}: is empty, expected a log\n")
+        path.write_text("time_s,lat_deg,lon_deg,\x1b[2J\n1672531201,54,10,1\n")
+        code, out, _ = run("info", path)
+        assert code == 0 and shown in out and "\x1b" not in out and r"\x1b[2J" in out
+
+
 def commands_of(group, path=()):
     """(words, command) of every command below a group."""
     for name, command in group.commands.items():

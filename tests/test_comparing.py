@@ -16,7 +16,7 @@ from steerway.estimation.testing import compare
 from steerway.formats.testing import read_tracks
 from steerway.report.testing import differences, statistics, statistics_table
 from tests.command_line import run
-from tests.scenes import turning, usual_profile
+from tests.scenes import straight, turning, usual_profile
 
 
 @pytest.fixture(scope="module")
@@ -114,6 +114,17 @@ def test_an_estimate_is_compared_with_the_truth_of_a_run(tmp_path):
     assert all(each["within_2sigma_pct"] > 90.0 for each in rows.values())
     code, out, _ = run("compare", *arguments)
     assert code == 0 and "within ± 2σ" in out
+
+
+def test_a_comparison_of_a_slow_boat_says_that_nothing_is_left():
+    fixes = straight(0.7, 0.7, 119.0, 1.0).fixes(0.3, 5)
+    fixes = replace(fixes, sog=np.full(len(fixes), 0.7))
+    motion = steerway.estimate(fixes, "small-usv")
+    assert compare(fixes, motion).sentences() == [
+        ("rows compared", "none with the receiver's SOG above 1 m/s: largest 0.70 m/s")
+    ]
+    found = compare(fixes, motion, least_speed=0.3)
+    assert found.compared > 100 and found.sog_rms < 0.3 and "nan" not in str(found.sentences())
 
 
 SPEED = 1.5

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import math
 import os
 import pkgutil
 import subprocess
@@ -9,6 +10,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import steerway
@@ -52,6 +54,19 @@ def test_every_public_name_is_there():
     assert steerway.estimation.estimate is steerway.estimate  # rooms need no import of their own
     with pytest.raises(AttributeError, match="module 'steerway' has no attribute 'nothing'"):
         steerway.nothing  # noqa: B018
+
+
+def test_degrees_in_place_of_radians_and_a_log_without_motion_are_refused():
+    estimator = steerway.FiveStateFilter()
+    for latitude, longitude in ((63.43, 10.39), (0.5, 10.39)):
+        with pytest.raises(steerway.InputError, match="update takes radians: l"):
+            estimator.update(latitude, longitude)
+    estimator.update(math.radians(63.43), math.radians(10.39))
+    with pytest.raises(steerway.InputError, match=r"Fixes.latitude has 63\.4 rad"):
+        steerway.Fixes(np.arange(2.0), np.full(2, 63.4), np.full(2, 10.3))
+    for count, found in ((1, "1 position"), (3, "3 positions at one time")):
+        with pytest.raises(steerway.InputError, match=f"has {found}, expected at least two at different times"):
+            steerway.estimate(steerway.Fixes(*np.full((3, count), 0.5)))
 
 
 LIGHT = {

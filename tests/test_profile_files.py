@@ -79,6 +79,23 @@ def test_steps_and_an_uncertain_moment_of_earlier_versions_are_read(inferred, tm
     assert receiver["time_variance"] == pytest.approx(0.0004)
 
 
+NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (NEEDED + "position_std = 1e300", r"position_std is 1e\+300, expected at most 10000.0 m"),
+        (NEEDED + "position_sdt = 0.5", "unknown key position_sdt, expected perhaps position_std"),
+        (NEEDED, "position_std is missing, expected 1σ of the white noise of a fix"),
+    ],
+)
+def test_a_profile_is_checked_like_a_scenario(tmp_path, text, message):
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(steerway.InputError, match=f"mine.toml: {message}"):
+        load_profile(tmp_path / "mine.toml")
+
+
 def test_the_profile_of_a_log_of_many_vessels_is_the_built_in_one(tmp_path):
     log, made = tmp_path / "ais.nmea", tmp_path / "ours.toml"
     reports = (
