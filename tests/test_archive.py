@@ -59,18 +59,13 @@ def rows_of(directory, table="estimate"):
     return steerway.archive.scan(directory, table).collect()
 
 
-def test_days_that_are_added_later_in_any_order_give_the_same(files, whole, tmp_path):
-    steerway.archive.run(files[1:], tmp_path, buckets=2, workers=1)
-    report = steerway.archive.run(files[:1], tmp_path, buckets=2, workers=1)
+def test_days_that_are_added_later_by_processes_and_in_more_buckets_give_the_same(files, whole, tmp_path):
+    steerway.archive.run(files[1:], tmp_path, buckets=2, workers=2)
+    report = steerway.archive.run(files[:1], tmp_path, buckets=2, workers=2)
     assert report.units == 4 and "are run again" in report.notes[0]
     assert digest(tmp_path) == digest(whole)
     again = steerway.archive.run(files, tmp_path, workers=1)
     assert again.units == 0 and again.inputs == 0
-
-
-def test_workers_that_are_processes_files_in_another_order_and_more_buckets_give_the_same(files, whole, tmp_path):
-    steerway.archive.run(reversed(files), tmp_path, buckets=5, workers=2)
-    assert digest(tmp_path) == digest(whole)
 
 
 def test_a_run_goes_on_after_a_full_disk_and_after_it_was_killed_and_lets_no_second_one_in(
@@ -147,20 +142,6 @@ def test_what_cannot_be_run_is_refused_in_one_sentence(files, whole, tmp_path):
         steerway.archive.run(files, tmp_path)
 
 
-def test_a_bad_file_is_named_and_left_out(files, tmp_path):
-    bad = tmp_path / "bad.parquet"
-    bad.write_bytes(b"PAR1" + bytes(100))
-    broken = tmp_path / "broken.csv.gz"
-    broken.write_bytes(b"\x1f\x8b" + bytes(50))
-    cut = tmp_path / "cut.zip"
-    cut.write_bytes(b"PK\x03\x04" + bytes(50))
-    report = steerway.archive.run([files[0], bad, broken, cut], tmp_path / "out", workers=1)
-    assert set(report.failed) == {str(bad), str(broken), str(cut)} and report.units > 0
-    assert report.failed[str(cut)] == "the ZIP archive is cut short"
-    with pytest.raises(InputError, match=r"bad\.parquet"):
-        steerway.archive.run([bad], tmp_path / "strict", strict=True)
-
-
 def test_rows_left_out_are_counted_by_reason_and_file(files, whole):
     found = status(whole)
     table = pl.concat([pl.read_csv(each, infer_schema=False) for each in files])
@@ -197,7 +178,7 @@ def points(table):
 
 
 @pytest.mark.parametrize("layout", ["old, zipped", "new, zstd", "geoparquet"])
-def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
+def test_every_layout_gives_the_same_in_any_order_of_files(files, whole, tmp_path, layout):
     inputs = []
     for path in files:
         table = pl.read_csv(path, infer_schema=False)
@@ -214,7 +195,7 @@ def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
         else:
             with zipfile.ZipFile(inputs[-1], "w", zipfile.ZIP_DEFLATED) as archive:
                 archive.writestr(path.name, plain.write_csv())
-    steerway.archive.run(inputs, tmp_path / "out", buckets=1, workers=1)
+    steerway.archive.run(reversed(inputs), tmp_path / "out", buckets=1, workers=1)
     assert digest(tmp_path / "out") == digest(whole)
 
 
@@ -224,15 +205,12 @@ def sailed(speed):
     return pl.DataFrame({"time_s": START + time, "lat_deg": 55.0 + speed * time / 111_200.0, "lon_deg": 0.0 * time})
 
 
-def test_logs_of_a_fleet_are_vessels_by_their_files(tmp_path):
+def test_logs_are_of_the_vessel_of_their_file_or_of_the_one_that_a_column_names(tmp_path):
     for name, speed in (("one.csv", 2.0), ("two.csv", 3.0)):
         sailed(speed).write_csv(tmp_path / name)
-    steerway.archive.run([tmp_path / "one.csv", tmp_path / "two.csv"], tmp_path / "out", workers=1)
-    speeds = rows_of(tmp_path / "out").group_by("mmsi").agg(pl.col("sog_mps").last())["sog_mps"].sort()
+    steerway.archive.run([tmp_path / "one.csv", tmp_path / "two.csv"], tmp_path / "files", workers=1)
+    speeds = rows_of(tmp_path / "files").group_by("mmsi").agg(pl.col("sog_mps").last())["sog_mps"].sort()
     np.testing.assert_allclose(speeds, [2.0, 3.0], atol=0.05)
-
-
-def test_a_column_says_of_which_vessel_a_row_is(tmp_path):
     boats = (("Alma", 2.0), ("7", 3.0), ("", 1.0))
     table = pl.concat(sailed(speed).with_columns(boat=pl.lit(name)) for name, speed in boats).sort("time_s")
     table.write_csv(tmp_path / "fleet.csv", separator=";", quote_style="always")
@@ -405,22 +383,43 @@ def test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile(tmp_pat
     assert rows["sog_mps"][-1] == pytest.approx(0.0005 * 111_300.0 / 10.0, rel=0.05)
 
 
-def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
+def test_the_commands_of_the_documentation_run_and_bad_files_are_named_and_left_out(fleet, tmp_path, monkeypatch):
     """All commands after the download, on a generated day instead of the downloaded one."""
-    page = Path(__file__).parents[1] / "docs" / "archives.md"
-    lines = [line.strip() for line in page.read_text(encoding="utf-8").splitlines()]
+    monkeypatch.setattr(interruption, "note", "")
+    documentation = (Path(__file__).parents[1] / "docs" / "archives.md").read_text(encoding="utf-8")
+    lines = [line.strip() for line in documentation.splitlines()]
     commands = [line.split()[1:] for line in lines if line.startswith("steerway ")]
     assert len(commands) == 4
     monkeypatch.chdir(tmp_path)
     with zipfile.ZipFile("aisdk-2024-03-01.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.write(day_path(fleet, 0), "aisdk-2024-03-01.csv")
+    beginnings = {"bad.parquet": b"PAR1", "broken.csv.gz": b"\x1f\x8b", "cut.zip": b"PK\x03\x04"}
+    for name, beginning in beginnings.items():
+        Path(name).write_bytes(beginning + bytes(50))
+    said = {}
     for command in commands:
-        command += ["--workers", "1"] if command[1] == "run" else []
-        code, _, said = run(*command)
-        assert code == 0, said
+        given = [*beginnings, "--workers", "1"] if command[1] == "run" else []
+        said[command[1]] = run(*command, *given)
+    assert [code for code, *_ in said.values()] == [3, 0, 0, 0], said
+    assert "units run" in said["run"][1] and "cut.zip: left out, the ZIP archive is cut short" in said["run"][2]
+    assert all(f"{name}: left out, " in said["run"][2] for name in beginnings)
+    assert interruption.note == "finished work is kept, the same command continues"  # printed at Ctrl-C
+    assert said["verify"][1].split()[0] == digest(Path("march"))[0]
+    assert json.loads(run("archive", "status", "march", "--json")[1])["to_do"] == 0
     assert Path("map.geojson").exists() and Path("encounters.csv").exists()
-    code = re.search(r"In Python:\n\n((?:    .*\n|\n)+)", page.read_text(encoding="utf-8"))
+    code, _, refused = run("archive", "run", "bad.parquet", "-o", "strict", "--strict")
+    assert code == 2 and "bad.parquet" in refused
+    code = re.search(r"In Python:\n\n((?:    .*\n|\n)+)", documentation)
     exec(compile(textwrap.dedent(code[1]), "archives.md", "exec"), {})
+
+
+def test_the_page_lists_the_vessels_whose_estimate_fits_worst(whole):
+    html = (whole / "index.html").read_text()
+    judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
+    means = judged.agg(pl.len(), pl.mean("nis")).filter(pl.col("len") >= 100).sort("nis", descending=True)
+    worst = html[html.index("largest mean NIS under way") :]
+    shown = [int(number) for number in re.findall(r">(\d{9})<", worst)]
+    assert "<img" in html and shown[: len(means)] == means["mmsi"].to_list()[:20]
 
 
 def test_export(whole, tmp_path):
@@ -443,20 +442,3 @@ def test_export(whole, tmp_path):
     assert features[0]["geometry"]["type"] in ("LineString", "MultiLineString")
     with pytest.raises(InputError, match="unknown ending"):
         export(whole, tmp_path / "x.shp")
-
-
-def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
-    monkeypatch.setattr(interruption, "note", "")
-    html = (whole / "index.html").read_text()
-    judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
-    means = judged.agg(pl.len(), pl.mean("nis")).filter(pl.col("len") >= 100).sort("nis", descending=True)
-    worst = html[html.index("largest mean NIS under way") :]
-    shown = [int(number) for number in re.findall(r">(\d{9})<", worst)]
-    assert "<img" in html and shown[: len(means)] == means["mmsi"].to_list()[:20]
-    bad, out = tmp_path / "bad.parquet", tmp_path / "out"
-    bad.write_bytes(b"PAR1 and no more")
-    code, printed, said = run("archive", "run", files[0], bad, "-o", out, "--workers", "1")
-    assert code == 3 and "bad.parquet: left out" in said and "units run" in printed
-    assert interruption.note == "finished work is kept, the same command continues"  # printed at Ctrl-C
-    assert json.loads(run("archive", "status", out, "--json")[1])["to_do"] == 0
-    assert run("archive", "verify", out)[1].split()[0] == digest(out)[0]
