@@ -3,6 +3,7 @@
 import gzip
 import io
 import json
+import math
 import os
 import random
 import sqlite3
@@ -16,6 +17,8 @@ import polars as pl
 import zstandard
 
 from steerway.core.testing import REPORTED
+from steerway.formats.testing import MESSAGES, Splitter, identifier_of
+from tests.fuzz.mutation import absurd
 from tests.messages import WHOLE, frames, gnss, line, nav_sat_fix, position, pvt, sentences, tagged
 from tests.sentences import sealed, sortie
 
@@ -55,6 +58,9 @@ def nmea():
 def ubx():
     """UBX frames NAV-PVT."""
     return [b"".join(pvt(second) for second in range(1, 8)), *_recorded_with(b"\xb5\x62")]
+
+
+BUS = (129025, position(0.0, -1.0)), (129029, gnss(1.0, 2.0))
 
 
 def canboat():
@@ -238,10 +244,26 @@ def unfinished():
         return [path.read_bytes()]
 
 
-def gateway():
+def gateway(messages=BUS):
     """Lines of an NMEA 2000 gateway."""
-    frames_ = [(0x09F80109, position(k, -k)) for k in range(4)] + [
-        (0x0DF80509, each) for each in frames(gnss(1.0, 2.0))
-    ]
-    output = [f"12:00:00.000 R {number:08X} {data.hex(' ').upper()}" for number, data in frames_]
+    parts = [(pgn, data) for pgn, payload in messages for data in Splitter().parts(pgn, payload)]
+    output = [f"12:00:00.000 R {identifier_of(pgn, 9):08X} {data.hex(' ').upper()}" for pgn, data in parts]
     return ["\r\n".join(output).encode()]
+
+
+def beyond():
+    """By target, messages with each number in turn beyond all range: of a text, of a vehicle, of every PGN."""
+    from pymavlink.dialects.v20 import ardupilotmega as messages
+
+    codec, heads = messages.MAVLink(None, 1, 1), b"".join(mavlink()[1:3])
+    attitude, fix = messages.MAVLink_attitude_message, messages.MAVLink_gps_raw_int_message
+    numbers = (3.4e38, -3.4e38, math.nan, math.inf, -math.inf)
+    packets = [attitude(60_000, 0.0, 0.0, value, 0.0, 0.0, value) for value in numbers]
+    packets.append(fix((1 << 64) - 1, 3, -(1 << 31), (1 << 31) - 1, 0, 0, 0, 0xFFFE, 0xFFFE, 9))
+    payloads = [(pgn, bytes([fill]) * 43) for pgn in MESSAGES for fill in (0x00, 0x7F, 0x80, 0xFE, 0xFF)]
+    return {
+        "gpsd": absurd(gpsd()[0].splitlines()[2]),
+        "Signal K": absurd(signalk()[0].splitlines()[1]),
+        "MAVLink": [heads + each.pack(codec) for each in packets],
+        "NMEA 2000 wire": [gateway([each])[0] for each in payloads],
+    }
