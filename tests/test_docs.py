@@ -7,7 +7,7 @@ from importlib import import_module
 import pytest
 import typer
 from docs import papers, reference
-from docs.build import ROOT, home, run_python, snippets, within
+from docs.build import ROOT, run_python, snippets
 
 from steerway.commands.testing import KINDS, command_tree, schema_of
 from steerway.control import AnglePID
@@ -127,13 +127,6 @@ def test_every_key_in_a_schema_has_one_sentence_and_every_number_a_unit(kind):
                 assert value.get("unit"), f"{kind} {name} {key}"
 
 
-def test_the_pages_of_the_site_link_within_it():
-    page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/demo.png)")
-    assert page == "[a](live.md) [b](architecture.md) c ![d](images/demo.png)"
-    page = within("[a](../examples/p0.toml) [b](../../examples/p1.toml) [c](../integrations/x.md) [d](../faq.md)")
-    assert page == "[a](examples/p0.toml) [b](../examples/p1.toml) c [d](../faq.md)"
-
-
 @pytest.mark.parametrize("label", papers.papers())
 def test_every_equation_of_a_paper_is_placed_or_said_to_be_left_out(label):
     assert papers.unplaced(label) == []
@@ -146,9 +139,3 @@ def test_every_equation_of_a_paper_is_placed_or_said_to_be_left_out(label):
         assert {"where", "printed", "used"} <= set(erratum) <= {"where", "printed", "used", "shown"}
     page = papers.paper_pages()[f"paper-{label.lower()}"]
     assert all(f"| {row['equations']} |" in page for row in paper["rows"])
-
-
-def test_an_equation_that_is_nowhere_is_named():
-    assert papers.numbers("(1)–(3), (5) and (7)") == {1, 2, 3, 5, 7} and papers.numbers("Table 1") == set()
-    with pytest.raises(LookupError, match=r"steerway\.control\.nothing"):
-        papers.found_in("steerway.control.nothing")

@@ -10,7 +10,7 @@ import pytest
 
 import steerway
 from steerway.core import wrap
-from steerway.core.testing import compiled, kernel_cache, shaping, variation
+from steerway.core.testing import kernel_cache, variation
 
 DIGEST = """
 import boats, sys
@@ -114,52 +114,3 @@ def test_of_processes_that_begin_together_one_compiles(tmp_path):
         each.stdin.write("\n")
         each.stdin.flush()
     assert sorted(each.communicate()[0] for each in beside) == ["0\n", "0\n", "1\n"]
-
-
-PARTS = f"""
-import numpy as np
-from {compiled.__name__} import called_kernel, kernel, lean_kernel
-from {shaping.__name__} import shaped
-
-@lean_kernel
-def of(values, k): return values[k]
-@called_kernel
-def doubled(values, k): return 2.0 * of(values, k)
-@kernel
-def through(values, k): return doubled(values, k)
-print(through(np.ones(3), 2), doubled(np.ones(3), 2), of(np.ones(3), 2))
-for each in (through, doubled, of):
-    try:
-        each(np.ones(3), 3)
-    except IndexError as error:
-        print(error)
-
-@called_kernel
-def third(x): return x[0] + 1.0
-@called_kernel
-def pruned(x): return 2.0 * third(x)
-@called_kernel
-def taken(x): return 3.0 * third(x)
-@kernel
-def either(x, n):
-    if 0 * n > 1:
-        return pruned(x)
-    return taken(x)
-print(either(np.ones(2), 3))
-
-@lean_kernel
-def mark(x, n): shaped(x[1:], (n, 3))[1, 2] = 7.0
-@kernel
-def rows(x, n): return shaped(x[: 2 * n], (n, 2))
-x = np.zeros(8)
-mark(x, 2)
-print(x[6], rows(np.arange(8.0), 3)[2, 0], rows.py_func(np.arange(8.0), 3)[2, 0])
-"""
-
-
-def test_a_kernel_is_made_of_parts(tmp_path):
-    """Indices are checked in parts, one is there where its first call is pruned, memory may have another shape."""
-    (tmp_path / "parts.py").write_text(PARTS)
-    code = f"import sys; sys.path.append({str(tmp_path)!r}); import parts"
-    checked, either, shapes = "2.0 2.0 1.0\n" + 3 * "index is out of bounds\n", "6.0\n", "7.0 4.0 4.0\n"
-    assert python(code, STEERWAY_CACHE=str(tmp_path), NUMBA_BOUNDSCHECK="1") == checked + either + shapes

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import re
 import tomllib
 from importlib import import_module
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 
 import steerway
 import steerway_studies
-from steerway.commands.testing import GROUP, study, terminal
+from steerway.commands.testing import GROUP, study
 from steerway.simulation import Unfinished
 from steerway_studies.testing import Quantity, Results, Study, judged, keeping, means, over_cases, reached
 from tests.command_line import run
@@ -93,20 +92,11 @@ def test_figures_alone_are_drawn_without_a_run(tmp_path, monkeypatch):
     assert have == {"otter-course", "mariner-los", "adaptive-speed", "springer-mission"}
 
 
-def test_the_time_left_counts_from_what_an_interrupted_run_had_done(tmp_path, monkeypatch, capsys):
-    """Half is done before; then a tenth takes ten minutes."""
-    monkeypatch.setattr(os, "cpu_count", lambda: 1)  # in this process: a worker needs seconds to start
-    clock = [100.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: clock[0])
-    with terminal.progress_line("study") as step:
-        step(0.5)
-        clock[0] += 600.0
-        step(0.6, "voyages")
-    assert capsys.readouterr().err == "study, voyages: 60 %, about 40 min left\n"
-    parts = Unfinished(tmp_path / "parts", {})
-    with keeping(parts):
+def test_a_study_that_goes_on_runs_what_is_missing_and_counts_what_is_done(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 1)  # in this process: a worker needs seconds to start
+    shares = []
+    with keeping(Unfinished(tmp_path / "parts", {})):
         over_cases(math.sqrt, [1.0, 4.0])
-        shares = []
         assert over_cases(math.sqrt, [1.0, 4.0, 9.0, 16.0], progress=shares.append) == [1.0, 2.0, 3.0, 4.0]
     assert shares == [0.5, 0.75, 1.0]
 
@@ -137,23 +127,23 @@ def test_a_study_of_many_sections_begins_with_a_verdict_and_one_of_one_with_its_
     assert json.loads((tmp_path / "results.json").read_text())["b4_high"] == 9.0
 
 
-@pytest.mark.parametrize(
-    ("target", "within", "beyond"),
-    [
-        ("≤ 0.06", 0.06, 0.061),
-        ("≥ 95", 95.0, 94.9),
-        ("< 0.001", 9e-4, 1e-3),
-        ("> 20: fails", 20.1, 20.0),
-        ("1.9 to 2.1", 2.1, 2.2),
-        ("9.7 ± 0.5", 9.2, 10.21),
-        ("1.02386 ± 1e-5", 1.023865, 1.02388),
-        ("0.139 ± 2 %", 0.1415, 0.142),
-        ("−1.5 ± 0.1", -1.45, 1.5),
-        ("100", 100.0, 99.9),
-    ],
+TARGETS = (
+    ("≤ 0.06", 0.06, 0.061),
+    ("≥ 95", 95.0, 94.9),
+    ("< 0.001", 9e-4, 1e-3),
+    ("> 20: fails", 20.1, 20.0),
+    ("1.9 to 2.1", 2.1, 2.2),
+    ("9.7 ± 0.5", 9.2, 10.21),
+    ("1.02386 ± 1e-5", 1.023865, 1.02388),
+    ("0.139 ± 2 %", 0.1415, 0.142),
+    ("−1.5 ± 0.1", -1.45, 1.5),
+    ("100", 100.0, 99.9),
 )
-def test_a_target_is_what_its_text_says(target, within, beyond):
-    assert reached(target, within) and not reached(target, beyond) and not reached(target, math.nan)
+
+
+def test_a_target_is_what_its_text_says():
+    for target, within, beyond in TARGETS:
+        assert (reached(target, within), reached(target, beyond), reached(target, math.nan)) == (True, False, False)
     with pytest.raises(ValueError, match=r"target is 'about 3', expected one of "):
         reached("about 3", 3.0)
 
