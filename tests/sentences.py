@@ -8,7 +8,6 @@ from tests import messages
 
 KNOT = 1852.0 / 3600.0
 START = 1_719_835_200.0  # 2024-07-01 12:00 UTC
-WEEK_MS = 604_800_000
 
 
 def sealed(body: str) -> bytes:
@@ -47,13 +46,6 @@ def gga(time, lat, lon, talker="GP", quality=1) -> bytes:
 
 def gll(time, lat, lon, talker="GP") -> bytes:
     return sealed(f"{talker}GLL,{place(lat, lon)},{clock(time)[0]},A,A")
-
-
-def pvt(time, lat, lon) -> bytes:
-    """NAV-PVT of a sound fix."""
-    moment = datetime.datetime.fromtimestamp(time, datetime.UTC)
-    date = {name: getattr(moment, name) for name in ("year", "month", "day", "hour")}
-    return messages.pvt(moment.second, lat=lat, lon=lon, **date, min=moment.minute, iTOW=round(1000 * time) % WEEK_MS)
 
 
 def track(n: int, lat=54.0, lon=10.0, start=START, step=1.0):
