@@ -128,33 +128,22 @@ MODULES = [
     if "\n__all__ = " in path.read_text(encoding="utf-8")
 ]
 """That are public themselves: they list their public names."""
-OF_CLASSES = "__dataclass_fields__", "_fields", "_replace"
-"""What the standard library makes of a class and documents."""
 PUBLIC = ["steerway", *PACKAGES, *MODULES]
 STUDIES = Path(steerway_studies.__file__).parent
 
 
 def unlisted(source: str) -> list[str]:
-    """Names of steerway that this source uses and no `__all__` lists, and private attributes of other objects."""
-    found = []
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "steerway":
-            public = import_module(node.module).__all__ if node.module in PUBLIC else ()
-            found += [f"{node.module}.{each.name}" for each in node.names if each.name not in public]
-        elif isinstance(node, ast.Import):
-            found += [each.name for each in node.names if each.name.startswith("steerway.")]
-        elif isinstance(node, ast.Attribute):
-            owner = ast.unparse(node.value)
-            own = owner in ("self", "cls", "super()") or node.attr in OF_CLASSES
-            private = node.attr.startswith("_") and not own
-            if private or (owner == "steerway" and node.attr not in steerway.__all__):
-                found.append(f"{owner}.{node.attr}")
-    return found
+    """Names that this source imports from steerway and that no `__all__` lists."""
+    imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
+    of_steerway = [
+        (node.module, each.name) for node in imports for each in node.names if f"{node.module}.".startswith("steerway.")
+    ]
+    return [each for each in of_steerway if each[0] not in PUBLIC or each[1] not in import_module(each[0]).__all__]
 
 
 def test_studies_use_public_names_only():
     sources = set(STUDIES.rglob("*.py")) - {STUDIES / "testing.py"}
-    found = {path.name: unlisted(path.read_text(encoding="utf-8")) for path in sources}
+    found = {f"{path}": unlisted(path.read_text(encoding="utf-8")) for path in sources}
     assert len(found) > 5 and {name: each for name, each in found.items() if each} == {}
 
 
