@@ -9,7 +9,6 @@ import pytest
 
 import steerway
 from steerway.core import InputError
-from steerway.formats.testing import dataflash
 
 N, SPEED, COURSE = 60, 2.0, 60.0
 LAT, LON = 54.0, 10.0
@@ -62,14 +61,10 @@ def test_a_binary_data_flash_log(status, std):
 def test_damage_in_a_data_flash_log_is_passed_over():
     fixes = is_the_track(b"".join(dataflash_log(b"\x00\xa3junk\xa3\x95\x07")), "GPS 0")
     assert any("message damaged" in note for note in fixes.notes)
-
-
-def test_a_data_flash_log_cut_off_and_one_without_columns():
-    whole = b"".join(dataflash_log())
-    assert len(dataflash.read(whole[:-40]).sources["GPS 0"]) == N - 1
+    assert len(steerway.read(b"".join(dataflash_log())[:-40])) == N - 1
     short = fmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") + fmt(130, 11, "GPS", "Q", "TimeUS")
     with pytest.raises(InputError, match="GPS messages have no Status"):
-        dataflash.read(short)
+        steerway.read(short)
 
 
 def tlog(stamped=False):
@@ -89,13 +84,10 @@ def test_a_telemetry_log(stamped):
     fixes = is_the_track(b"".join(tlog(stamped)), "GPS_RAW_INT")
     np.testing.assert_allclose(fixes.position_std, 0.02)
     np.testing.assert_allclose(fixes.cog, math.radians(COURSE))
-
-
-def test_damage_in_a_telemetry_log_is_counted():
-    parts = list(tlog())
+    parts = list(tlog(stamped))
     parts[42] = b"\xff\xfe" + parts[42][:-3] + b"???"
-    fixes = steerway.read(b"".join(parts))
-    assert len(fixes) == N and any("byte between messages" in note or "damaged" in note for note in fixes.notes)
+    fixes = is_the_track(b"".join(parts), "GPS_RAW_INT")
+    assert any("byte between messages" in note or "damaged" in note for note in fixes.notes)
 
 
 def ulog_message(kind, body):
@@ -125,10 +117,6 @@ def test_a_log_of_px4(axes):
     pytest.importorskip("pyulog", reason="pyulog: extra logs")
     fixes = is_the_track(b"".join(ulog(axes)), "sensor_gps 0")
     np.testing.assert_allclose(fixes.position_std, 0.5**0.5)
-
-
-def test_a_damaged_log_of_px4_is_refused_in_a_line():
-    pytest.importorskip("pyulog", reason="pyulog: extra logs")
     with pytest.raises(InputError, match=r"ULog file is damaged|no position"):
         steerway.read(b"ULog\x01\x12\x35\x01" + bytes(8) + ulog_message("F", b"\xff\xfe nothing") * 3)
 
@@ -151,19 +139,13 @@ def test_a_log_of_a_watch():
     fixes = is_the_track(fit(), "FIT")
     np.testing.assert_allclose(fixes.sog, SPEED)
     np.testing.assert_allclose(fixes.position_std, 3.0 / math.sqrt(2.0))
+    cut = steerway.read(fit()[:-100])
+    assert N - 10 < len(cut) < N and any("damaged" in note for note in cut.notes)
 
 
-def test_a_cut_log_of_a_watch_is_read_to_its_end():
-    pytest.importorskip("fitdecode", reason="fitdecode: extra logs")
-    fixes = steerway.read(fit()[:-100])
-    assert N - 10 < len(fixes) < N and any("damaged" in note for note in fixes.notes)
-
-
-@pytest.mark.parametrize(
-    ("data", "package", "extra"),
-    [(fit(), "fitdecode", "logs"), (b"".join(ulog()), "pyulog", "logs")],
-)
-def test_the_message_says_what_to_install(monkeypatch, data, package, extra):
-    monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(InputError, match=rf"needs the package {package}, expected pip install '.\[{extra}\]'"):
-        steerway.read(data)
+def test_the_message_says_what_to_install(monkeypatch):
+    for package, data in {"fitdecode": fit(), "pyulog": b"".join(ulog())}.items():
+        missing = rf"needs the package {package}, expected pip install '.\[logs\]'"
+        with monkeypatch.context() as patch, pytest.raises(InputError, match=missing):
+            patch.setitem(sys.modules, package, None)
+            steerway.read(data)

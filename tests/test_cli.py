@@ -88,8 +88,10 @@ def test_compare_and_info(log):
 
 def test_an_input_is_never_overwritten(log):
     before = log.read_bytes()
-    for option in ("-o", "--report"):
-        code, _, err = run("estimate", log, option, log)
+    link = log.with_name("link.csv")
+    link.symlink_to(log)
+    for option, path in (("-o", log), ("--report", log), ("-o", link)):
+        code, _, err = run("estimate", log, option, path)
         assert code == 2 and "is also an input" in err
     assert log.read_bytes() == before
 
@@ -98,6 +100,7 @@ def test_an_input_is_never_overwritten(log):
     ("arguments", "message"),
     [
         (["estimate", "LOG", "--report", "page.pdf"], "expected .html or .png"),
+        (["estimate", "LOG", "-o", "out.xlsx"], "unknown ending, expected one of .csv, .parquet"),
         (["estimate", "LOG", "--profile", "otterr"], "expected one of otter"),
         (["estimate", "LOG", "--aid", "sextant"], "--aid names 'sextant', expected any of auto, sog"),
         (["estimate", "LOG", "-o", "missing/track.csv"], "cannot write 'missing/track.csv': no directory 'missing'"),
