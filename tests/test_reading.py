@@ -10,7 +10,7 @@ import pytest
 from steerway.core import InputError
 from steerway.formats.testing import ais, gpx, nmea0183, nmea2000, read, survey, table, ubx
 from tests.messages import WHOLE, pvt
-from tests.sentences import START, assert_same_columns, gga, place, rmc, sealed, sortie, track
+from tests.sentences import KNOT, START, assert_same_columns, gga, place, rmc, sealed, sortie, track
 
 
 def rough_rmc(k, lat, lon, talker="GP"):
@@ -71,9 +71,7 @@ def test_the_best_source_by_rate_resolution_and_continuity():
     assert read(epochs(rare, coarse)).source == "II"
     brief = [line * (k < 10) for k, line in enumerate(fine)]
     assert read(epochs(brief, coarse)).source == "II"
-
-
-def test_even_fixes_are_better_than_frequent_ones():
+    # Even fixes are better than frequent ones.
     time, lat, lon = track(120, step=0.5)
     late = np.sort(time + np.random.default_rng(3).uniform(0.0, 0.4, len(time)))
     uneven, even = (
@@ -104,38 +102,26 @@ def test_instruments_stand_in_rows_of_their_own_between_fixes_and_are_not_mixed(
     assert len(headings) == 46
     np.testing.assert_allclose(headings, np.pi / 2)
     assert (np.diff(fixes.time) > 0).all()
+    stamp = f"{START:.3f} ".encode()  # of two at one time the first joins the fix, as a speed of any talker does
+    both = [stamp + sealed(f"HEHDT,{k}.0,T") for k in (90, 91)]
+    (fix,) = (
+        read(stamp + gga(START, 54.0, 10.0) + b"".join(both) + sealed("IIVTG,90.0,T,,M,4.0,N,,K,A"))
+        .to_frame()
+        .rows(named=True)
+    )
+    assert (fix["heading_deg"], fix["sog_mps"]) == pytest.approx((90.0, 4.0 * KNOT))
 
 
-def test_of_two_headings_at_one_time_the_first_joins_the_fix():
-    stamp = f"{START:.3f} ".encode()
-    fixes = read(stamp + gga(START, 54.0, 10.0) + b"".join(stamp + sealed(f"HEHDT,{k}.0,T") for k in (90, 91)))
-    assert len(fixes) == 1
-    np.testing.assert_allclose(np.degrees(fixes.heading), [90.0])
-
-
-def test_speed_of_a_talker_without_positions_joins_the_fixes():
-    lines = b"".join(gga(START + k, 54.0, 10.0 + k * 1e-3) + sealed("IIVTG,90.0,T,,M,4.0,N,,K,A") for k in range(10))
-    fixes = read(lines)
-    assert len(fixes) == 10 and np.isfinite(fixes.sog).all()
-
-
-def test_start_and_stop():
-    fixes = read(sortie(60), start=START + 10, stop=START + 20)
+def test_start_stop_notes_and_progress():
+    seen = []
+    damaged = sortie(60) + b"$GPGGA,120000.00,5400.0,N*00\r\n"
+    fixes = read(damaged, start=START + 10, stop=START + 20, progress=lambda *parts: seen.append(parts))
     np.testing.assert_allclose(fixes.time, START + np.arange(10, 20), atol=1e-6)
-    with pytest.raises(InputError, match="is between"):
-        read(sortie(60), start=START + 100)
-
-
-def test_skipped_and_corrected_stand_in_the_notes():
-    fixes = read(sortie(5) + b"$GPGGA,120000.00,5400.0,N*00\r\n")
     assert any("1 × checksum wrong" in note for note in fixes.notes)
     assert any("variation in their own sentence" in note for note in fixes.notes)
-
-
-def test_progress_ends_at_all(log):
-    seen = []
-    read(log, sortie(10), progress=lambda done, total: seen.append((done, total)))
-    assert seen[-1][0] == seen[-1][1] and [done for done, _ in seen] == sorted(done for done, _ in seen)
+    assert seen[-1][0] == seen[-1][1] and seen == sorted(seen)
+    with pytest.raises(InputError, match="is between"):
+        read(sortie(60), start=START + 100)
 
 
 @pytest.mark.parametrize(
@@ -159,9 +145,6 @@ def test_what_it_refuses(tmp_path, data, message):
             continue
         with pytest.raises(InputError, match=re.escape(message)):
             call(tmp_path / data if isinstance(data, str) else data)
-
-
-def test_nothing_named():
     with pytest.raises(InputError, match="no log is given"):
         read()
 

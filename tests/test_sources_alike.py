@@ -41,15 +41,16 @@ def read_and_heard(lines, column="heading"):
     return steerway.read(b"".join(line for _, line in lines)), used
 
 
-def test_the_compass_that_reports_more_often_is_used():
+def test_the_compass_that_reports_more_often_is_used_and_the_receivers_own_unless_it_is_rare():
+    """Rare: at less than half of its fixes, the other one at each."""
     fixes, heard = read_and_heard(bus())
     assert "heading from HE" in fixes.notes and heard == "HE" and fixes.source == "GP"
     np.testing.assert_allclose(np.degrees(fixes.heading[np.isfinite(fixes.heading)]), 1.0)
-
-
-def test_a_compass_of_the_receiver_itself_is_preferred():
     fixes, heard = read_and_heard(bus() + [(k + 0.1, sealed("GPHDT,5.0,T")) for k in range(SECONDS)])
     assert not any("heading from" in note for note in fixes.notes) and heard == "GP"
+    lines = [each for each in bus(200) if b"HC" not in each[1]]
+    fixes, heard = read_and_heard(lines + [(k + 0.1, sealed("GPHDT,5.0,T")) for k in range(0, 200, 5)])
+    assert "heading from HE" in fixes.notes and heard == "HE"
 
 
 def test_a_receiver_without_sog_gets_none_from_another_receiver():
@@ -59,13 +60,6 @@ def test_a_receiver_without_sog_gets_none_from_another_receiver():
     lines += [(k + 0.3, rmc(*place, talker="GN")) for k, place in enumerate(places) if k % 2 == 0]
     fixes, heard = read_and_heard(lines, "sog")
     assert fixes.source == "GP" and np.isnan(fixes.sog).all() and heard == ""
-
-
-def test_the_receivers_own_compass_that_reports_rarely_is_not_preferred():
-    """The receiver's compass reports at less than half of its fixes, the other one at each."""
-    lines = [each for each in bus(200) if b"HC" not in each[1]]
-    fixes, heard = read_and_heard(lines + [(k + 0.1, sealed("GPHDT,5.0,T")) for k in range(0, 200, 5)])
-    assert "heading from HE" in fixes.notes and heard == "HE"
 
 
 PLACE = math.radians(54.0), math.radians(10.0)
