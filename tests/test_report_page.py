@@ -19,7 +19,7 @@ pytest.importorskip("bokeh", reason="bokeh is not installed")
 import steerway
 from steerway.core import REJECTED, Fixes
 from steerway.report import write_page
-from steerway.report.testing import course_cut, events, mercator, summarise, write_report
+from steerway.report.testing import events, mercator, summarise, write_report
 from steerway.simulation import parse_scenario, sail_scenario
 from steerway.simulation.testing import write_story
 from tests.browser import chromium
@@ -93,12 +93,6 @@ def test_the_list_of_events_has_the_gap_and_the_rejected_fix(estimated):
     fixes, motion = estimated
     contradicted = replace(fixes, sog=np.where(np.arange(len(fixes)) > 300, fixes.sog, 5.0))
     assert any("own SOG differs" in what for *_, what in events(contradicted, motion))
-
-
-def test_the_course_axis_is_cut_where_nobody_steers():
-    north = np.radians(np.random.default_rng(1).normal(0.0, 20.0, 1000))
-    assert 90.0 < course_cut(north) < 270.0
-    assert course_cut(np.full(3, np.nan)) >= 0.0
 
 
 def test_the_page_of_a_run_has_the_truth_beside_the_estimate(tmp_path):

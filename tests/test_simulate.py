@@ -113,23 +113,6 @@ def test_advise_by_profile():
     assert "An autopilot of 0.3 rad/s fits: the bandwidth of the course estimate is 0.81 rad/s" in out
     _, out, _ = run("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
     assert "is 0.81 rad/s" in out and "autopilots up to 0.5" in out
-    for words, sentence in (
-        (("advise", "otter"), "--speed is missing"),
-        (("advise", "oter", "--speed", 1), "profile 'oter' is unknown"),
-        (("advise", "otter", "--speed", -1), "speed is -1, expected a number of at least 0"),
-        (("advise", "otter", "--speed", 1, "--rate", 0), "--rate is 0 Hz"),
-    ):
-        assert sentence in run(*words)[2]
-
-
-def test_what_cannot_be_asked_together(short, tmp_path):
-    for words, sentence in (
-        (("--dask", "here:1"), "--dask distributes seeds"),
-        (("--seeds", 2, "--nmea"), "--nmea writes the log of one run"),
-    ):
-        assert sentence in run("simulate", short, "-o", tmp_path, *words)[2]
-    (tmp_path / "file").touch()
-    assert "cannot write" in run("simulate", short, "-o", tmp_path / "file")[2]
 
 
 def test_the_demo_writes_its_log_and_its_pages(tmp_path, monkeypatch):
