@@ -16,16 +16,18 @@ import steerway.archive
 from steerway.archive.testing import Store, digest, encounters, export, page, running, status, unit
 from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
-from steerway.core.testing import in_workers
+from steerway.core.testing import KNOT, in_workers
 from steerway.estimation import FiveStateFilter
-from steerway.formats.testing import class_b
+from steerway.formats.testing import ais_tables, class_b
 from tests.command_line import run
 from tests.fleet import day_path, generate
+from tests.fuzz import seeds
 from tests.golden import missed, no_worse
 from tests.messages import sentences, tagged
 
 DAYS = 2
 START = 1_709_251_200.0
+NOON = 1_719_835_200.0  # 2024-07-01
 
 
 @pytest.fixture(scope="module")
@@ -154,49 +156,24 @@ def test_rows_left_out_are_counted_by_reason_and_file(files, whole):
     assert found["rows"] == len(rows_of(whole)) and found["to_do"] == 0
 
 
-OLD = ("MMSI", "BaseDateTime", "LAT", "LON", "SOG", "COG", "Heading", "VesselType", "Length", "Width")
-NEW = "mmsi base_date_time latitude longitude sog cog heading vessel_type length width".split()
-DANISH = ("MMSI", None, "Latitude", "Longitude", "SOG", "COG", "Heading", "Ship type", "Length", "Width")
-
-
-def marine_cadastre(table, old):
-    """The rows of a table in the Danish layout, in MarineCadastre's layout."""
-    time = pl.col("# Timestamp").str.to_datetime("%d/%m/%Y %H:%M:%S")
-    written = time.dt.strftime("%Y-%m-%dT%H:%M:%S" if old else "%Y-%m-%d %H:%M:%S")
-    names = zip(OLD if old else NEW, DANISH, strict=True)
-    mobile = pl.col("Type of mobile").replace({"Class A": "A", "Class B": "B"})
-    return table.select(
-        **{name: written if column is None else pl.col(column) for name, column in names},
-        **{"TransceiverClass" if old else "transceiver": mobile},
+def test_every_layout_says_the_same(tmp_path):
+    found = []
+    for data in seeds.ais_tables():
+        (tmp_path / "day").write_bytes(data)
+        with ais_tables.reports(tmp_path / "day", tmp_path) as frame:
+            found.append(frame.collect())
+    row = found[0].row(3, named=True)
+    assert (row["mmsi"], row["time_s"], row["heading_deg"], row["mobile"], row["reason"]) == (
+        211000001,
+        NOON + 3,
+        None,
+        1,
+        0,
     )
-
-
-def points(table):
-    """The positions of a table in the Danish layout, as points of GeoParquet."""
-    places = table.select(x=pl.col("Longitude").cast(pl.Float64), y=pl.col("Latitude").cast(pl.Float64))
-    return pl.Series([b"\x01\x01\x00\x00\x00" + np.array(each, "<f8").tobytes() for each in places.iter_rows()])
-
-
-@pytest.mark.parametrize("layout", ["old, zipped", "new, zstd", "geoparquet"])
-def test_every_layout_gives_the_same_in_any_order_of_files(files, whole, tmp_path, layout):
-    inputs = []
-    for path in files:
-        table = pl.read_csv(path, infer_schema=False)
-        plain = marine_cadastre(table, layout.startswith("old"))
-        inputs.append((tmp_path / path.name).with_suffix({"o": ".zip", "n": ".csv.zst", "g": ".parquet"}[layout[0]]))
-        if layout == "geoparquet":
-            numbers = [pl.col(name).cast(pl.Float64) for name in ("sog", "cog", "heading", "length", "width")]
-            plain = plain.with_columns(
-                pl.col("base_date_time").str.to_datetime("%Y-%m-%d %H:%M:%S"), pl.col("mmsi").cast(pl.Int64), *numbers
-            )
-            plain.drop("latitude", "longitude").with_columns(geometry=points(table)).write_parquet(inputs[-1])
-        elif layout == "new, zstd":
-            plain.write_csv(inputs[-1], compression="zstd")
-        else:
-            with zipfile.ZipFile(inputs[-1], "w", zipfile.ZIP_DEFLATED) as archive:
-                archive.writestr(path.name, plain.write_csv())
-    steerway.archive.run(reversed(inputs), tmp_path / "out", buckets=1, workers=1)
-    assert digest(tmp_path / "out") == digest(whole)
+    assert (row["lat_deg"], row["lon_deg"], row["sog_mps"], row["cog_deg"]) == pytest.approx(
+        (54.003, 10.5, 5.5 * KNOT, 90.0)
+    )
+    assert len(found) == 7 and [each for each in found if not each.equals(found[0])] == []
 
 
 def sailed(speed):
@@ -283,39 +260,6 @@ def test_smoothing_looks_into_the_next_day_whatever_the_buckets(fleet, files, wh
         return float(both.select((pl.col("sog_mps") - pl.col("true")).abs().median()).item())
 
     assert error(tmp_path / "one") < 0.85 * error(whole)
-
-
-def test_a_moored_vessel_is_known_to_be_at_rest_and_its_departure_at_once(tmp_path):
-    """A class A ship that is moored for two hours and then sails at 5 m/s."""
-    leaves = START + 7200.0
-    at = np.r_[np.arange(0.0, 7201.0, 180.0), np.arange(7260.0, 9001.0, 60.0)]
-    north = 5.0 * np.maximum(at - 7200.0, 0.0) + np.random.default_rng(3).normal(0.0, 1.0, len(at))
-    ship = pl.DataFrame({"time": START + at, "lat": 55.0 + np.degrees(north / 6.38e6)})
-    ship.with_columns(pl.lit("A").alias("class"), mmsi=219_000_001, lon=11.0).write_csv(tmp_path / "ship.csv")
-    for name in ("causal", "smoothed"):
-        steerway.archive.run([tmp_path / "ship.csv"], tmp_path / name, workers=1, smooth=name == "smoothed")
-        rows = rows_of(tmp_path / name)
-        moored = rows.filter(pl.col("time_s").is_between(START + 1800.0, leaves))
-        assert moored["sog_mps"].max() < 0.05 and moored["sog_std_mps"].max() < 0.1
-        sailing = rows.filter(pl.col("time_s") > leaves)
-        wrong = (sailing["sog_mps"] - 5.0).abs()
-        assert set(sailing["status"]) == {"ok"} and wrong[0] < 2.0 * sailing["sog_std_mps"][0] and wrong[1:].max() < 0.1
-
-
-def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
-    """Two ships under one number, of which one ends earlier: reports at 3 and at 8 s, rows at 0 s."""
-    names = ("mmsi", "time_s", "latitude", "longitude")
-    first = [(100_000_001, START + t, 55.0 + 5.0 * t / 111_300.0, 10.0) for t in np.arange(3.0, 600.0, 10.0)]
-    second = [(100_000_001, START + t, 57.0 - 5.0 * t / 111_400.0, 10.0) for t in np.arange(8.0, 400.0, 10.0)]
-    pl.DataFrame(first + second, schema=names, orient="row").write_csv(tmp_path / "shared.csv")
-    steerway.archive.run([tmp_path / "shared.csv"], tmp_path / "out", workers=1, rate=0.1)
-    rows = rows_of(tmp_path / "out").with_columns(t=pl.col("time_s") - START)
-    one, other = (rows.filter(pl.col("track") == track) for track in (0, 1))
-    assert one["t"].to_list() == [10.0 * k for k in range(1, 60)]
-    assert other["t"].to_list() == [10.0 * k for k in range(3, 40)]  # its third report confirms the ship
-    one = one[1:]  # only one report precedes the first row, which has no velocity
-    np.testing.assert_allclose(one["lat_deg"], 55.0 + 5.0 * one["t"] / 111_300.0, atol=3e-4)
-    np.testing.assert_allclose(other["lat_deg"], 57.0 - 5.0 * other["t"] / 111_400.0, atol=3e-4)
 
 
 def crossing(tmp_path):

@@ -19,6 +19,16 @@ MIDNIGHT = 1_709_251_200.0
 NO_AIDS = np.empty((0, 5))
 
 
+@pytest.fixture(autouse=True)
+def without_a_page(monkeypatch):
+    """Do not draw the page, which takes longer than a small archive."""
+    monkeypatch.setattr(page, "write", lambda store, manifest: None)
+
+
+def rows_of(directory):
+    return steerway.archive.scan(directory).collect()
+
+
 @pytest.fixture(scope="module")
 def by_class():
     """The filters of the built-in classes."""
@@ -215,9 +225,8 @@ def rounded_ships(seed, count, decimals):
 
 
 @pytest.mark.parametrize("smooth", [False, True])
-def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_divided(tmp_path, monkeypatch, smooth):
+def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_divided(tmp_path, smooth):
     """Treated as points, they give moored ships a course, and 95 % intervals contain 60 to 80 % of the courses."""
-    monkeypatch.setattr(page, "write", lambda store, manifest: None)
     table = rounded_ships(7, 12, 4)
     table.drop("true_sog", "true_cog").write_csv(tmp_path / "all.csv")
     days = [tmp_path / "second.csv", tmp_path / "first.csv"]
@@ -226,7 +235,7 @@ def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_d
     steerway.archive.run([tmp_path / "all.csv"], tmp_path / "one", buckets=1, workers=1, smooth=smooth)
     steerway.archive.run(days, tmp_path / "many", buckets=3, workers=1, smooth=smooth)
     assert digest(tmp_path / "one") == digest(tmp_path / "many")
-    rows = steerway.archive.scan(tmp_path / "one").collect()
+    rows = rows_of(tmp_path / "one")
     rows = rows.join(table, left_on=["mmsi", "time_s"], right_on=["mmsi", "time"], validate="1:1")
     under_way, at_rest = rows.filter(pl.col("true_sog") > 0.5), rows.filter(pl.col("true_sog") == 0.0)
     off = np.remainder(np.radians(under_way["cog_deg"]) - under_way["true_cog"] + np.pi, 2.0 * np.pi) - np.pi
@@ -234,3 +243,36 @@ def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_d
     assert len(within) > 2000 and within.mean() > 0.9
     assert len(at_rest) > 1000 and at_rest["cog_deg"].is_null().mean() > 0.99
     assert (at_rest["sog_mps"] ** 2).mean() ** 0.5 < 0.1
+
+
+def test_a_moored_vessel_is_known_to_be_at_rest_and_its_departure_at_once(tmp_path):
+    """A class A ship that is moored for two hours and then sails at 5 m/s."""
+    leaves = MIDNIGHT + 7200.0
+    at = np.r_[np.arange(0.0, 7201.0, 180.0), np.arange(7260.0, 9001.0, 60.0)]
+    north = 5.0 * np.maximum(at - 7200.0, 0.0) + np.random.default_rng(3).normal(0.0, 1.0, len(at))
+    ship = pl.DataFrame({"time": MIDNIGHT + at, "lat": 55.0 + np.degrees(north / 6.38e6)})
+    ship.with_columns(pl.lit("A").alias("class"), mmsi=219_000_001, lon=11.0).write_csv(tmp_path / "ship.csv")
+    for name in ("causal", "smoothed"):
+        steerway.archive.run([tmp_path / "ship.csv"], tmp_path / name, workers=1, smooth=name == "smoothed")
+        rows = rows_of(tmp_path / name)
+        moored = rows.filter(pl.col("time_s").is_between(MIDNIGHT + 1800.0, leaves))
+        assert moored["sog_mps"].max() < 0.05 and moored["sog_std_mps"].max() < 0.1
+        sailing = rows.filter(pl.col("time_s") > leaves)
+        wrong = (sailing["sog_mps"] - 5.0).abs()
+        assert set(sailing["status"]) == {"ok"} and wrong[0] < 2.0 * sailing["sog_std_mps"][0] and wrong[1:].max() < 0.1
+
+
+def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
+    """Two ships under one number, of which one ends earlier: reports at 3 and at 8 s, rows at 0 s."""
+    names = ("mmsi", "time_s", "latitude", "longitude")
+    first = [(100_000_001, MIDNIGHT + t, 55.0 + 5.0 * t / 111_300.0, 10.0) for t in np.arange(3.0, 600.0, 10.0)]
+    second = [(100_000_001, MIDNIGHT + t, 57.0 - 5.0 * t / 111_400.0, 10.0) for t in np.arange(8.0, 400.0, 10.0)]
+    pl.DataFrame(first + second, schema=names, orient="row").write_csv(tmp_path / "shared.csv")
+    steerway.archive.run([tmp_path / "shared.csv"], tmp_path / "out", workers=1, rate=0.1)
+    rows = rows_of(tmp_path / "out").with_columns(t=pl.col("time_s") - MIDNIGHT)
+    one, other = (rows.filter(pl.col("track") == track) for track in (0, 1))
+    assert one["t"].to_list() == [10.0 * k for k in range(1, 60)]
+    assert other["t"].to_list() == [10.0 * k for k in range(3, 40)]  # its third report confirms the ship
+    one = one[1:]  # only one report precedes the first row, which has no velocity
+    np.testing.assert_allclose(one["lat_deg"], 55.0 + 5.0 * one["t"] / 111_300.0, atol=3e-4)
+    np.testing.assert_allclose(other["lat_deg"], 57.0 - 5.0 * other["t"] / 111_400.0, atol=3e-4)

@@ -1,5 +1,6 @@
 """Sound inputs to mutate: generated ones, the project's examples, and parts of recorded logs if these are installed."""
 
+import datetime
 import gzip
 import io
 import json
@@ -7,6 +8,7 @@ import math
 import os
 import random
 import sqlite3
+import struct
 import tempfile
 import zipfile
 from functools import cache
@@ -218,18 +220,31 @@ def bags():
     return [base.serialize()]
 
 
+LAYOUTS = {
+    "%d/%m/%Y %H:%M:%S": "# Timestamp,Type of mobile,MMSI,Latitude,Longitude,SOG,COG,Heading,Ship type,Length,Width",
+    "%Y-%m-%dT%H:%M:%S": "BaseDateTime,TransceiverClass,MMSI,LAT,LON,SOG,COG,Heading,VesselType,Length,Width",
+    "%Y-%m-%d %H:%M:%S": "base_date_time,transceiver,mmsi,latitude,longitude,sog,cog,heading,vessel_type,length,width",
+}
+"""AIS tables of the Danish authority and of MarineCadastre, before 2025 and since: form of a time, header."""
+
+
 def ais_tables():
-    """AIS tables of the Danish authority and of MarineCadastre, plain and packed."""
-    danish = b"# Timestamp,Type of mobile,MMSI,Latitude,Longitude,SOG,COG,Heading,Width,Length\n" + b"".join(
-        b"01/07/2024 12:00:%02d,Class A,211000001,54.%03d,10.5,5.5,90.0,91,10,80\n" % (k, k) for k in range(8)
-    )
-    american = b"MMSI,BaseDateTime,LAT,LON,SOG,COG,Heading,VesselType,Length,Width\n" + b"".join(
-        b"367000001,2024-07-01T12:00:%02d,54.%03d,10.5,5.5,90.0,91.0,70,80,10\n" % (k, k) for k in range(8)
-    )
-    zipped = io.BytesIO()
-    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as file:
-        file.writestr("day.csv", danish)
-    return [danish, american, zipped.getvalue(), gzip.compress(american), zstandard.compress(danish)]
+    """One AIS table in every layout, as GeoParquet, and packed."""
+    rows = [("A", 211000001, 54 + 1e-3 * k, 10.5, 5.5, 90.0, 511 if k == 3 else 91, "70", 80, 10) for k in range(8)]
+    moments = [datetime.datetime(2024, 7, 1, 12, 0, k) for k in range(8)]
+    found = []
+    for form, header in LAYOUTS.items():
+        cells = zip(moments, rows, strict=True)
+        lines = (",".join((moment.strftime(form), *map(str, row))) for moment, row in cells)
+        found.append("\n".join((header, *lines)).encode())
+    *_, names = (header.split(",") for header in LAYOUTS.values())
+    frame = pl.DataFrame([(moment, *row) for moment, row in zip(moments, rows, strict=True)], names, orient="row")
+    points = [struct.pack("<BIdd", 1, 1, longitude, latitude) for _, _, latitude, longitude, *_ in rows]
+    file, zipped = io.BytesIO(), io.BytesIO()
+    frame.drop("latitude", "longitude").with_columns(geometry=pl.Series(points)).write_parquet(file)
+    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("day.csv", found[0])
+    return [*found, file.getvalue(), zipped.getvalue(), gzip.compress(found[1]), zstandard.compress(found[2])]
 
 
 def unfinished():
