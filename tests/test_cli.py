@@ -1,7 +1,6 @@
 """The commands as a user types them."""
 
 import gzip
-import inspect
 import json
 import os
 import subprocess
@@ -9,10 +8,8 @@ from importlib.metadata import version
 
 import polars as pl
 import pytest
-import typer
 
 import steerway
-from steerway.commands.testing import command_tree
 from steerway.estimation import load_profile
 from tests.command_line import STEERWAY, run
 from tests.scenes import turning
@@ -136,26 +133,6 @@ def test_a_name_cannot_write_on_the_terminal(tmp_path):
         path.write_text("time_s,lat_deg,lon_deg,\x1b[2J\n1672531201,54,10,1\n")
         code, out, _ = run("info", path)
         assert code == 0 and shown in out and "\x1b" not in out and r"\x1b[2J" in out
-
-
-def commands_of(group, path=()):
-    """(words, command) of every command below a group."""
-    for name, command in group.commands.items():
-        if hasattr(command, "commands"):
-            yield from commands_of(command, (*path, name))
-        else:
-            yield (*path, name), command
-
-
-def test_every_help_has_an_example_and_no_types():
-    root = command_tree()
-    top = typer.Context(root, info_name="steerway", help_option_names=["-h", "--help"])
-    for words, command in commands_of(root):
-        name = " ".join(words)
-        assert f"steerway {name}" in inspect.cleandoc(command.help), f"{name} has no example"
-        shown = [each for each in command.get_params(top) if not getattr(each, "hidden", False)]
-        types = [each.display_type_rich(top) or "" for each in shown]
-        assert "<" not in "".join(types), f"the help of {name} shows a type: {types}"
 
 
 def test_the_shell_completes_commands_and_options():

@@ -46,13 +46,13 @@ def test_the_code_of_the_front_page_runs(tmp_path, monkeypatch):
 
 def command_lines():
     """(page, command) of every line of a block that begins with the program's name, and of commands within text."""
-    for path in [*PAGES, *FRONT]:
-        text = path.read_text("utf-8")
+    pages = {named(path): path.read_text("utf-8") for path in [*PAGES, *FRONT]}
+    for page, text in (pages | {"the help of the commands": reference.commands()}).items():
         lines = [line.strip() for line in text.splitlines() if re.match(r"( {4})?steerway ", line)]
         lines += re.findall(r"`(steerway [^`]+)`", text)
         for part in (part.strip() for line in lines for part in re.split(r"&&|;", line)):
             if part.startswith("steerway ") and not re.search(r"[…A-Z]{4}|\[", part):
-                yield named(path), part
+                yield page, part
 
 
 def test_the_commands_of_the_pages_are_understood():

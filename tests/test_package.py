@@ -1,10 +1,11 @@
-"""The front door: public names are there when they are asked for, documented and annotated; the core suffices."""
+"""The front door: public names, documented; the core suffices; kernels are compiled anew when they change, only then."""
 
 import ast
 import inspect
 import math
 import os
 import pkgutil
+import shutil
 import subprocess
 import sys
 from importlib import import_module
@@ -15,6 +16,8 @@ import pytest
 
 import steerway
 import steerway_studies
+from steerway.core import wrap
+from steerway.core.testing import variation
 from tests.fuzz import seeds
 from tests.messages import WHOLE
 from tests.scenes import turning
@@ -167,3 +170,60 @@ def test_importing_a_room_loads_none_of_its_modules():
     heavy = "numba", "scipy", "polars", "pydantic", "matplotlib"
     code = f"import sys, steerway, {', '.join(PACKAGES)}; print([each for each in {heavy} if each in sys.modules])"
     assert process("-c", code)[0] == "[]\n"
+
+
+DIGEST = """
+import boats, sys
+from steerway.core.testing import kernel_cache
+kernel_cache.module_directory("boats.boat", "")
+print(kernel_cache.source_digest("boats.boat"))
+"""
+
+
+@pytest.fixture
+def digest(tmp_path):
+    """Writes modules of a package `boats`; returns the digest of its module `boat`, of which a directory is kept."""
+    (tmp_path / "boats").mkdir()
+    (tmp_path / "boats" / "__init__.py").write_text("")
+    shutil.copytree(FOLDER / "steerway" / "core", tmp_path / "steerway" / "core")
+    (tmp_path / "steerway" / "__init__.py").write_text("")
+
+    def written(**sources):
+        for name, source in sources.items():
+            (tmp_path / "boats" / f"{name}.py").write_text(source)
+        return process("-c", DIGEST, PYTHONPATH=tmp_path, STEERWAY_CACHE=tmp_path / "cache")[0]
+
+    return written
+
+
+@pytest.mark.parametrize(
+    "statement", ["from boats import hull", "import boats.hull as h", "from boats.hull import (\n    SLOW as S,\n)"]
+)
+def test_a_change_in_an_imported_file_is_seen_however_it_is_imported(digest, statement):
+    before = digest(base="SLOW = 0.3\n", hull="from .base import (\n    SLOW,\n)\n", boat=statement + "\n")
+    assert digest(rudder="x = 1\n") == before
+    assert digest(base="SLOW = 0.4\n") != before
+
+
+def test_a_kernel_of_another_package_depends_on_this_one(digest, tmp_path):
+    before = digest(boat=f"from {wrap.__module__} import wrap\n")
+    for each, changes in ((variation, False), (wrap, True)):
+        with tmp_path.joinpath(*each.__module__.split(".")).with_suffix(".py").open("a") as file:
+            file.write("# changed\n")
+        assert (digest() != before) == changes
+
+
+KERNEL = """
+import resource, signal
+from steerway.core import wrap
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+print(wrap(7.0) < 1.0)
+"""
+
+
+def test_on_a_full_disk_or_without_a_directory_a_kernel_is_compiled_and_not_kept(tmp_path):
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path, tmp_path / "file"):
+        assert process("-c", KERNEL, STEERWAY_CACHE=place) == ("True\n", "")
+    assert not list(tmp_path.rglob("*.nbc"))
