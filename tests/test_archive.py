@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 
 import steerway.archive
-from steerway.archive.testing import Store, digest, encounters, export, page, running, status, unit
+from steerway.archive.testing import Store, digest, export, page, running, status, unit
 from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
 from steerway.core.testing import KNOT, in_workers
@@ -260,53 +260,6 @@ def test_smoothing_looks_into_the_next_day_whatever_the_buckets(fleet, files, wh
         return float(both.select((pl.col("sog_mps") - pl.col("true")).abs().median()).item())
 
     assert error(tmp_path / "one") < 0.85 * error(whole)
-
-
-def crossing(tmp_path):
-    """The archive of two vessels that cross, with reports at different times, of a third that stops, and of three at
-    anchor: after the last report of the first, the second begins on the far side of the third."""
-    rows = []
-    for mmsi, first, step in ((1_000_000_01, 0.0, 20.0), (1_000_000_02, 7.0, 30.0)):
-        for t in np.arange(first, 3600.0, step):
-            along = 5.0 * (t - 1800.0) / 111_320.0
-            place = (55.0 + along, 10.0) if mmsi % 10 == 1 else (55.0 + 100.0 / 111_320.0, 10.0 + along / 0.5736)
-            rows.append((mmsi, START + t, *place, 5.0 / 0.514444, 0.0 if mmsi % 10 == 1 else 90.0))
-    for t in np.arange(0.0, 9000.0, 15.0):
-        moving = t < 2400.0
-        place = 56.0 + 6.0 * min(t, 2400.0) / 111_320.0
-        rows.append((1_000_000_03, START + t, place, 11.0, 12.0 / 0.514444 if moving else 0.0, 0.0))
-    for mmsi, first, last, north in ((4, 0.0, 3000.0, 0.0), (5, 3200.0, 6000.0, 0.1), (6, 0.0, 6000.0, 0.05)):
-        times = np.arange(first, last, 15.0)
-        rows += [(1_000_000_00 + mmsi, START + t, 57.0 + north, 12.0, 0.0, 0.0) for t in times]
-    names = ("mmsi", "time_s", "latitude", "longitude", "sog", "cog")
-    pl.DataFrame(rows, schema=names, orient="row").write_csv(tmp_path / "crossing.csv")
-    steerway.archive.run([tmp_path / "crossing.csv"], tmp_path / "out", workers=1)
-    return tmp_path / "out"
-
-
-def test_encounters_trips_and_wrong_values(tmp_path):
-    directory = crossing(tmp_path)
-    found = encounters(directory, 1000.0)
-    assert len(found) == 1
-    row = found.row(0, named=True)
-    # each passes the crossing of the tracks when the other is 100 m from there: closest at 100 / √2
-    assert row["cpa_m"] == pytest.approx(100.0 / np.sqrt(2.0), abs=0.3)
-    assert row["cpa_time_s"] == pytest.approx(START + 1810.0, abs=0.3)
-    assert row["tcpa_s"] == row["cpa_time_s"] - row["start_s"] and row["end_s"] - row["cpa_time_s"] > 100.0
-    assert (row["lat_deg"], row["lon_deg"]) == pytest.approx((55.0 + 50.0 / 111_320.0, 10.0), abs=2e-6)
-    assert 1.0 < row["cpa_std_m"] < 10.0
-    assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.02)
-    assert [len(encounters(directory, most)) for most in (70.0, 72.0)] == [0, 1]
-    with pytest.raises(InputError, match="distance is -1 m"):
-        encounters(directory, -1.0)
-    trips = rows_of(directory, "trips").filter(pl.col("mmsi") == 1_000_000_03).sort("start_s")
-    assert trips["what"].to_list() == ["trip", "stop"]
-    assert trips["distance_m"].to_list() == pytest.approx([14_400.0, 0.0], rel=0.01, abs=1e-3)
-    assert trips["mean_speed_mps"].to_list() == pytest.approx([6.0, 0.0], abs=0.01)
-    assert trips["duration_s"].to_list() == pytest.approx([2400.0, 6585.0], abs=16.0)
-    wrong = rows_of(directory, "events").filter(pl.col("event") == "speed")
-    assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed, in each of 160 reports
-    assert (wrong["value"][0], wrong["reports"][0]) == (pytest.approx(6.0, abs=0.01), 160)
 
 
 def test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile(tmp_path):

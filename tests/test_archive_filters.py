@@ -1,4 +1,4 @@
-"""Filters of an archive's tracks: few steps against many, stored steps, smoothing against least squares."""
+"""Tracks of an archive: filters in few steps and in many, smoothing and least squares, rests, trips and encounters."""
 
 import math
 
@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 
 import steerway.archive
-from steerway.archive.testing import association, digest, filters, levels, page, smoothing, tracks
-from steerway.core import NORMAL_95, REJECTED, Fixes
+from steerway.archive.testing import association, digest, encounters, filters, levels, page, smoothing, tracks
+from steerway.core import NORMAL_95, REJECTED, Fixes, InputError
 from steerway.core.testing import PREDICTED, displaced_all, displacement
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.testing import Structure, medians_of
@@ -25,8 +25,8 @@ def without_a_page(monkeypatch):
     monkeypatch.setattr(page, "write", lambda store, manifest: None)
 
 
-def rows_of(directory):
-    return steerway.archive.scan(directory).collect()
+def rows_of(directory, table="estimate"):
+    return steerway.archive.scan(directory, table).collect()
 
 
 @pytest.fixture(scope="module")
@@ -276,3 +276,50 @@ def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
     one = one[1:]  # only one report precedes the first row, which has no velocity
     np.testing.assert_allclose(one["lat_deg"], 55.0 + 5.0 * one["t"] / 111_300.0, atol=3e-4)
     np.testing.assert_allclose(other["lat_deg"], 57.0 - 5.0 * other["t"] / 111_400.0, atol=3e-4)
+
+
+def crossing(tmp_path):
+    """The archive of two vessels that cross, with reports at different times, of a third that stops, and of three at
+    anchor: after the last report of the first, the second begins on the far side of the third."""
+    rows = []
+    for mmsi, first, step in ((1_000_000_01, 0.0, 20.0), (1_000_000_02, 7.0, 30.0)):
+        for t in np.arange(first, 3600.0, step):
+            along = 5.0 * (t - 1800.0) / 111_320.0
+            place = (55.0 + along, 10.0) if mmsi % 10 == 1 else (55.0 + 100.0 / 111_320.0, 10.0 + along / 0.5736)
+            rows.append((mmsi, MIDNIGHT + t, *place, 5.0 / 0.514444, 0.0 if mmsi % 10 == 1 else 90.0))
+    for t in np.arange(0.0, 9000.0, 15.0):
+        moving = t < 2400.0
+        place = 56.0 + 6.0 * min(t, 2400.0) / 111_320.0
+        rows.append((1_000_000_03, MIDNIGHT + t, place, 11.0, 12.0 / 0.514444 if moving else 0.0, 0.0))
+    for mmsi, first, last, north in ((4, 0.0, 3000.0, 0.0), (5, 3200.0, 6000.0, 0.1), (6, 0.0, 6000.0, 0.05)):
+        times = np.arange(first, last, 15.0)
+        rows += [(1_000_000_00 + mmsi, MIDNIGHT + t, 57.0 + north, 12.0, 0.0, 0.0) for t in times]
+    names = ("mmsi", "time_s", "latitude", "longitude", "sog", "cog")
+    pl.DataFrame(rows, schema=names, orient="row").write_csv(tmp_path / "crossing.csv")
+    steerway.archive.run([tmp_path / "crossing.csv"], tmp_path / "out", workers=1)
+    return tmp_path / "out"
+
+
+def test_encounters_trips_and_wrong_values(tmp_path):
+    directory = crossing(tmp_path)
+    found = encounters(directory, 1000.0)
+    assert len(found) == 1
+    row = found.row(0, named=True)
+    # each passes the crossing of the tracks when the other is 100 m from there: closest at 100 / √2
+    assert row["cpa_m"] == pytest.approx(100.0 / np.sqrt(2.0), abs=0.3)
+    assert row["cpa_time_s"] == pytest.approx(MIDNIGHT + 1810.0, abs=0.3)
+    assert row["tcpa_s"] == row["cpa_time_s"] - row["start_s"] and row["end_s"] - row["cpa_time_s"] > 100.0
+    assert (row["lat_deg"], row["lon_deg"]) == pytest.approx((55.0 + 50.0 / 111_320.0, 10.0), abs=2e-6)
+    assert 1.0 < row["cpa_std_m"] < 10.0
+    assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.02)
+    assert [len(encounters(directory, most)) for most in (70.0, 72.0)] == [0, 1]
+    with pytest.raises(InputError, match="distance is -1 m"):
+        encounters(directory, -1.0)
+    trips = rows_of(directory, "trips").filter(pl.col("mmsi") == 1_000_000_03).sort("start_s")
+    assert trips["what"].to_list() == ["trip", "stop"]
+    assert trips["distance_m"].to_list() == pytest.approx([14_400.0, 0.0], rel=0.01, abs=1e-3)
+    assert trips["mean_speed_mps"].to_list() == pytest.approx([6.0, 0.0], abs=0.01)
+    assert trips["duration_s"].to_list() == pytest.approx([2400.0, 6585.0], abs=16.0)
+    wrong = rows_of(directory, "events").filter(pl.col("event") == "speed")
+    assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed, in each of 160 reports
+    assert (wrong["value"][0], wrong["reports"][0]) == (pytest.approx(6.0, abs=0.01), 160)

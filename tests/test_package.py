@@ -1,4 +1,4 @@
-"""The front door: public names, documented; the core suffices; kernels are compiled anew when they change, only then."""
+"""The front door: public names, documented; the core suffices; kernels are compiled anew when they change alone."""
 
 import ast
 import inspect
