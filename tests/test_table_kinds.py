@@ -13,7 +13,6 @@ from steerway.identification.testing import read_steering
 from tests.command_line import run
 
 START = 1_700_000_000  # 2023-11-14 22:13:20 UTC
-FIT_EPOCH = 631_065_600
 SPEED, COURSE = 4.0, math.radians(45.0)
 K = np.arange(40)
 
@@ -56,59 +55,6 @@ def test_a_logger_with_hemispheres_and_units_in_cells():
     assert len(fixes) == len(K) - 1 and "skipped 1 × no fix" in fixes.notes
     assert fixes.sog == pytest.approx(SPEED) and np.degrees(fixes.cog) == pytest.approx(45.0)
     assert np.isnan(fixes.heading).all()
-
-
-@pytest.mark.parametrize(
-    ("header", "row"),
-    [
-        ("time,lat,NS,lon,EW", lambda t, lat, lon: f"{START + t},{-lat:.7f},s,{-lon:.7f},w"),
-        ("time,Latitude,Lat_Dir,Longitude,Lon_Dir", lambda t, lat, lon: f"{START + t},{lat:.7f},S,{-lon:.7f},West"),
-        (
-            "time;lat;lat_ref;lon;lon_ref",
-            lambda t, lat, lon: f"{START + t};{int(-lat)} {-lat % 1 * 60:.6f};S;{int(-lon)} {-lon % 1 * 60:.6f};W",
-        ),
-        (
-            "TAG,DATE,TIME,LATITUDE N/S,LONGITUDE E/W",
-            lambda t, lat, lon: f"T,231114,{clock(t, '{:02d}{:02d}{:02d}')},{-lat:.7f}S,{-lon:.7f}W",
-        ),
-        (
-            "Lcl Date, Lcl Time, UTCOfst, Latitude, Longitude",
-            lambda t, lat, lon: f"2023-11-14, {clock(t).replace('22', '16', 1)}, -06:00, {lat:.7f}, {lon:.7f}",
-        ),
-        (
-            "No,Latitude,Longitude,utc_d,utc_t",
-            lambda t, lat, lon: f"1,{lat:.7f},{lon:.7f},2023/11/14,{clock(t).replace('22', '10', 1)} PM",
-        ),
-        ("40\ntime,lat,lon,provider,", lambda t, lat, lon: f"{START + t},{lat:.7f},{lon:.7f},gps"),
-        (
-            "%time,field.header.stamp,field.status.status,field.latitude,field.longitude",
-            lambda t, lat, lon: f"{START + int(t)}900000000,{START + int(t)}000000000,0,{lat:.7f},{lon:.7f}",
-        ),
-        (
-            "timestamp,position_lat,position_long",
-            lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
-        ),
-        ("timestamp,lat,lon", lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 1e7:.0f},{lon * 1e7:.0f}"),
-        (
-            "record.timestamp[s],record.position_lat[semicircles],record.position_long[semicircles]",
-            lambda t, lat, lon: f"{START - FIT_EPOCH + t:.0f},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
-        ),
-        (
-            "time_boot_ms,time_unix_ms,lat,lon",
-            lambda t, lat, lon: f"{1e3 * t},{1e3 * (START + t):.0f},{lat:.7f},{lon:.7f}",
-        ),
-        (
-            "%time,field.pose.position.latitude,field.pose.position.longitude",
-            lambda t, lat, lon: f"{START + int(t)}000000000,{lat:.7f},{lon:.7f}",
-        ),
-    ],
-)
-def test_spellings_of_places_and_clocks(header, row):
-    data = table(header, row)
-    latitude, speed, course, fixes = motion_of(data)
-    assert latitude == pytest.approx(-33.85, abs=1e-6)
-    assert speed == pytest.approx(SPEED, rel=0.01) and course == pytest.approx(45.0, abs=1.0)
-    assert fixes.time[0] == START
 
 
 @pytest.mark.parametrize(("side", "latitude"), [("?", 33.85), ("N", -33.85), ("", 33.85), ("E", 33.85)])
