@@ -68,6 +68,35 @@ def test_an_archive_that_unpacks_to_a_thousand_times_its_size_is_refused(unit):
     tracemalloc.stop()
 
 
+def mcap(compression):
+    """Thirty million zeros in a chunk."""
+    file = io.BytesIO()
+    writer = Writer(file, compression=compression, chunk_size=1 << 30)
+    writer.start("", "test")
+    channel = writer.register_channel("/zeros", "", 0)
+    for k in range(30):
+        writer.add_message(channel, k, bytes(1_000_000), k)
+    writer.finish()
+    return file.getvalue()
+
+
+def test_packed_tables_and_chunks_of_mcap_that_unpack_to_far_more_are_refused(tmp_path):
+    zeros, zipped, path = TABLE.replace(b"time", b"mmsi,time") + bytes(30_000_000), io.BytesIO(), tmp_path / "day"
+    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("day.csv", zeros)
+    for data in (zipped.getvalue(), gzip.compress(zeros), zstandard.compress(zeros)):
+        path.write_bytes(data)
+        with (
+            pytest.raises(InputError, match=r"unpacks to more than 1.6e\+07 bytes, expected a table \("),
+            ais_tables.reports(path, tmp_path),
+        ):
+            pass
+    assert [each.name for each in tmp_path.iterdir()] == ["day"]
+    for compression in (CompressionType.ZSTD, CompressionType.LZ4):
+        with pytest.raises(InputError, match=r"^bytes: MCAP unpacks to more than 1.6e\+07 bytes, expected a recording"):
+            survey(mcap(compression))
+
+
 def test_an_archive_is_unpacked_to_the_size_that_is_allowed():
     log = b"".join(b"%d,%.7f,10\n" % (k, 54 + 1e-6 * k) for k in range(20_000))
     packed = gzip.compress(TABLE + log)
@@ -81,35 +110,6 @@ def test_an_archive_is_unpacked_to_the_size_that_is_allowed():
     first, second = gzip.compress(TABLE + log[:100_000], 9), gzip.compress(log[100_000:])
     assert len(read(first + second)) == 20_000
     assert 4_000 < len(read(first + second[: len(second) // 2])) < 20_000
-
-
-def test_a_packed_table_that_unpacks_to_far_more_is_refused(tmp_path):
-    zeros = TABLE.replace(b"time", b"mmsi,time") + bytes(30_000_000)
-    zipped = io.BytesIO()
-    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("day.csv", zeros)
-    for data in (zipped.getvalue(), gzip.compress(zeros), zstandard.compress(zeros)):
-        path = tmp_path / "day"
-        path.write_bytes(data)
-        with (
-            pytest.raises(InputError, match=r"unpacks to more than 1.6e\+07 bytes, expected a table \("),
-            ais_tables.reports(path, tmp_path),
-        ):
-            pass
-    assert [each.name for each in tmp_path.iterdir()] == ["day"]
-
-
-@pytest.mark.parametrize("compression", ["zstd", "lz4"])
-def test_a_chunk_of_mcap_that_unpacks_to_far_more_is_refused(compression):
-    file = io.BytesIO()
-    writer = Writer(file, compression=CompressionType[compression.upper()], chunk_size=1 << 30)
-    writer.start("", "test")
-    channel = writer.register_channel("/zeros", "", 0)
-    for k in range(30):
-        writer.add_message(channel, k, bytes(1_000_000), k)
-    writer.finish()
-    with pytest.raises(InputError, match=r"^bytes: MCAP unpacks to more than 1.6e\+07 bytes, expected a recording"):
-        survey(file.getvalue())
 
 
 def bag(messages: str) -> bytes:

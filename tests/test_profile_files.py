@@ -64,19 +64,15 @@ def test_parts_of_earlier_versions_are_left_out_and_named(inferred, log, tmp_pat
         assert code == 0, said
         tables.append((tmp_path / "out.csv").read_bytes())
     assert tables[0] == tables[1]
+    caplog.clear()
+    stepping = inferred.read_text().replace('"wander"]', '"wander", "steps", "clock"]')
+    old.write_text(stepping.replace("fix_std =", "step_every = 9.0\nstep_std = 0.1\ntime_std = 0.02\nfix_std ="))
+    receiver = load_profile(old).structures[0].model.receiver[0]
+    read = [receiver[name] for name in ("step_rate", "step_variance", "time_variance")]
+    assert caplog.messages == [] and read == pytest.approx([1.0 / 9.0, 0.01, 0.0004])
     old.write_text(text.replace("fix_std =", "sail_std = 9.0\nfix_std ="))
     code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", old)
     assert code == 2 and said.count("\n") == 1 and "values has sail_std" in said
-
-
-def test_steps_and_an_uncertain_moment_of_earlier_versions_are_read(inferred, tmp_path, caplog):
-    old = tmp_path / "old.toml"
-    text = inferred.read_text().replace('"wander"]', '"wander", "steps", "clock"]')
-    old.write_text(text.replace("fix_std =", "step_every = 9.0\nstep_std = 0.1\ntime_std = 0.02\nfix_std ="))
-    receiver = load_profile(old).structures[0].model.receiver[0]
-    assert caplog.messages == []
-    assert receiver["step_rate"] == pytest.approx(1.0 / 9.0) and receiver["step_variance"] == pytest.approx(0.01)
-    assert receiver["time_variance"] == pytest.approx(0.0004)
 
 
 NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"

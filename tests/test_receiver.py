@@ -222,8 +222,11 @@ def test_of_two_receivers_whose_fixes_alternate_the_better_one_is_followed():
         assert (np.abs(off) < 1.96 * std)[t > 20.0].mean() > 0.85
 
 
-def test_of_a_coarse_receiver_that_is_asked_too_often_every_sixth_fix_is_a_copy():
-    """New ones every 1.2 s, a row a second, at 5 m/s in digits of 1.85 m: no such step can be rounded to nothing."""
+def test_of_a_coarse_receiver_that_is_asked_too_often_every_sixth_fix_is_a_copy_and_of_a_resting_boat_none():
+    """New ones every 1.2 s, a row a second, at 5 m/s in digits of 1.85 m: no such step can be rounded to nothing.
+
+    A boat at rest lies at one written place for a minute in the middle and at the end, and goes on at full speed.
+    """
     time, digit = np.arange(600.0), (1.85, 1.72)
     measured = np.floor(time / 1.2) * 1.2
     north, east = (np.round(speed * measured / each) * each for speed, each in zip((-3.7, 3.4), digit, strict=True))
@@ -234,15 +237,9 @@ def test_of_a_coarse_receiver_that_is_asked_too_often_every_sixth_fix_is_a_copy(
     slow = np.round(0.4 * time / 1.85) * 1.85
     kept, _ = without_copies(time, slow, 0.0 * time, digit)
     np.testing.assert_array_equal(kept, slow)
-
-
-def test_a_boat_that_rests_at_one_place_is_no_receiver_that_holds():
-    """It lies at one written place for a minute in the middle and at the end, and goes on at full speed at once."""
-    time = np.arange(400.0)
-    step = np.where(time < 60.0, 0.1, 3.0)
-    north = np.cumsum(np.where((time > 150.0) & (time <= 210.0) | (time > 340.0), 0.0, step))
-    kept, _ = without_copies(time, north, 0.5 * north)
-    np.testing.assert_array_equal(kept, north)
-    held = north[np.arange(400) // 2 * 2]
+    rests = (time > 150.0) & (time <= 210.0) | (time > 340.0)
+    north = np.cumsum(np.where(rests, 0.0, np.where(time < 60.0, 0.1, 3.0)))
+    np.testing.assert_array_equal(without_copies(time, north, 0.5 * north)[0], north)
+    held = north[np.arange(600) // 2 * 2]
     kept, _ = without_copies(time, held, 0.5 * held)
     np.testing.assert_array_equal(np.isfinite(kept[60:150]), np.arange(60, 150) % 2 == 0)
