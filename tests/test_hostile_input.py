@@ -68,13 +68,13 @@ def test_an_archive_that_unpacks_to_a_thousand_times_its_size_is_refused(unit):
     tracemalloc.stop()
 
 
-def mcap(compression):
-    """Thirty million zeros in a chunk."""
+def mcap(compression, size=30):
+    """A chunk of so many million zeros."""
     file = io.BytesIO()
     writer = Writer(file, compression=compression, chunk_size=1 << 30)
     writer.start("", "test")
     channel = writer.register_channel("/zeros", "", 0)
-    for k in range(30):
+    for k in range(size):
         writer.add_message(channel, k, bytes(1_000_000), k)
     writer.finish()
     return file.getvalue()
@@ -112,6 +112,12 @@ def test_an_archive_is_unpacked_to_the_size_that_is_allowed():
     assert 4_000 < len(read(first + second[: len(second) // 2])) < 20_000
 
 
+def endless(data: str) -> str:
+    """A query for messages that never ends."""
+    rows = "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n)"
+    return f"VIEW messages AS {rows} SELECT 1 AS topic_id, k AS timestamp, {data} AS data FROM n"
+
+
 def bag(messages: str) -> bytes:
     """A ROS 2 bag whose messages are what this statement creates."""
     base = sqlite3.connect(":memory:")
@@ -123,10 +129,9 @@ def bag(messages: str) -> bytes:
 
 def test_a_bag_whose_messages_are_a_query_without_end_is_refused_and_damaged_ones_are_counted():
     began = time.process_time()
-    counting = "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n) SELECT"
     for data in ("x'00'", "zeroblob(1000000000)"):
         with pytest.raises(InputError, match="not a ROS 2 bag"):
-            survey(bag(f"VIEW messages AS {counting} 1 AS topic_id, k AS timestamp, {data} AS data FROM n"))
+            survey(bag(endless(data)))
     assert time.process_time() - began < LIMIT
     rows = "(x''), (x'0001'), (7), ('text'), (NULL)"
     (log,) = survey(

@@ -123,7 +123,7 @@ def test_geojson_cuts_the_line_at_the_antimeridian(tmp_path):
 
 
 @pytest.mark.parametrize("ending", writing.endings())
-def test_an_empty_record_can_be_written(tmp_path, ending):
+def test_an_empty_record_can_be_written_and_a_replaced_file_keeps_its_permissions(tmp_path, ending):
     if ending == ".mcap":
         pytest.importorskip("mcap", reason="mcap is not installed")
     empty = motion().rows(slice(0, 0))
