@@ -46,6 +46,7 @@ def fields(k):
         "hex": frame.hex().upper(),
         "system": system.hex(" "),
     }
+    found["sps"] = "No fix" if k == 3 else "SPS"
     return found | {"status": 1 if k == 3 else 3, "valid": "V" if k == 3 else "A", "quality": 1 + k % 2}
 
 
@@ -141,7 +142,9 @@ LOGS = {
     ),
     "SeaSmart": Log("$PCDIN,01F801,{clock:08X},03,{hex}*00"),
 }
+LOGGER = "INDEX,RCR,DATE,TIME,VALID,LATITUDE,N/S,LONGITUDE,E/W,HEIGHT,SPEED,HEADING,DISTANCE,"
 TABLES = {
+    LOGGER: ("1,T,{utc:%Y/%m/%d},{utc:%H:%M:%S},{sps},{south:.7f},S,{west:.7f},W,20.1 m,14.400 km/h,45.0,1 m,"),
     "time,lat,NS,lon,EW": "{unix},{south:.7f},s,{west:.7f},w",
     "time,Latitude,Lat_Dir,Longitude,Lon_Dir": "{unix},{a:.7f},S,{west:.7f},West",
     "time;lat;lat_ref;lon;lon_ref": "{unix};{south_deg} {south_min:.6f};S;{west_deg} {west_min:.6f};W",
@@ -167,7 +170,7 @@ LOGS |= {header: Log(row, f"{header}\n") for header, row in TABLES.items()}
 @pytest.mark.parametrize("name", LOGS)
 def test_the_track_is_read_back(name):
     fixes = read(str(LOGS[name]).encode())
-    kept = [k for k in range(COUNT) if k != 3 or name not in ("IGC", "data flash")]  # fix 3 is invalid
+    kept = [k for k in range(COUNT) if k != 3 or name not in ("IGC", "data flash", LOGGER)]  # fix 3 is invalid
     since = 0.0 if name == "SeaSmart" else START  # its times are of the gateway's clock
     assert_allclose(fixes.time, since + np.array(kept), atol=1e-3)
     assert_allclose(np.degrees(fixes.latitude), LATITUDE[kept], atol=LOGS[name].resolution)
@@ -180,6 +183,11 @@ def test_what_a_log_says_beside_places():
     assert_allclose((ardupilot.sog[0], np.degrees(ardupilot.cog[0])), (1.5, 270.0))
     assert 0.1 < ardupilot.position_std[0] < 5.0
     assert_allclose(tcx.sog, 1.5)
+    logger = read(str(LOGS[LOGGER]).encode())
+    assert_allclose(
+        (logger.sog[0], np.degrees(logger.cog[0])), (4.0, 45.0)
+    )  # it has no compass: its heading is the course
+    assert np.isnan(logger.heading).all() and "skipped 1 × no fix" in logger.notes
 
 
 @pytest.mark.parametrize("name", ["TCX", "placemarks"])

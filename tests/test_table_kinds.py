@@ -42,21 +42,6 @@ def motion_of(data):
     return math.degrees(fixes.latitude[0]), speed, math.degrees(math.atan2(east, north)), fixes
 
 
-def test_a_logger_with_hemispheres_and_units_in_cells():
-    """Hemispheres in columns, rows without a fix, and a heading that is the course."""
-
-    def row(t, lat, lon):
-        valid, lat = ("No fix", 0.0) if t == 20.0 else ("SPS", abs(lat))
-        return f"1,T,2023/11/14,{clock(t)},{valid},{lat:.7f},S,{abs(lon):.7f},W,20.1 m,14.400 km/h,45.0,1 m,"
-
-    header = "INDEX,RCR,DATE,TIME,VALID,LATITUDE,N/S,LONGITUDE,E/W,HEIGHT,SPEED,HEADING,DISTANCE,"
-    latitude, speed, course, fixes = motion_of(table(header, row))
-    assert (latitude, speed, course) == pytest.approx((-33.85, SPEED, 45.0), rel=0.01)
-    assert len(fixes) == len(K) - 1 and "skipped 1 × no fix" in fixes.notes
-    assert fixes.sog == pytest.approx(SPEED) and np.degrees(fixes.cog) == pytest.approx(45.0)
-    assert np.isnan(fixes.heading).all()
-
-
 @pytest.mark.parametrize(("side", "latitude"), [("?", 33.85), ("N", -33.85), ("", 33.85), ("E", 33.85)])
 def test_a_hemisphere_that_cannot_be_costs_its_row(side, latitude):
     text = f"time,lat,N/S,lon,E/W\n1,33,S,70,W\n2,{latitude},{side},70,W\n3,33,S,70,W\n"
