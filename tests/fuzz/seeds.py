@@ -23,6 +23,7 @@ from steerway.formats.testing import MESSAGES, Splitter, identifier_of
 from tests.fuzz.mutation import absurd
 from tests.messages import WHOLE, frames, gnss, line, nav_sat_fix, position, pvt, sentences, tagged
 from tests.sentences import sealed, sortie
+from tests.test_other_formats import LOGS, TABLES
 
 ROOT = Path(__file__).parents[2]
 _WINDOW = 1500  # bytes of a part of a recorded log
@@ -39,7 +40,7 @@ def recorded() -> list[bytes]:
             data = path.read_bytes()
             found.append(data[:_WINDOW])
             found += [data[at : at + _WINDOW] for at in (rng.randrange(len(data) or 1) for _ in range(_WINDOWS))]
-    return found or [*nmea(), *ubx(), *canboat(), *ais(), WHOLE, *csv()]
+    return found or [*nmea(), *ubx(), *canboat(), *ais(), WHOLE, *(f"{each}".encode() for each in LOGS.values())]
 
 
 def _recorded_with(*signs: bytes) -> list[bytes]:
@@ -79,15 +80,8 @@ def ais():
 
 
 def csv():
-    """CSV tables."""
-    plain = b"time,lat,lon,sog,cog,hdg\n" + b"".join(b"%d,54.%03d,10,2,90,91\n" % (k, k) for k in range(8))
-    dated = b"# comment\ntimestamp;latitude;longitude;mmsi\n" + b"".join(
-        b"01/07/2024 12:00:%02d;54,%03d;10,5;211000001\n" % (k, k) for k in range(8)
-    )
-    logger = b"40\nINDEX,RCR,DATE,TIME,UTCOfst,VALID,LAT,N/S,LON,E/W,SPEED,HEADING\n" + b"".join(
-        b"%d,T,240701,1200%02d,-06:00,SPS,54.%03d,S,10,W,7.2 km/h,45\n" % (k, k, k) for k in range(12)
-    )
-    return [plain, dated, logger, *_recorded_with(b"MMSI", b"Latitude", b"lat")]
+    """CSV tables of loggers and tools."""
+    return [*(f"{LOGS[header]}".encode() for header in TABLES), *_recorded_with(b"MMSI", b"Latitude", b"lat")]
 
 
 def parquet():
