@@ -92,15 +92,16 @@ def test_not_available_in_tables_of_ais():
     text += "367000000,2023-01-01T00:00:02,91,181,1,2,3,C\n"
     text += "367000000,2023-01-01T00:00:02,29,181,1,2,3,C\n"
     text += "219000001,2023-01-01T00:00:03,29.1,-90.2,10,359.9,100,D\n"
-    text += "219000001,2023-01-01T00:00:02,29.1,-90.2,10,359.9,100,D\n"
+    text += "219000001,2023-01-01T00:00:02,-90,180,102.2,359.9,510,D\n"
     recording = read(text)
     fixes = only(recording)
     assert list(fixes.mmsi) == [219000001, 219000001, 367000000]
     assert list(fixes.time - T) == [1, 2, 0]
     assert list(recording.sources) == ["AIS"]
-    assert_allclose(fixes.sog, [10 * KNOT, 10 * KNOT, np.nan])
+    assert_allclose(fixes.sog, [102.2 * KNOT, 10 * KNOT, np.nan])
+    assert_allclose(np.degrees((fixes.latitude, fixes.longitude)), [[-90.0, 29.1, 29.1], [-180.0, -90.2, -90.2]])
     assert_allclose(np.degrees(fixes.cog), [359.9, 359.9, np.nan])
-    assert_allclose(np.degrees(fixes.heading), [100.0, 100.0, np.nan])
+    assert_allclose(np.degrees(fixes.heading), [np.nan, 100.0, np.nan])
     assert recording.skipped == {"no position": 2}
     # Where it is no AIS, 360° is north.
     assert_allclose(only(read(f"time,lat,lon,cog\n{T},1,2,360.0\n")).cog, 2 * np.pi)
@@ -128,9 +129,11 @@ def test_bad_cells_are_counted_with_their_lines_and_a_stray_quote_costs_its_line
 
 
 def test_decimal_commas_and_longitudes_to_360():
-    fixes = only(read("time;lat;lon\n1,5;47,25;356,5\n"))
-    assert fixes.time[0] == 1.5
-    assert_allclose(np.degrees((fixes.latitude[0], fixes.longitude[0])), (47.25, -3.5))
+    recording = read("time;lat;lon\n1,5;47,25;356,5\n2;47,25;360\n3;47,25;-180\n4;47,25;360,1\n5;47,25;-180,1\n")
+    fixes = only(recording)
+    assert list(fixes.time) == [1.5, 2.0, 3.0]
+    assert_allclose(np.degrees((fixes.latitude, fixes.longitude)), [[47.25] * 3, [-3.5, 0.0, -180.0]])
+    assert recording.skipped == {"latitude or longitude out of range": 2}
 
 
 def test_degrees_and_minutes():
