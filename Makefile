@@ -70,7 +70,7 @@ mutants: .venv/.test
 	$(BIN)/python -m tests.mutants --sample $(or $(SAMPLE),300)
 
 licences: .venv/.test
-	$(BIN)/python -m pytest -n0 -v tests/test_licences.py
+	$(BIN)/python -m pytest -n0 -v tests/test_docs.py -k licence
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks
