@@ -120,23 +120,14 @@ def test_reports_of_a_ship_at_rest_are_smoothed_as_by_least_squares(by_class):
 
     model = filters.model_of(one, level)
     density, variance = model.modes[0].speed_noise, model.receiver[0].fix_variance
-    rows, right = [], []
-    for k in range(n):  # unknowns: position and velocity of every report along one axis
-        row = np.zeros((1, 2 * n))
-        row[0, 2 * k] = 1.0 / math.sqrt(variance)
-        rows.append(row)
-        right.append((north[k] / math.sqrt(variance), east[k] / math.sqrt(variance)))
-        if k:
-            h = time[k] - time[k - 1]
-            noise = density * np.array([[h**3 / 3.0, h * h / 2.0], [h * h / 2.0, h]])
-            step = np.zeros((2, 2 * n))
-            step[:, 2 * k : 2 * k + 2] = np.eye(2)
-            step[:, 2 * k - 2 : 2 * k] = -np.array([[1.0, h], [0.0, 1.0]])
-            rows.append(np.linalg.solve(np.linalg.cholesky(noise), step))
-            right += [(0.0, 0.0)] * 2
-    prior = np.zeros((1, 2 * n))
-    prior[0, 1] = 0.1
-    a, b = np.concatenate([*rows, prior]), np.array([*right, (0.0, 0.0)])
+    # Unknowns: position and velocity at every report, along either axis; rows: fixes, the first velocity, motion.
+    a, b = np.zeros((3 * n - 1, 2 * n)), np.zeros((3 * n - 1, 2))
+    a[:n, ::2], b[:n] = np.eye(n) / math.sqrt(variance), np.column_stack([north, east]) / math.sqrt(variance)
+    a[n, 1] = 0.1
+    for k, h in enumerate(np.diff(time)):
+        noise = density * np.array([[h**3 / 3.0, h * h / 2.0], [h * h / 2.0, h]])
+        move = np.array([[-1.0, -h, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]])
+        a[n + 1 + 2 * k :][:2, 2 * k : 2 * k + 4] = np.linalg.solve(np.linalg.cholesky(noise), move)
     best, covariance = np.linalg.lstsq(a, b, rcond=None)[0], np.linalg.inv(a.T @ a)
     latitude, longitude = displaced_all(*plane, best[::2, 0], best[::2, 1])
     std = np.sqrt(covariance.diagonal())

@@ -166,24 +166,15 @@ def axe():
     return path.read_text(encoding="utf-8")
 
 
-def vessels_page(path):
-    time = np.tile(1.7e9 + 10.0 * np.arange(30.0), 2)
-    fixes = Fixes(time, 0.9 + 1e-6 * np.arange(60.0), np.full(60, 0.2), mmsi=np.repeat([211000001, 211000002], 30))
-    motion = steerway.estimate(fixes, "ais")
-    write_report(path, "Two vessels", fixes, motion, summarise(fixes, motion, "ais"))
-
-
-def plain_page(path):
-    write_page(
-        path, "A page", [("Table", ("", "value"), [("a", "1"), ("b", "missed")])], remarks=["A remark."], lead="Lead."
-    )
-
-
 def test_pages_are_accessible(page, axe, browser, tmp_path):
     """By axe-core: contrast, names of controls, headings, tables (WCAG 2.1 AA)."""
     vessels, plain = tmp_path / "vessels.html", tmp_path / "plain.html"
-    vessels_page(vessels)
-    plain_page(plain)
+    time, mmsi = np.tile(1.7e9 + 10.0 * np.arange(30.0), 2), np.repeat([211000001, 211000002], 30)
+    fixes = Fixes(time, 0.9 + 1e-6 * np.arange(60.0), np.full(60, 0.2), mmsi=mmsi)
+    motion = steerway.estimate(fixes, "ais")
+    write_report(vessels, "Two vessels", fixes, motion, summarise(fixes, motion, "ais"))
+    tables = [("Table", ("", "value"), [("a", "1"), ("b", "missed")])]
+    write_page(plain, "A page", tables, remarks=["A remark."], lead="Lead.")
     for each in (page, vessels, plain):
         opened(browser, each)
         browser.execute_script(axe)
