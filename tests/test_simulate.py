@@ -192,6 +192,7 @@ def test_a_cluster_that_is_not_there(monkeypatch):
         ("simulate", ROOT / "examples" / "otter-square.toml", "--live", "--to", "stdout:"),
         ("study", "mariner-los"),
         ("demo",),
+        ("archive", "run", ROOT / "pyproject.toml"),
     ],
     ids=lambda command: " ".join(each for each in map(str, command) if "/" not in each),
 )
