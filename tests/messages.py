@@ -94,6 +94,7 @@ def pvt(second=0.0, lat=-34.9, lon=138.6, start=1_500_465_600.0, **changes):
         "validTime": 1,
         "fixType": 3,
         "gnssFixOk": 1,
+        "diffSoln": 1,
         "lat": lat,
         "lon": lon,
         "hAcc": 1414,

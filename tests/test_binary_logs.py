@@ -188,9 +188,9 @@ def test_what_the_receiver_does_not_vouch_for_is_counted():
 
 
 def test_high_precision_refines_the_place():
-    place = {"iTOW": 302401000, "lat": -34.9000001, "lon": 138.6000002, "hAcc": 20.0}
+    place = {"iTOW": 302401000, "lat": -34.9000001, "_HPlat": -23e-9, "lon": 138.6000002, "_HPlon": 41e-9, "hAcc": 20.0}
     fixes = ubx.read(pvt(1) + nav("NAV-HPPOSLLH", **place)).sources["UBX"]
-    assert_allclose(np.degrees((fixes.latitude[0], fixes.longitude[0])), (-34.9000001, 138.6000002), rtol=1e-14)
+    assert_allclose(np.degrees((fixes.latitude[0], fixes.longitude[0])), (-34.900000123, 138.600000241), rtol=1e-14)
     coarse = ubx.read(pvt(1) + nav("NAV-HPPOSLLH", **place, invalidLlh=1)).sources["UBX"]
     assert_allclose(np.degrees((coarse.latitude[0], coarse.longitude[0])), (-34.9, 138.6), rtol=1e-14)
     assert_allclose(fixes.position_std, 0.02 / np.sqrt(2), rtol=1e-6)
@@ -202,7 +202,7 @@ def test_an_older_receiver_says_it_in_parts():
     for second in (1, 2):
         tow = 302400000 + 1000 * second
         log += nav("NAV-POSLLH", iTOW=tow, lat=1.5, lon=2.5, hAcc=2000)
-        log += nav("NAV-STATUS", iTOW=tow, gpsFix=3, gpsFixOk=int(second == 2))
+        log += nav("NAV-STATUS", iTOW=tow, gpsFix=3, gpsFixOk=int(second == 2), wknSet=1)
         log += nav("NAV-VELNED", iTOW=tow, gSpeed=150, heading=45.0)
         clock = {"year": 2017, "month": 7, "day": 19, "hour": 12, "min": 0, "sec": second, "nano": 0}
         log += nav("NAV-TIMEUTC", iTOW=tow, validUTC=1, **clock)
