@@ -94,8 +94,8 @@ def test_a_clock_in_the_log_stands_in_and_without_any_time_it_says_so():
         {"type": 4, "mmsi": 2573535, "year": 2019, "month": 8, "day": 7, "hour": 23, "minute": 59, "second": 58},
         talker_id="AI",
     )[0]
-    log = b"\n".join([base.encode(), *sentences(second=1), *sentences(second=57, mmsi=1)])
-    assert list(only(ais.read(log)).time - MIDNIGHT) == [-3, 1]
+    log = b"\n".join([base.encode(), *sentences(second=1), *sentences(second=30, mmsi=1)])
+    assert list(only(ais.read(log)).time - MIDNIGHT) == [-30, 1]
     rmc = b"GPRMC,235958,A,5310.8115,N,00525.7025,E,0.0,0.0,070819,0.7,E,A"
     rmc = b"$%s*%s\r\n" % (rmc, checksum(rmc))
     assert list(only(ais.read(rmc + sentences(second=1)[0])).time - MIDNIGHT) == [1]
