@@ -32,13 +32,17 @@ def test_sentences_of_one_time_become_one_row():
     assert recording.skipped == {}
 
 
-def test_the_antimeridian_is_minus_pi_and_joins_formatters_on_both_sides():
+def test_the_antimeridian_joins_formatters_on_both_sides_and_the_finer_position_is_kept():
     east, west = "1000.00000,N,18000.00000,E", "1000.00000,N,18000.00000,W"
     hour, date = clock(START)
     fixes = only(
         sealed(f"GPRMC,{hour},A,{east},1.0,90.0,{date},,,A") + sealed(f"GPGGA,{hour},{west},1,10,0.9,1.0,M,47.0,M,,")
     )
     assert len(fixes) == 1 and fixes.longitude[0] == -np.pi
+    coarse, fine = sealed(f"GPGLL,{place(54.000012, 10.0, 2)},{hour},A,A"), gga(START, 54.000012, 10.0)
+    for data in (coarse + fine, fine + coarse):
+        (latitude,) = only(data).latitude
+        np.testing.assert_allclose(np.degrees(latitude), 54.000012, atol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -260,14 +264,6 @@ def test_late_and_out_of_order_sentences_find_their_row():
     # What is said twice stays twice, and another position stays another.
     here = rmc(START, 54.0, 10.0)
     assert len(only(here + gll(START, 54.0, 10.0) + here)) == len(only(here + gll(START, 54.0, 10.01))) == 2
-
-
-def test_the_finer_position_of_a_time_is_kept():
-    coarse = sealed(f"GPGLL,{place(54.000012, 10.0, 2)},{HOUR},A,A")
-    for data in (coarse + gga(START, 54.000012, 10.0), gga(START, 54.000012, 10.0) + coarse):
-        fixes = only(data)
-        assert len(fixes) == 1
-        np.testing.assert_allclose(np.degrees(fixes.latitude[0]), 54.000012, atol=1e-7)
 
 
 def test_two_receivers_behind_one_talker():
