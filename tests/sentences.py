@@ -67,17 +67,3 @@ def only(recording):
     """The fixes of the only source of a recording."""
     (fixes,) = recording.sources.values()
     return fixes
-
-
-def assert_same_columns(one, other):
-    """Two records of the same fixes."""
-    for name, column in one.columns().items():
-        np.testing.assert_array_equal(column, other.columns()[name], err_msg=name)
-
-
-def assert_same(one, other):
-    """Two recordings of the same sentences."""
-    assert (one.counts, one.skipped, one.notes) == (other.counts, other.skipped, other.notes)
-    assert list(one.sources) == list(other.sources)
-    for name, fixes in one.sources.items():
-        assert_same_columns(fixes, other.sources[name])

@@ -9,6 +9,7 @@ from pyais.stream import IterMessages
 from steerway.core.testing import KNOT
 from steerway.formats.testing import ais
 from tests.messages import checksum, sentences, tagged
+from tests.sentences import only
 
 MIDNIGHT = 1565222400  # 2019-08-08 00:00:00
 
@@ -22,11 +23,6 @@ def halves(line):
 
 def read(clock=MIDNIGHT + 12, **changes):
     return ais.read(tagged(clock, *sentences(**changes)))
-
-
-def only(recording):
-    assert list(recording.sources) == ["AIS"]
-    return recording.sources["AIS"]
 
 
 @pytest.mark.parametrize("kind", [1, 2, 3, 18, 19])
