@@ -9,64 +9,49 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
 
 import steerway
 import steerway_studies
 from steerway.commands.testing import GROUP, study
 from steerway.simulation import Unfinished
-from steerway_studies.testing import Quantity, Results, Study, keeping, means, over_cases, reached
+from steerway_studies.testing import Quantity, Results, keeping, means, over_cases, reached
 from tests.command_line import run
 
-
-def entry_points_of(folder: Path, table: str) -> None:
-    """Makes `folder` look like an installed package that offers studies."""
-    folder = folder / "elsewhere-1.dist-info"
-    folder.mkdir(parents=True)
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1\n")
-    (folder / "entry_points.txt").write_text(f"[{GROUP}]\nelsewhere = {table}\n")
-
-
-def test_the_package_names_its_table_and_every_study_loads():
-    root = Path(steerway.__file__).parents[2]
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    (value,) = project["entry-points"][GROUP].values()
-    assert EntryPoint("papers", value, GROUP).load() is steerway_studies.STUDIES
-    for name, module in steerway_studies.STUDIES.items():
-        assert import_module(module).STUDY.name == name and steerway_studies.named(name).summary
+THEIRS = """
+from matplotlib.figure import Figure
+from steerway_studies.study import Results, Study
+STUDIES = {"theirs": "elsewhere", "needy": "needy"}
+def run(seeds, first_seed, progress):
+    results = Results("Theirs")
+    results.compare("n", seeds, "seeds")
+    return results
+STUDY = Study("theirs", "a study of somebody else", run, drawn=lambda seed: {"line": (Figure(), f"seed {seed}")})
+"""
+NEEDY = """
+from steerway_studies.study import Study
+STUDY = Study("needy", "needs a package", None, needs=("numpy", "no_such_package"))
+"""
 
 
-def test_another_package_adds_a_study(tmp_path, monkeypatch):
-    module = tmp_path / "elsewhere.py"
-    module.write_text(
-        "from steerway_studies.study import Results, Study\n"
-        "STUDIES = {'theirs': 'elsewhere'}\n"
-        "def run(seeds, first_seed, progress):\n"
-        "    results = Results('Theirs')\n"
-        "    results.compare('n', seeds, 'seeds')\n"
-        "    return results\n"
-        "STUDY = Study('theirs', 'a study of somebody else', run)\n"
-    )
-    entry_points_of(tmp_path, "elsewhere:STUDIES")
+def test_another_package_adds_studies(tmp_path, monkeypatch):
+    """One is run, its figures are drawn without a run; what is not installed is said in one sentence."""
+    files = {"elsewhere.py": THEIRS, "needy.py": NEEDY, "a-1.dist-info/METADATA": "Name: a\nVersion: 1\n"}
+    files["a-1.dist-info/entry_points.txt"] = f"[{GROUP}]\nelsewhere = elsewhere:STUDIES\n"
+    (tmp_path / "a-1.dist-info").mkdir()
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
-    _, listed, _ = run("study")
-    assert "theirs" in listed and "a study of somebody else" in listed
-    _, out, _ = run("study", "theirs", "-o", tmp_path / "out", "--seeds", 7)
-    assert out.splitlines()[0].split() == ["seeds", "7"]
-    assert (tmp_path / "out" / "index.html").exists()
+    assert "a study of somebody else" in run("study")[1]
+    out = tmp_path / "out"
+    assert run("study", "theirs", "-o", out, "--seeds", 7)[1].splitlines()[0].split() == ["seeds", "7"]
+    kept = (out / "results.json").read_text()
+    assert run("study", "theirs", "-o", out, "--figures-only", "--first-seed", 3)[0] in (0, None)
+    assert (out / "line.png").read_bytes().startswith(b"\x89PNG") and "seed 3" in (out / "index.html").read_text(
+        "utf-8"
+    )
+    assert (out / "results.json").read_text() == kept
     code, _, error = run("study", "ours")
     assert code == 2 and re.search(r"study .ours. is unknown, expected one of .*theirs", error)
-
-
-def test_what_is_not_installed_is_said_in_one_sentence(tmp_path, monkeypatch):
-    """A package that a study needs, and all studies."""
-    (tmp_path / "needy.py").write_text(
-        "from steerway_studies.study import Study\n"
-        "STUDIES = {'needy': 'needy'}\n"
-        "STUDY = Study('needy', 'needs a package', None, needs=('numpy', 'no_such_package'))\n"
-    )
-    entry_points_of(tmp_path, "needy:STUDIES")
-    monkeypatch.syspath_prepend(tmp_path)
     expected = "expected pip install '.[studies]' in a clone of steerway\n"
     needs = f"steerway: study needy needs the package no_such_package, {expected}"
     assert run("study", "needy") == (2, "", needs)
@@ -74,22 +59,17 @@ def test_what_is_not_installed_is_said_in_one_sentence(tmp_path, monkeypatch):
     assert run("study", "needy") == (2, "", f"steerway: no studies are installed, {expected}")
 
 
-def test_figures_alone_are_drawn_without_a_run(tmp_path, monkeypatch):
-    def drawn(seed):
-        figure = Figure()
-        figure.subplots().plot([0.0, seed])
-        return {"line": (figure, f"seed {seed}")}
-
-    theirs = Study("theirs", "a study", run=None, drawn=drawn)
-    (tmp_path / "results.json").write_text("kept")
-    theirs.figures_only(3).write(tmp_path)
-    assert (tmp_path / "line.png").read_bytes().startswith(b"\x89PNG")
-    page = (tmp_path / "index.html").read_text("utf-8")
-    assert "seed 3" in page and (tmp_path / "results.json").read_text() == "kept"
-    with pytest.raises(steerway.InputError, match="study ours draws its figures from all its runs"):
-        Study("ours", "another", run=None).figures_only(0)
-    have = {name for name, module in steerway_studies.STUDIES.items() if import_module(module).STUDY.drawn}
-    assert have == {"otter-course", "mariner-los", "adaptive-speed", "springer-mission"}
+def test_the_package_names_its_table_and_every_study_loads():
+    root = Path(steerway.__file__).parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (value,) = project["entry-points"][GROUP].values()
+    assert EntryPoint("papers", value, GROUP).load() is steerway_studies.STUDIES
+    found = {name: import_module(module).STUDY for name, module in steerway_studies.STUDIES.items()}
+    assert all(each.name == name and each.summary for name, each in found.items())
+    drawn = sorted(name for name, each in found.items() if each.drawn)
+    assert drawn == ["adaptive-speed", "mariner-los", "otter-course", "springer-mission"]
+    with pytest.raises(steerway.InputError, match="study at-sea draws its figures from all its runs"):
+        found["at-sea"].figures_only(0)
 
 
 def test_a_study_that_goes_on_runs_what_is_missing_and_counts_what_is_done(tmp_path, monkeypatch):
