@@ -24,6 +24,7 @@ from tests.fleet import day_path, generate
 from tests.fuzz import seeds
 from tests.golden import missed, no_worse
 from tests.messages import sentences, tagged
+from tests.scenes import straight
 
 DAYS = 2
 START = 1_709_251_200.0
@@ -169,8 +170,7 @@ def test_every_layout_says_the_same(tmp_path):
 
 def sailed(speed):
     """A table of a boat that goes north for ten minutes."""
-    time = np.arange(0.0, 600.0, 5.0)
-    return pl.DataFrame({"time_s": START + time, "lat_deg": 55.0 + speed * time / 111_200.0, "lon_deg": 0.0 * time})
+    return straight(speed, 0.0, 595.0, 0.2).fixes(0.0, 0).to_frame()
 
 
 def test_logs_are_of_the_vessel_of_their_file_or_of_the_one_that_a_column_names(tmp_path):

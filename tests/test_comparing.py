@@ -82,14 +82,11 @@ def test_a_notebook_shows_extent_first_rows_and_what_a_filter_estimates():
 
 
 def test_an_estimate_is_compared_with_the_truth_of_a_run(tmp_path):
-    time = 1.7e9 + 0.5 * np.arange(400)
-    east = 2.0 * (time - time[0])
-    lat, lon = np.full(400, 54.0), 10.0 + np.degrees(east / (6.388e6 * math.cos(math.radians(54.0))))
-    noise = np.random.default_rng(5).normal(0.0, 5e-7, (2, 400))
-    frame = pl.DataFrame({"time_s": time, "true_lat_deg": lat, "true_lon_deg": lon})
+    scene = straight(2.0, 0.5 * math.pi, 200.0, 2.0)
+    frame = scene.fixes(0.0, 0).to_frame().select("time_s", true_lat_deg="lat_deg", true_lon_deg="lon_deg")
     frame = frame.with_columns(true_sog_mps=pl.lit(2.0), true_cog_deg=pl.lit(90.0), true_course_rate_dps=pl.lit(0.0))
     frame.write_parquet(tmp_path / "run.parquet")
-    pl.DataFrame({"time_s": time, "lat_deg": lat + noise[0], "lon_deg": lon + noise[1]}).write_csv(tmp_path / "log.csv")
+    steerway.write(scene.fixes(0.05, 5), tmp_path / "log.csv")
     arguments = str(tmp_path / "log.csv"), "--truth", str(tmp_path / "run.parquet"), "--profile", "small-usv"
     code, out, err = run("compare", *arguments, "--json")
     assert (code, err) == (0, "")

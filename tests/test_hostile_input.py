@@ -140,9 +140,10 @@ def test_a_bag_whose_messages_are_a_query_without_end_is_refused_and_damaged_one
     assert log.recording.skipped == {"message damaged": 5}
 
 
-def parquet(rows: int, **changes) -> bytes:
+def parquet(rows: int, compression="zstd", **changes) -> bytes:
     file, seconds = io.BytesIO(), np.arange(rows, dtype=float)
-    pl.DataFrame({"time_s": seconds, "lat_deg": 54.0 + 1e-6 * seconds, "lon_deg": 10.0, **changes}).write_parquet(file)
+    columns = {"time_s": seconds, "lat_deg": 54.0 + 1e-6 * seconds, "lon_deg": 10.0, **changes}
+    pl.DataFrame(columns).write_parquet(file, compression=compression)
     return file.getvalue()
 
 

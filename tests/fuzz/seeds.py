@@ -7,7 +7,6 @@ import json
 import math
 import os
 import random
-import sqlite3
 import struct
 import tempfile
 import zipfile
@@ -20,6 +19,7 @@ import zstandard
 
 from steerway.core.testing import REPORTED
 from steerway.formats.testing import MESSAGES, Splitter, identifier_of
+from tests import test_hostile_input
 from tests.fuzz.mutation import absurd
 from tests.messages import WHOLE, frames, gnss, line, nav_sat_fix, position, pvt, sentences, tagged
 from tests.sentences import sealed, sortie
@@ -86,14 +86,7 @@ def csv():
 
 def parquet():
     """Small Parquet tables with three compressions."""
-    found = []
-    for kind in ("zstd", "snappy", "uncompressed"):
-        file = io.BytesIO()
-        pl.DataFrame({"time_s": [1.0, 2.0], "lat_deg": [1.0, 2.0], "lon_deg": [1.0, 2.0]}).write_parquet(
-            file, compression=kind
-        )
-        found.append(file.getvalue())
-    return found
+    return [test_hostile_input.parquet(2, compression) for compression in ("zstd", "snappy", "uncompressed")]
 
 
 def examples(pattern: str):
@@ -203,15 +196,9 @@ def mcap():
 
 def bags():
     """A ROS 2 bag in SQLite."""
-    base = sqlite3.connect(":memory:")
-    base.execute("PRAGMA page_size = 512")
-    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
-    base.execute("CREATE TABLE messages(topic_id INTEGER, timestamp INTEGER, data BLOB)")
-    base.execute("INSERT INTO topics VALUES (1, '/fix', 'sensor_msgs/msg/NavSatFix')")
-    rows = [(k, nav_sat_fix(1.7e9 + k, 54.0 + 1e-5 * k, 10.0)) for k in range(4)]
-    base.executemany("INSERT INTO messages VALUES (1, ?, ?)", rows)
-    base.commit()
-    return [base.serialize()]
+    rows = ", ".join(f"({k}, x'{nav_sat_fix(1.7e9 + k, 54.0 + 1e-5 * k, 10.0).hex()}')" for k in range(4))
+    columns = "1 AS topic_id, column1 AS timestamp, column2 AS data"
+    return [test_hostile_input.bag(f"TABLE messages AS SELECT {columns} FROM (VALUES {rows})")]
 
 
 LAYOUTS = {
