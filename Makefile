@@ -9,7 +9,7 @@ BYTECODE := $(BIN)/python -W ignore -m compileall -q -j 0 .venv/lib src || true
 CHECKED = src tests benchmarks docs/*.py
 
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
-NO_KERNELS = live autopilot docs soak cli package study reference_outputs fuzz mavlink campaign
+NO_KERNELS = live autopilot docs soak cli package study reference_outputs fuzz mavlink
 
 .PHONY: install demo test studies bounds bounds-all fuzz mutants licences bench soak faults faults-hours reference lint docs pictures package lock
 
@@ -70,7 +70,7 @@ mutants: .venv/.test
 	$(BIN)/python -m tests.mutants --sample $(or $(SAMPLE),300)
 
 licences: .venv/.test
-	$(BIN)/python -m pytest -n0 -v tests/test_licences.py
+	$(BIN)/python -m pytest -n0 -v tests/test_docs.py -k licence
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks

@@ -6,6 +6,7 @@ Generated from the citations in docstrings and from `steerway_studies/papers/err
 import ast
 import re
 import tomllib
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -20,6 +21,7 @@ def papers() -> dict[str, dict]:
     return tomllib.loads(text)
 
 
+@cache
 def cited() -> list[tuple[str, str, str]]:
     """(paper, equations, place) of every citation in a docstring."""
     rows = []

@@ -149,7 +149,6 @@ def _reports(number: int, ship: Ship, seconds: float, rng) -> pl.DataFrame:
             "ship": np.full(n, number, np.int32),
             "jump": jump & ~unknown[0],
             "true_sog": sog,
-            "true_cog": np.degrees(cog) % 360.0,
         }
     )
 
@@ -157,7 +156,7 @@ def _reports(number: int, ship: Ship, seconds: float, rng) -> pl.DataFrame:
 def _fixed_stations(count: int, seconds: float, rng) -> pl.DataFrame:
     """Base stations, aids to navigation and aircraft, every half minute."""
     unknown = {"SOG": 0.0, "COG": 360.0, "Heading": 511.0, "Ship type": "Undefined", "Width": 0.0, "Length": 0.0}
-    unknown |= {"jump": False, "true_sog": 0.0, "true_cog": 0.0}
+    unknown |= {"jump": False, "true_sog": 0.0}
     kinds, frames = (("Base Station", 2_190_000), ("AtoN", 992_190_000), ("SAR Airborne", 111_219_000)), []
     for i in range(count):
         mobile, first = kinds[i % 3]
@@ -177,7 +176,7 @@ def day_path(directory: Path, day: int) -> Path:
 
 
 def generate(directory: Path, count: int = 500, days: int = 3, seed: int = 1) -> int:
-    """Write a CSV a day, and truth.parquet (as reported, with ship, jump, SOG and COG); returns the rows."""
+    """Write a CSV a day, and truth.parquet (as reported, with ship, jump and SOG); returns the rows."""
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
@@ -207,28 +206,14 @@ def _times(frame):
 
 
 def _truth(frame):
-    return frame.select(
-        mmsi="MMSI",
-        time_s=_times(frame).to_physical() / 1e6,
-        lat_deg="Latitude",
-        lon_deg="Longitude",
-        ship="ship",
-        jump="jump",
-        sog_mps="true_sog",
-        cog_deg="true_cog",
-    )
+    names = {"mmsi": "MMSI", "lat_deg": "Latitude", "lon_deg": "Longitude", "sog_mps": "true_sog"}
+    return frame.select("ship", "jump", time_s=_times(frame).to_physical() / 1e6, **names)
 
 
 def _dma(frame):
-    """The columns of the Danish files, of which most stay empty here."""
-    known = frame.with_columns(_times(frame).dt.strftime("%d/%m/%Y %H:%M:%S").alias("# Timestamp"))
-    empty = pl.lit(None, dtype=pl.String)
-    names = (
-        "# Timestamp;Type of mobile;MMSI;Latitude;Longitude;Navigational status;ROT;SOG;COG;Heading;IMO;Callsign;Name;"
-        "Ship type;Cargo type;Width;Length;Type of position fixing device;Draught;Destination;ETA;Data source type;"
-        "A;B;C;D"
-    ).split(";")
-    return known.select(name if name in known.columns else empty.alias(name) for name in names)
+    """The columns of the Danish files that anybody reads."""
+    time = _times(frame).dt.strftime("%d/%m/%Y %H:%M:%S").alias("# Timestamp")
+    return frame.select(time, pl.exclude("at", "ship", "jump", "true_sog"))
 
 
 if __name__ == "__main__":

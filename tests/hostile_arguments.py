@@ -49,21 +49,12 @@ def array(rng: random.Random, length: int):
     numbers = np.random.default_rng(rng.randrange(1 << 30))
     made = rng.choice((np.cumsum(numbers.uniform(0.1, 1.0, length)), numbers.normal(size=length), np.zeros(length)))
     kind = rng.choice(_KINDS)
-    if kind == "nan" and length:
-        made[rng.randrange(length)] = np.nan
-    if kind == "infinite" and length:
-        made[rng.randrange(length)] = rng.choice((np.inf, -np.inf, 1e300))
-    if kind == "unordered":
-        made = made[::-1]
+    if kind in ("nan", "infinite") and length:
+        made[rng.randrange(length)] = np.nan if kind == "nan" else rng.choice((np.inf, -np.inf, 1e300))
     if kind == "square":
-        made = numbers.normal(size=(length, length))
-    if kind == "scalar":
-        return 1.0
-    if kind == "integers":
-        made = np.arange(length)
-    if kind == "row":
-        made = made[None]
-    return np.concatenate([made, made]) if kind == "longer" else made
+        return numbers.normal(size=(length, length))
+    others = {"unordered": made[::-1], "scalar": 1.0, "integers": np.arange(length), "row": made[None]}
+    return (others | {"longer": np.concatenate([made, made])}).get(kind, made)
 
 
 class _TooLong(BaseException):

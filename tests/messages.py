@@ -1,5 +1,6 @@
 """Messages and documents of the formats with known content, for tests; those of NMEA 0183 are in `tests.sentences`."""
 
+import datetime
 import functools
 import operator
 import struct
@@ -81,20 +82,19 @@ WHOLE = document(*POINTS)
 # UBX
 
 
-def pvt(second=0, nano=0, lat=-34.9, lon=138.6, **changes):
-    fields = {
-        "iTOW": 302400000 + second * 1000 + nano // 1000000,
-        "year": 2017,
-        "month": 7,
-        "day": 19,
-        "hour": 12,
-        "min": 0,
-        "second": second,
-        "nano": nano,
+def pvt(second=0.0, lat=-34.9, lon=138.6, start=1_500_465_600.0, **changes):
+    """NAV-PVT of a sound fix, so many seconds after `start` (Unix s; 2017-07-19 12:00)."""
+    moment = datetime.datetime.fromtimestamp(start + second, datetime.UTC)
+    fields = {name: getattr(moment, name) for name in ("year", "month", "day", "hour", "second")}
+    fields |= {
+        "iTOW": round(1000.0 * (start + second - 315_964_800.0)) % 604_800_000,
+        "min": moment.minute,
+        "nano": 1000 * moment.microsecond,
         "validDate": 1,
         "validTime": 1,
         "fixType": 3,
         "gnssFixOk": 1,
+        "diffSoln": 1,
         "lat": lat,
         "lon": lon,
         "hAcc": 1414,

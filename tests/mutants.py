@@ -28,7 +28,7 @@ _LIMIT = 150  # s of processor time, three times what the slowest tests take: a 
 _PATIENCE = 1500.0  # s until one counts as waiting for ever, however busy the machine
 _LEFT_ALONE = ("RemoveDecorator", "ExceptionReplacer")
 ARCHIVE = (
-    "test_archive.py::test_encounters_trips_and_wrong_values",
+    "test_archive_filters.py::test_encounters_trips_and_wrong_values",
     "test_archive.py::test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile",
 )
 REFERENCE = "test_reference_outputs.py::test_output_is_as_accepted"
@@ -63,14 +63,14 @@ COVERED = {
     "estimation/filter/reversal.py": SMOOTHER,
     "formats/ais.py": ("test_ais", "test_reading", *ARCHIVE),
     "formats/ais_tables.py": ("test_ais", *ARCHIVE),
-    "formats/columns.py": ("test_table", "test_table_kinds", "test_user_mistakes"),
+    "formats/columns.py": ("test_table", "test_table_kinds"),
     "formats/dilution.py": ("test_accuracy", "test_binary_logs.py::test_a_binary_data_flash_log"),
     "formats/gpx.py": ("test_other_formats", "test_writing", "test_reading"),
-    "formats/nmea0183/writing.py": ("test_nmea0183_writing",),
+    "formats/nmea0183/writing.py": ("test_writing",),
     "formats/nmea2000/decoder.py": ("test_nmea2000",),
     "formats/reading.py": ("test_reading",),
-    "formats/table.py": ("test_table", "test_table_kinds", "test_user_mistakes", "test_reading"),
-    "formats/ubx.py": ("test_ubx", "test_reading"),
+    "formats/table.py": ("test_table", "test_table_kinds", "test_reading"),
+    "formats/ubx.py": ("test_binary_logs", "test_reading"),
     "formats/writing.py": ("test_writing",),
     "guidance/corners.py": GUIDANCE,
     "guidance/line_of_sight.py": GUIDANCE,

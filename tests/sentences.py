@@ -8,7 +8,6 @@ from tests import messages
 
 KNOT = 1852.0 / 3600.0
 START = 1_719_835_200.0  # 2024-07-01 12:00 UTC
-WEEK_MS = 604_800_000
 
 
 def sealed(body: str) -> bytes:
@@ -49,13 +48,6 @@ def gll(time, lat, lon, talker="GP") -> bytes:
     return sealed(f"{talker}GLL,{place(lat, lon)},{clock(time)[0]},A,A")
 
 
-def pvt(time, lat, lon) -> bytes:
-    """NAV-PVT of a sound fix."""
-    moment = datetime.datetime.fromtimestamp(time, datetime.UTC)
-    date = {name: getattr(moment, name) for name in ("year", "month", "day", "hour")}
-    return messages.pvt(moment.second, lat=lat, lon=lon, **date, min=moment.minute, iTOW=round(1000 * time) % WEEK_MS)
-
-
 def track(n: int, lat=54.0, lon=10.0, start=START, step=1.0):
     """Times and positions (degrees, exact in 1e-5 minutes) of a boat going north-east."""
     k = np.arange(n)
@@ -75,17 +67,3 @@ def only(recording):
     """The fixes of the only source of a recording."""
     (fixes,) = recording.sources.values()
     return fixes
-
-
-def assert_same_columns(one, other):
-    """Two records of the same fixes."""
-    for name, column in one.columns().items():
-        np.testing.assert_array_equal(column, other.columns()[name], err_msg=name)
-
-
-def assert_same(one, other):
-    """Two recordings of the same sentences."""
-    assert (one.counts, one.skipped, one.notes) == (other.counts, other.skipped, other.notes)
-    assert list(one.sources) == list(other.sources)
-    for name, fixes in one.sources.items():
-        assert_same_columns(fixes, other.sources[name])

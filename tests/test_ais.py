@@ -9,6 +9,7 @@ from pyais.stream import IterMessages
 from steerway.core.testing import KNOT
 from steerway.formats.testing import ais
 from tests.messages import checksum, sentences, tagged
+from tests.sentences import only
 
 MIDNIGHT = 1565222400  # 2019-08-08 00:00:00
 
@@ -22,11 +23,6 @@ def halves(line):
 
 def read(clock=MIDNIGHT + 12, **changes):
     return ais.read(tagged(clock, *sentences(**changes)))
-
-
-def only(recording):
-    assert list(recording.sources) == ["AIS"]
-    return recording.sources["AIS"]
 
 
 @pytest.mark.parametrize("kind", [1, 2, 3, 18, 19])
@@ -47,20 +43,17 @@ def test_long_range_report():
     assert np.isnan(only(read(type=27, msg_type=27, speed=63, course=511)).sog[0])
 
 
-def test_not_available_is_unknown():
+def test_not_available_is_unknown_and_turns_are_positive_to_starboard():
     fixes = only(read(speed=102.3, course=360.0, heading=511, turn=-128))
     assert np.isnan((fixes.sog[0], fixes.cog[0], fixes.heading[0], fixes.yaw_rate[0])).all()
     assert np.isnan(only(read(turn=127)).yaw_rate[0])
+    assert_allclose(
+        [only(read(turn=turn)).yaw_rate[0] for turn in (20, -20)], np.radians([20 / 60, -20 / 60]), rtol=0.06
+    )
     most = only(read(speed=102.2, course=359.9, heading=359))
     assert_allclose((most.sog[0], *np.degrees((most.cog[0], most.heading[0]))), (102.2 * KNOT, 359.9, 359.0))
     assert read(lat=91.0).sources == {}
     assert read(lon=181.0).skipped == {"no position": 1}
-
-
-@pytest.mark.parametrize(("deg_a_minute", "sign"), [(20, 1), (-20, -1)])
-def test_rate_of_turn_is_positive_to_starboard(deg_a_minute, sign):
-    rate = only(read(turn=deg_a_minute)).yaw_rate[0]
-    assert_allclose(rate, sign * np.radians(20 / 60), rtol=0.06)
 
 
 @pytest.mark.parametrize(
@@ -89,20 +82,16 @@ def test_where_the_time_may_stand(written):
     assert only(ais.read(written % sentences()[0])).time[0] == MIDNIGHT + 10
 
 
-def test_without_any_time_it_says_so():
+def test_a_clock_in_the_log_stands_in_and_without_any_time_it_says_so():
     recording = ais.read(sentences()[0])
-    assert recording.sources == {}
-    assert recording.skipped == {"no time": 1}
+    assert (recording.sources, recording.skipped) == ({}, {"no time": 1})
     assert "no report can be used" in recording.notes[0]
-
-
-def test_a_clock_in_the_log_stands_in():
     base = encode_dict(
         {"type": 4, "mmsi": 2573535, "year": 2019, "month": 8, "day": 7, "hour": 23, "minute": 59, "second": 58},
         talker_id="AI",
     )[0]
-    log = b"\n".join([base.encode(), *sentences(second=1), *sentences(second=57, mmsi=1)])
-    assert list(only(ais.read(log)).time - MIDNIGHT) == [-3, 1]
+    log = b"\n".join([base.encode(), *sentences(second=1), *sentences(second=30, mmsi=1)])
+    assert list(only(ais.read(log)).time - MIDNIGHT) == [-30, 1]
     rmc = b"GPRMC,235958,A,5310.8115,N,00525.7025,E,0.0,0.0,070819,0.7,E,A"
     rmc = b"$%s*%s\r\n" % (rmc, checksum(rmc))
     assert list(only(ais.read(rmc + sentences(second=1)[0])).time - MIDNIGHT) == [1]

@@ -13,19 +13,22 @@ import polars as pl
 import pytest
 
 import steerway.archive
-from steerway.archive.testing import Store, digest, encounters, export, page, running, status, unit
+from steerway.archive.testing import Store, digest, export, page, running, status, unit
 from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
-from steerway.core.testing import in_workers
+from steerway.core.testing import KNOT, in_workers
 from steerway.estimation import FiveStateFilter
-from steerway.formats.testing import class_b
+from steerway.formats.testing import ais_tables, class_b
 from tests.command_line import run
 from tests.fleet import day_path, generate
+from tests.fuzz import seeds
 from tests.golden import missed, no_worse
 from tests.messages import sentences, tagged
+from tests.scenes import straight
 
 DAYS = 2
 START = 1_709_251_200.0
+NOON = 1_719_835_200.0  # 2024-07-01
 
 
 @pytest.fixture(scope="module")
@@ -59,26 +62,19 @@ def rows_of(directory, table="estimate"):
     return steerway.archive.scan(directory, table).collect()
 
 
-def test_days_that_are_added_later_in_any_order_give_the_same(files, whole, tmp_path):
-    steerway.archive.run(files[1:], tmp_path, buckets=2, workers=1)
-    report = steerway.archive.run(files[:1], tmp_path, buckets=2, workers=1)
+def test_days_that_are_added_later_by_processes_and_in_more_buckets_give_the_same(files, whole, tmp_path):
+    steerway.archive.run(files[1:], tmp_path, buckets=2, workers=2)
+    report = steerway.archive.run(files[:1], tmp_path, buckets=2, workers=2)
     assert report.units == 4 and "are run again" in report.notes[0]
     assert digest(tmp_path) == digest(whole)
     again = steerway.archive.run(files, tmp_path, workers=1)
     assert again.units == 0 and again.inputs == 0
 
 
-def test_workers_that_are_processes_files_in_another_order_and_more_buckets_give_the_same(files, whole, tmp_path):
-    steerway.archive.run(reversed(files), tmp_path, buckets=5, workers=2)
-    assert digest(tmp_path) == digest(whole)
-
-
-def test_a_run_goes_on_after_a_full_disk_and_after_it_was_killed_and_lets_no_second_one_in(
-    files, whole, tmp_path, monkeypatch
-):
+def test_a_run_goes_on_after_a_full_disk_and_after_it_was_killed(files, whole, tmp_path, monkeypatch):
     from steerway.core.testing import files as core_files
 
-    real, writes, refused = core_files.complete_or_absent, [], []
+    real, writes = core_files.complete_or_absent, []
 
     def full(path):
         writes.append(path)
@@ -92,22 +88,15 @@ def test_a_run_goes_on_after_a_full_disk_and_after_it_was_killed_and_lets_no_sec
     store = Store(tmp_path)
     (kept, lost) = sorted(store.done())
     monkeypatch.setattr(unit, "complete_or_absent", real)
-
-    def meanwhile(part, what):
-        if not refused:
-            refused.append(run("archive", "run", str(files[0]), "-o", str(tmp_path)))
-
     # Killed: a lock is left, half of a file, and the tables of a unit without its state.
     (tmp_path / ".lock").write_text("process 1 on a machine since long\n")
     beside = store.path("estimate", *lost).with_name(".bucket=01.parquet.123.part")
     beside.write_bytes(b"half")
     store.path("state", *lost).unlink()
     assert set(store.done()) == {kept}
-    report = steerway.archive.run(files, tmp_path, workers=1, progress=meanwhile)
+    report = steerway.archive.run(files, tmp_path, workers=1)
     assert report.units == 3 and not beside.exists() and not (tmp_path / ".lock").exists()
     assert digest(tmp_path) == digest(whole)
-    code, _, err = refused[0]
-    assert code == 2 and re.search(rf"{tmp_path} is being written by process \d+ on \S+ since 20\d\d-.* UTC", err), err
 
 
 def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files, tmp_path, monkeypatch):
@@ -147,20 +136,6 @@ def test_what_cannot_be_run_is_refused_in_one_sentence(files, whole, tmp_path):
         steerway.archive.run(files, tmp_path)
 
 
-def test_a_bad_file_is_named_and_left_out(files, tmp_path):
-    bad = tmp_path / "bad.parquet"
-    bad.write_bytes(b"PAR1" + bytes(100))
-    broken = tmp_path / "broken.csv.gz"
-    broken.write_bytes(b"\x1f\x8b" + bytes(50))
-    cut = tmp_path / "cut.zip"
-    cut.write_bytes(b"PK\x03\x04" + bytes(50))
-    report = steerway.archive.run([files[0], bad, broken, cut], tmp_path / "out", workers=1)
-    assert set(report.failed) == {str(bad), str(broken), str(cut)} and report.units > 0
-    assert report.failed[str(cut)] == "the ZIP archive is cut short"
-    with pytest.raises(InputError, match=r"bad\.parquet"):
-        steerway.archive.run([bad], tmp_path / "strict", strict=True)
-
-
 def test_rows_left_out_are_counted_by_reason_and_file(files, whole):
     found = status(whole)
     table = pl.concat([pl.read_csv(each, infer_schema=False) for each in files])
@@ -173,66 +148,37 @@ def test_rows_left_out_are_counted_by_reason_and_file(files, whole):
     assert found["rows"] == len(rows_of(whole)) and found["to_do"] == 0
 
 
-OLD = ("MMSI", "BaseDateTime", "LAT", "LON", "SOG", "COG", "Heading", "VesselType", "Length", "Width")
-NEW = "mmsi base_date_time latitude longitude sog cog heading vessel_type length width".split()
-DANISH = ("MMSI", None, "Latitude", "Longitude", "SOG", "COG", "Heading", "Ship type", "Length", "Width")
-
-
-def marine_cadastre(table, old):
-    """The rows of a table in the Danish layout, in MarineCadastre's layout."""
-    time = pl.col("# Timestamp").str.to_datetime("%d/%m/%Y %H:%M:%S")
-    written = time.dt.strftime("%Y-%m-%dT%H:%M:%S" if old else "%Y-%m-%d %H:%M:%S")
-    names = zip(OLD if old else NEW, DANISH, strict=True)
-    mobile = pl.col("Type of mobile").replace({"Class A": "A", "Class B": "B"})
-    return table.select(
-        **{name: written if column is None else pl.col(column) for name, column in names},
-        **{"TransceiverClass" if old else "transceiver": mobile},
+def test_every_layout_says_the_same(tmp_path):
+    found = []
+    for data in seeds.ais_tables():
+        (tmp_path / "day").write_bytes(data)
+        with ais_tables.reports(tmp_path / "day", tmp_path) as frame:
+            found.append(frame.collect())
+    row = found[0].row(3, named=True)
+    assert (row["mmsi"], row["time_s"], row["heading_deg"], row["mobile"], row["reason"]) == (
+        211000001,
+        NOON + 3,
+        None,
+        1,
+        0,
     )
-
-
-def points(table):
-    """The positions of a table in the Danish layout, as points of GeoParquet."""
-    places = table.select(x=pl.col("Longitude").cast(pl.Float64), y=pl.col("Latitude").cast(pl.Float64))
-    return pl.Series([b"\x01\x01\x00\x00\x00" + np.array(each, "<f8").tobytes() for each in places.iter_rows()])
-
-
-@pytest.mark.parametrize("layout", ["old, zipped", "new, zstd", "geoparquet"])
-def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
-    inputs = []
-    for path in files:
-        table = pl.read_csv(path, infer_schema=False)
-        plain = marine_cadastre(table, layout.startswith("old"))
-        inputs.append((tmp_path / path.name).with_suffix({"o": ".zip", "n": ".csv.zst", "g": ".parquet"}[layout[0]]))
-        if layout == "geoparquet":
-            numbers = [pl.col(name).cast(pl.Float64) for name in ("sog", "cog", "heading", "length", "width")]
-            plain = plain.with_columns(
-                pl.col("base_date_time").str.to_datetime("%Y-%m-%d %H:%M:%S"), pl.col("mmsi").cast(pl.Int64), *numbers
-            )
-            plain.drop("latitude", "longitude").with_columns(geometry=points(table)).write_parquet(inputs[-1])
-        elif layout == "new, zstd":
-            plain.write_csv(inputs[-1], compression="zstd")
-        else:
-            with zipfile.ZipFile(inputs[-1], "w", zipfile.ZIP_DEFLATED) as archive:
-                archive.writestr(path.name, plain.write_csv())
-    steerway.archive.run(inputs, tmp_path / "out", buckets=1, workers=1)
-    assert digest(tmp_path / "out") == digest(whole)
+    assert (row["lat_deg"], row["lon_deg"], row["sog_mps"], row["cog_deg"]) == pytest.approx(
+        (54.003, 10.5, 5.5 * KNOT, 90.0)
+    )
+    assert len(found) == 7 and [each for each in found if not each.equals(found[0])] == []
 
 
 def sailed(speed):
     """A table of a boat that goes north for ten minutes."""
-    time = np.arange(0.0, 600.0, 5.0)
-    return pl.DataFrame({"time_s": START + time, "lat_deg": 55.0 + speed * time / 111_200.0, "lon_deg": 0.0 * time})
+    return straight(speed, 0.0, 595.0, 0.2).fixes(0.0, 0).to_frame()
 
 
-def test_logs_of_a_fleet_are_vessels_by_their_files(tmp_path):
+def test_logs_are_of_the_vessel_of_their_file_or_of_the_one_that_a_column_names(tmp_path):
     for name, speed in (("one.csv", 2.0), ("two.csv", 3.0)):
         sailed(speed).write_csv(tmp_path / name)
-    steerway.archive.run([tmp_path / "one.csv", tmp_path / "two.csv"], tmp_path / "out", workers=1)
-    speeds = rows_of(tmp_path / "out").group_by("mmsi").agg(pl.col("sog_mps").last())["sog_mps"].sort()
+    steerway.archive.run([tmp_path / "one.csv", tmp_path / "two.csv"], tmp_path / "files", workers=1)
+    speeds = rows_of(tmp_path / "files").group_by("mmsi").agg(pl.col("sog_mps").last())["sog_mps"].sort()
     np.testing.assert_allclose(speeds, [2.0, 3.0], atol=0.05)
-
-
-def test_a_column_says_of_which_vessel_a_row_is(tmp_path):
     boats = (("Alma", 2.0), ("7", 3.0), ("", 1.0))
     table = pl.concat(sailed(speed).with_columns(boat=pl.lit(name)) for name, speed in boats).sort("time_s")
     table.write_csv(tmp_path / "fleet.csv", separator=";", quote_style="always")
@@ -307,86 +253,6 @@ def test_smoothing_looks_into_the_next_day_whatever_the_buckets(fleet, files, wh
     assert error(tmp_path / "one") < 0.85 * error(whole)
 
 
-def test_a_moored_vessel_is_known_to_be_at_rest_and_its_departure_at_once(tmp_path):
-    """A class A ship that is moored for two hours and then sails at 5 m/s."""
-    leaves = START + 7200.0
-    at = np.r_[np.arange(0.0, 7201.0, 180.0), np.arange(7260.0, 9001.0, 60.0)]
-    north = 5.0 * np.maximum(at - 7200.0, 0.0) + np.random.default_rng(3).normal(0.0, 1.0, len(at))
-    ship = pl.DataFrame({"time": START + at, "lat": 55.0 + np.degrees(north / 6.38e6)})
-    ship.with_columns(pl.lit("A").alias("class"), mmsi=219_000_001, lon=11.0).write_csv(tmp_path / "ship.csv")
-    for name in ("causal", "smoothed"):
-        steerway.archive.run([tmp_path / "ship.csv"], tmp_path / name, workers=1, smooth=name == "smoothed")
-        rows = rows_of(tmp_path / name)
-        moored = rows.filter(pl.col("time_s").is_between(START + 1800.0, leaves))
-        assert moored["sog_mps"].max() < 0.05 and moored["sog_std_mps"].max() < 0.1
-        sailing = rows.filter(pl.col("time_s") > leaves)
-        wrong = (sailing["sog_mps"] - 5.0).abs()
-        assert set(sailing["status"]) == {"ok"} and wrong[0] < 2.0 * sailing["sog_std_mps"][0] and wrong[1:].max() < 0.1
-
-
-def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
-    """Two ships under one number, of which one ends earlier: reports at 3 and at 8 s, rows at 0 s."""
-    names = ("mmsi", "time_s", "latitude", "longitude")
-    first = [(100_000_001, START + t, 55.0 + 5.0 * t / 111_300.0, 10.0) for t in np.arange(3.0, 600.0, 10.0)]
-    second = [(100_000_001, START + t, 57.0 - 5.0 * t / 111_400.0, 10.0) for t in np.arange(8.0, 400.0, 10.0)]
-    pl.DataFrame(first + second, schema=names, orient="row").write_csv(tmp_path / "shared.csv")
-    steerway.archive.run([tmp_path / "shared.csv"], tmp_path / "out", workers=1, rate=0.1)
-    rows = rows_of(tmp_path / "out").with_columns(t=pl.col("time_s") - START)
-    one, other = (rows.filter(pl.col("track") == track) for track in (0, 1))
-    assert one["t"].to_list() == [10.0 * k for k in range(1, 60)]
-    assert other["t"].to_list() == [10.0 * k for k in range(3, 40)]  # its third report confirms the ship
-    one = one[1:]  # only one report precedes the first row, which has no velocity
-    np.testing.assert_allclose(one["lat_deg"], 55.0 + 5.0 * one["t"] / 111_300.0, atol=3e-4)
-    np.testing.assert_allclose(other["lat_deg"], 57.0 - 5.0 * other["t"] / 111_400.0, atol=3e-4)
-
-
-def crossing(tmp_path):
-    """The archive of two vessels that cross, with reports at different times, of a third that stops, and of three at
-    anchor: after the last report of the first, the second begins on the far side of the third."""
-    rows = []
-    for mmsi, first, step in ((1_000_000_01, 0.0, 20.0), (1_000_000_02, 7.0, 30.0)):
-        for t in np.arange(first, 3600.0, step):
-            along = 5.0 * (t - 1800.0) / 111_320.0
-            place = (55.0 + along, 10.0) if mmsi % 10 == 1 else (55.0 + 100.0 / 111_320.0, 10.0 + along / 0.5736)
-            rows.append((mmsi, START + t, *place, 5.0 / 0.514444, 0.0 if mmsi % 10 == 1 else 90.0))
-    for t in np.arange(0.0, 9000.0, 15.0):
-        moving = t < 2400.0
-        place = 56.0 + 6.0 * min(t, 2400.0) / 111_320.0
-        rows.append((1_000_000_03, START + t, place, 11.0, 12.0 / 0.514444 if moving else 0.0, 0.0))
-    for mmsi, first, last, north in ((4, 0.0, 3000.0, 0.0), (5, 3200.0, 6000.0, 0.1), (6, 0.0, 6000.0, 0.05)):
-        times = np.arange(first, last, 15.0)
-        rows += [(1_000_000_00 + mmsi, START + t, 57.0 + north, 12.0, 0.0, 0.0) for t in times]
-    names = ("mmsi", "time_s", "latitude", "longitude", "sog", "cog")
-    pl.DataFrame(rows, schema=names, orient="row").write_csv(tmp_path / "crossing.csv")
-    steerway.archive.run([tmp_path / "crossing.csv"], tmp_path / "out", workers=1)
-    return tmp_path / "out"
-
-
-def test_encounters_trips_and_wrong_values(tmp_path):
-    directory = crossing(tmp_path)
-    found = encounters(directory, 1000.0)
-    assert len(found) == 1
-    row = found.row(0, named=True)
-    # each passes the crossing of the tracks when the other is 100 m from there: closest at 100 / √2
-    assert row["cpa_m"] == pytest.approx(100.0 / np.sqrt(2.0), abs=0.3)
-    assert row["cpa_time_s"] == pytest.approx(START + 1810.0, abs=0.3)
-    assert row["tcpa_s"] == row["cpa_time_s"] - row["start_s"] and row["end_s"] - row["cpa_time_s"] > 100.0
-    assert (row["lat_deg"], row["lon_deg"]) == pytest.approx((55.0 + 50.0 / 111_320.0, 10.0), abs=2e-6)
-    assert 1.0 < row["cpa_std_m"] < 10.0
-    assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.02)
-    assert [len(encounters(directory, most)) for most in (70.0, 72.0)] == [0, 1]
-    with pytest.raises(InputError, match="distance is -1 m"):
-        encounters(directory, -1.0)
-    trips = rows_of(directory, "trips").filter(pl.col("mmsi") == 1_000_000_03).sort("start_s")
-    assert trips["what"].to_list() == ["trip", "stop"]
-    assert trips["distance_m"].to_list() == pytest.approx([14_400.0, 0.0], rel=0.01, abs=1e-3)
-    assert trips["mean_speed_mps"].to_list() == pytest.approx([6.0, 0.0], abs=0.01)
-    assert trips["duration_s"].to_list() == pytest.approx([2400.0, 6585.0], abs=16.0)
-    wrong = rows_of(directory, "events").filter(pl.col("event") == "speed")
-    assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed, in each of 160 reports
-    assert (wrong["value"][0], wrong["reports"][0]) == (pytest.approx(6.0, abs=0.01), 160)
-
-
 def test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile(tmp_path):
     lines = []
     for k in range(30):
@@ -405,22 +271,43 @@ def test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile(tmp_pat
     assert rows["sog_mps"][-1] == pytest.approx(0.0005 * 111_300.0 / 10.0, rel=0.05)
 
 
-def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
+def test_the_commands_of_the_documentation_run_and_bad_files_are_named_and_left_out(fleet, tmp_path, monkeypatch):
     """All commands after the download, on a generated day instead of the downloaded one."""
-    page = Path(__file__).parents[1] / "docs" / "archives.md"
-    lines = [line.strip() for line in page.read_text(encoding="utf-8").splitlines()]
+    monkeypatch.setattr(interruption, "note", "")
+    documentation = (Path(__file__).parents[1] / "docs" / "archives.md").read_text(encoding="utf-8")
+    lines = [line.strip() for line in documentation.splitlines()]
     commands = [line.split()[1:] for line in lines if line.startswith("steerway ")]
     assert len(commands) == 4
     monkeypatch.chdir(tmp_path)
     with zipfile.ZipFile("aisdk-2024-03-01.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.write(day_path(fleet, 0), "aisdk-2024-03-01.csv")
+    beginnings = {"bad.parquet": b"PAR1", "broken.csv.gz": b"\x1f\x8b", "cut.zip": b"PK\x03\x04"}
+    for name, beginning in beginnings.items():
+        Path(name).write_bytes(beginning + bytes(50))
+    said = {}
     for command in commands:
-        command += ["--workers", "1"] if command[1] == "run" else []
-        code, _, said = run(*command)
-        assert code == 0, said
+        given = [*beginnings, "--workers", "1"] if command[1] == "run" else []
+        said[command[1]] = run(*command, *given)
+    assert [code for code, *_ in said.values()] == [3, 0, 0, 0], said
+    assert "units run" in said["run"][1] and "cut.zip: left out, the ZIP archive is cut short" in said["run"][2]
+    assert all(f"{name}: left out, " in said["run"][2] for name in beginnings)
+    assert interruption.note == "finished work is kept, the same command continues"  # printed at Ctrl-C
+    assert said["verify"][1].split()[0] == digest(Path("march"))[0]
+    assert json.loads(run("archive", "status", "march", "--json")[1])["to_do"] == 0
     assert Path("map.geojson").exists() and Path("encounters.csv").exists()
-    code = re.search(r"In Python:\n\n((?:    .*\n|\n)+)", page.read_text(encoding="utf-8"))
+    code, _, refused = run("archive", "run", "bad.parquet", "-o", "strict", "--strict")
+    assert code == 2 and "bad.parquet" in refused
+    code = re.search(r"In Python:\n\n((?:    .*\n|\n)+)", documentation)
     exec(compile(textwrap.dedent(code[1]), "archives.md", "exec"), {})
+
+
+def test_the_page_lists_the_vessels_whose_estimate_fits_worst(whole):
+    html = (whole / "index.html").read_text()
+    judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
+    means = judged.agg(pl.len(), pl.mean("nis")).filter(pl.col("len") >= 100).sort("nis", descending=True)
+    worst = html[html.index("largest mean NIS under way") :]
+    shown = [int(number) for number in re.findall(r">(\d{9})<", worst)]
+    assert "<img" in html and shown[: len(means)] == means["mmsi"].to_list()[:20]
 
 
 def test_export(whole, tmp_path):
@@ -443,20 +330,3 @@ def test_export(whole, tmp_path):
     assert features[0]["geometry"]["type"] in ("LineString", "MultiLineString")
     with pytest.raises(InputError, match="unknown ending"):
         export(whole, tmp_path / "x.shp")
-
-
-def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
-    monkeypatch.setattr(interruption, "note", "")
-    html = (whole / "index.html").read_text()
-    judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
-    means = judged.agg(pl.len(), pl.mean("nis")).filter(pl.col("len") >= 100).sort("nis", descending=True)
-    worst = html[html.index("largest mean NIS under way") :]
-    shown = [int(number) for number in re.findall(r">(\d{9})<", worst)]
-    assert "<img" in html and shown[: len(means)] == means["mmsi"].to_list()[:20]
-    bad, out = tmp_path / "bad.parquet", tmp_path / "out"
-    bad.write_bytes(b"PAR1 and no more")
-    code, printed, said = run("archive", "run", files[0], bad, "-o", out, "--workers", "1")
-    assert code == 3 and "bad.parquet: left out" in said and "units run" in printed
-    assert interruption.note == "finished work is kept, the same command continues"  # printed at Ctrl-C
-    assert json.loads(run("archive", "status", out, "--json")[1])["to_do"] == 0
-    assert run("archive", "verify", out)[1].split()[0] == digest(out)[0]

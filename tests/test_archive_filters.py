@@ -1,4 +1,4 @@
-"""Filters of an archive's tracks: few steps against many, stored steps, smoothing against least squares."""
+"""Tracks of an archive: filters in few steps and in many, smoothing and least squares, rests, trips and encounters."""
 
 import math
 
@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 
 import steerway.archive
-from steerway.archive.testing import association, digest, filters, levels, page, smoothing, tracks
-from steerway.core import NORMAL_95, REJECTED, Fixes
+from steerway.archive.testing import association, digest, encounters, filters, levels, page, smoothing, tracks
+from steerway.core import NORMAL_95, REJECTED, Fixes, InputError
 from steerway.core.testing import PREDICTED, displaced_all, displacement
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.testing import Structure, medians_of
@@ -17,6 +17,16 @@ from tests.fleet import _motion, ships
 CLASS_A = 1
 MIDNIGHT = 1_709_251_200.0
 NO_AIDS = np.empty((0, 5))
+
+
+@pytest.fixture(autouse=True)
+def without_a_page(monkeypatch):
+    """Do not draw the page, which takes longer than a small archive."""
+    monkeypatch.setattr(page, "write", lambda store, manifest: None)
+
+
+def rows_of(directory, table="estimate"):
+    return steerway.archive.scan(directory, table).collect()
 
 
 @pytest.fixture(scope="module")
@@ -110,23 +120,14 @@ def test_reports_of_a_ship_at_rest_are_smoothed_as_by_least_squares(by_class):
 
     model = filters.model_of(one, level)
     density, variance = model.modes[0].speed_noise, model.receiver[0].fix_variance
-    rows, right = [], []
-    for k in range(n):  # unknowns: position and velocity of every report along one axis
-        row = np.zeros((1, 2 * n))
-        row[0, 2 * k] = 1.0 / math.sqrt(variance)
-        rows.append(row)
-        right.append((north[k] / math.sqrt(variance), east[k] / math.sqrt(variance)))
-        if k:
-            h = time[k] - time[k - 1]
-            noise = density * np.array([[h**3 / 3.0, h * h / 2.0], [h * h / 2.0, h]])
-            step = np.zeros((2, 2 * n))
-            step[:, 2 * k : 2 * k + 2] = np.eye(2)
-            step[:, 2 * k - 2 : 2 * k] = -np.array([[1.0, h], [0.0, 1.0]])
-            rows.append(np.linalg.solve(np.linalg.cholesky(noise), step))
-            right += [(0.0, 0.0)] * 2
-    prior = np.zeros((1, 2 * n))
-    prior[0, 1] = 0.1
-    a, b = np.concatenate([*rows, prior]), np.array([*right, (0.0, 0.0)])
+    # Unknowns: position and velocity at every report, along either axis; rows: fixes, the first velocity, motion.
+    a, b = np.zeros((3 * n - 1, 2 * n)), np.zeros((3 * n - 1, 2))
+    a[:n, ::2], b[:n] = np.eye(n) / math.sqrt(variance), np.column_stack([north, east]) / math.sqrt(variance)
+    a[n, 1] = 0.1
+    for k, h in enumerate(np.diff(time)):
+        noise = density * np.array([[h**3 / 3.0, h * h / 2.0], [h * h / 2.0, h]])
+        move = np.array([[-1.0, -h, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]])
+        a[n + 1 + 2 * k :][:2, 2 * k : 2 * k + 4] = np.linalg.solve(np.linalg.cholesky(noise), move)
     best, covariance = np.linalg.lstsq(a, b, rcond=None)[0], np.linalg.inv(a.T @ a)
     latitude, longitude = displaced_all(*plane, best[::2, 0], best[::2, 1])
     std = np.sqrt(covariance.diagonal())
@@ -215,9 +216,8 @@ def rounded_ships(seed, count, decimals):
 
 
 @pytest.mark.parametrize("smooth", [False, True])
-def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_divided(tmp_path, monkeypatch, smooth):
+def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_divided(tmp_path, smooth):
     """Treated as points, they give moored ships a course, and 95 % intervals contain 60 to 80 % of the courses."""
-    monkeypatch.setattr(page, "write", lambda store, manifest: None)
     table = rounded_ships(7, 12, 4)
     table.drop("true_sog", "true_cog").write_csv(tmp_path / "all.csv")
     days = [tmp_path / "second.csv", tmp_path / "first.csv"]
@@ -226,7 +226,7 @@ def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_d
     steerway.archive.run([tmp_path / "all.csv"], tmp_path / "one", buckets=1, workers=1, smooth=smooth)
     steerway.archive.run(days, tmp_path / "many", buckets=3, workers=1, smooth=smooth)
     assert digest(tmp_path / "one") == digest(tmp_path / "many")
-    rows = steerway.archive.scan(tmp_path / "one").collect()
+    rows = rows_of(tmp_path / "one")
     rows = rows.join(table, left_on=["mmsi", "time_s"], right_on=["mmsi", "time"], validate="1:1")
     under_way, at_rest = rows.filter(pl.col("true_sog") > 0.5), rows.filter(pl.col("true_sog") == 0.0)
     off = np.remainder(np.radians(under_way["cog_deg"]) - under_way["true_cog"] + np.pi, 2.0 * np.pi) - np.pi
@@ -234,3 +234,83 @@ def test_positions_of_four_decimals_are_intervals_of_them_however_the_rows_are_d
     assert len(within) > 2000 and within.mean() > 0.9
     assert len(at_rest) > 1000 and at_rest["cog_deg"].is_null().mean() > 0.99
     assert (at_rest["sog_mps"] ** 2).mean() ** 0.5 < 0.1
+
+
+def test_a_moored_vessel_is_known_to_be_at_rest_and_its_departure_at_once(tmp_path):
+    """A class A ship that is moored for two hours and then sails at 5 m/s."""
+    leaves = MIDNIGHT + 7200.0
+    at = np.r_[np.arange(0.0, 7201.0, 180.0), np.arange(7260.0, 9001.0, 60.0)]
+    north = 5.0 * np.maximum(at - 7200.0, 0.0) + np.random.default_rng(3).normal(0.0, 1.0, len(at))
+    ship = pl.DataFrame({"time": MIDNIGHT + at, "lat": 55.0 + np.degrees(north / 6.38e6)})
+    ship.with_columns(pl.lit("A").alias("class"), mmsi=219_000_001, lon=11.0).write_csv(tmp_path / "ship.csv")
+    for name in ("causal", "smoothed"):
+        steerway.archive.run([tmp_path / "ship.csv"], tmp_path / name, workers=1, smooth=name == "smoothed")
+        rows = rows_of(tmp_path / name)
+        moored = rows.filter(pl.col("time_s").is_between(MIDNIGHT + 1800.0, leaves))
+        assert moored["sog_mps"].max() < 0.05 and moored["sog_std_mps"].max() < 0.1
+        sailing = rows.filter(pl.col("time_s") > leaves)
+        wrong = (sailing["sog_mps"] - 5.0).abs()
+        assert set(sailing["status"]) == {"ok"} and wrong[0] < 2.0 * sailing["sog_std_mps"][0] and wrong[1:].max() < 0.1
+
+
+def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
+    """Two ships under one number, of which one ends earlier: reports at 3 and at 8 s, rows at 0 s."""
+    names = ("mmsi", "time_s", "latitude", "longitude")
+    first = [(100_000_001, MIDNIGHT + t, 55.0 + 5.0 * t / 111_300.0, 10.0) for t in np.arange(3.0, 600.0, 10.0)]
+    second = [(100_000_001, MIDNIGHT + t, 57.0 - 5.0 * t / 111_400.0, 10.0) for t in np.arange(8.0, 400.0, 10.0)]
+    pl.DataFrame(first + second, schema=names, orient="row").write_csv(tmp_path / "shared.csv")
+    steerway.archive.run([tmp_path / "shared.csv"], tmp_path / "out", workers=1, rate=0.1)
+    rows = rows_of(tmp_path / "out").with_columns(t=pl.col("time_s") - MIDNIGHT)
+    one, other = (rows.filter(pl.col("track") == track) for track in (0, 1))
+    assert one["t"].to_list() == [10.0 * k for k in range(1, 60)]
+    assert other["t"].to_list() == [10.0 * k for k in range(3, 40)]  # its third report confirms the ship
+    one = one[1:]  # only one report precedes the first row, which has no velocity
+    np.testing.assert_allclose(one["lat_deg"], 55.0 + 5.0 * one["t"] / 111_300.0, atol=3e-4)
+    np.testing.assert_allclose(other["lat_deg"], 57.0 - 5.0 * other["t"] / 111_400.0, atol=3e-4)
+
+
+def crossing(tmp_path):
+    """The archive of two vessels that cross, with reports at different times, of a third that stops, and of three at
+    anchor: after the last report of the first, the second begins on the far side of the third."""
+    rows = []
+    for mmsi, first, step in ((1_000_000_01, 0.0, 20.0), (1_000_000_02, 7.0, 30.0)):
+        for t in np.arange(first, 3600.0, step):
+            along = 5.0 * (t - 1800.0) / 111_320.0
+            place = (55.0 + along, 10.0) if mmsi % 10 == 1 else (55.0 + 100.0 / 111_320.0, 10.0 + along / 0.5736)
+            rows.append((mmsi, MIDNIGHT + t, *place, 5.0 / 0.514444, 0.0 if mmsi % 10 == 1 else 90.0))
+    for t in np.arange(0.0, 9000.0, 15.0):
+        moving = t < 2400.0
+        place = 56.0 + 6.0 * min(t, 2400.0) / 111_320.0
+        rows.append((1_000_000_03, MIDNIGHT + t, place, 11.0, 12.0 / 0.514444 if moving else 0.0, 0.0))
+    for mmsi, first, last, north in ((4, 0.0, 3000.0, 0.0), (5, 3200.0, 6000.0, 0.1), (6, 0.0, 6000.0, 0.05)):
+        times = np.arange(first, last, 15.0)
+        rows += [(1_000_000_00 + mmsi, MIDNIGHT + t, 57.0 + north, 12.0, 0.0, 0.0) for t in times]
+    names = ("mmsi", "time_s", "latitude", "longitude", "sog", "cog")
+    pl.DataFrame(rows, schema=names, orient="row").write_csv(tmp_path / "crossing.csv")
+    steerway.archive.run([tmp_path / "crossing.csv"], tmp_path / "out", workers=1)
+    return tmp_path / "out"
+
+
+def test_encounters_trips_and_wrong_values(tmp_path):
+    directory = crossing(tmp_path)
+    found = encounters(directory, 1000.0)
+    assert len(found) == 1
+    row = found.row(0, named=True)
+    # each passes the crossing of the tracks when the other is 100 m from there: closest at 100 / √2
+    assert row["cpa_m"] == pytest.approx(100.0 / np.sqrt(2.0), abs=0.3)
+    assert row["cpa_time_s"] == pytest.approx(MIDNIGHT + 1810.0, abs=0.3)
+    assert row["tcpa_s"] == row["cpa_time_s"] - row["start_s"] and row["end_s"] - row["cpa_time_s"] > 100.0
+    assert (row["lat_deg"], row["lon_deg"]) == pytest.approx((55.0 + 50.0 / 111_320.0, 10.0), abs=2e-6)
+    assert 1.0 < row["cpa_std_m"] < 10.0
+    assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.02)
+    assert [len(encounters(directory, most)) for most in (70.0, 72.0)] == [0, 1]
+    with pytest.raises(InputError, match="distance is -1 m"):
+        encounters(directory, -1.0)
+    trips = rows_of(directory, "trips").filter(pl.col("mmsi") == 1_000_000_03).sort("start_s")
+    assert trips["what"].to_list() == ["trip", "stop"]
+    assert trips["distance_m"].to_list() == pytest.approx([14_400.0, 0.0], rel=0.01, abs=1e-3)
+    assert trips["mean_speed_mps"].to_list() == pytest.approx([6.0, 0.0], abs=0.01)
+    assert trips["duration_s"].to_list() == pytest.approx([2400.0, 6585.0], abs=16.0)
+    wrong = rows_of(directory, "events").filter(pl.col("event") == "speed")
+    assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed, in each of 160 reports
+    assert (wrong["value"][0], wrong["reports"][0]) == (pytest.approx(6.0, abs=0.01), 160)

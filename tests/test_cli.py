@@ -1,21 +1,24 @@
-"""The commands as a user types them."""
+"""The commands as a user types them, with the profile files that they write and take."""
 
 import gzip
-import inspect
 import json
 import os
 import subprocess
 from importlib.metadata import version
+from pathlib import Path
 
 import polars as pl
 import pytest
-import typer
 
 import steerway
-from steerway.commands.testing import command_tree
+import steerway.archive
 from steerway.estimation import load_profile
+from steerway.estimation.testing import prior_profile
 from tests.command_line import STEERWAY, run
+from tests.messages import sentences, tagged
 from tests.scenes import turning
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "p2.toml"
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +53,7 @@ def test_json_is_for_machines_also_of_standard_input_gzip_and_an_interval(log, t
     start = turning(2.0, 0.5, 200.0).time[0]
     cut = summary(log, "--from", start + 50, "--until", "2023-11-14T22:15:00Z")
     assert cut["start"] == "2023-11-14T22:14:10Z" and cut["fixes"] == 250
-    assert isinstance(json.loads(run("info", log, "--json")[1]), list)
+    assert isinstance(json.loads(run("info", log, "--json")[1]), list) and "5 Hz" in run("info", log)[1]
 
 
 def test_files_are_smoothed_standard_input_and_causal_are_not(log):
@@ -66,8 +69,6 @@ def test_files_are_smoothed_standard_input_and_causal_are_not(log):
     of_file, of_input = (json.loads(asked(*each, "--json")) for each in ((log,), (log, "--causal")))
     assert of_file["smoothed"] and not of_input["smoothed"]
     assert of_file["cog_std_median_deg"] < of_input["cog_std_median_deg"]
-    code, _, err = run("estimate", log, "--causal", "--smooth")
-    assert code == 2 and "--causal and --smooth are both given" in err
 
 
 def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
@@ -79,17 +80,12 @@ def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
     assert json.loads(run("estimate", log, "--json", "--profile", profile)[1])["profile"] == "mine"
 
 
-def test_compare_and_info(log):
-    code, _, err = run("compare", log)
-    assert code == 2 and "no SOG or COG from a receiver" in err
-    code, out, _ = run("info", log)
-    assert code == 0 and "5 Hz" in out
-
-
 def test_an_input_is_never_overwritten(log):
     before = log.read_bytes()
-    for option in ("-o", "--report"):
-        code, _, err = run("estimate", log, option, log)
+    link = log.with_name("link.csv")
+    link.symlink_to(log)
+    for option, path in (("-o", log), ("--report", log), ("-o", link)):
+        code, _, err = run("estimate", log, option, path)
         assert code == 2 and "is also an input" in err
     assert log.read_bytes() == before
 
@@ -98,6 +94,7 @@ def test_an_input_is_never_overwritten(log):
     ("arguments", "message"),
     [
         (["estimate", "LOG", "--report", "page.pdf"], "expected .html or .png"),
+        (["estimate", "LOG", "-o", "out.xlsx"], "unknown ending, expected one of .csv, .parquet"),
         (["estimate", "LOG", "--profile", "otterr"], "expected one of otter"),
         (["estimate", "LOG", "--aid", "sextant"], "--aid names 'sextant', expected any of auto, sog"),
         (["estimate", "LOG", "-o", "missing/track.csv"], "cannot write 'missing/track.csv': no directory 'missing'"),
@@ -105,7 +102,15 @@ def test_an_input_is_never_overwritten(log):
         (["advise", "otter", "--speed", "1e300"], "--speed is 1e+300, expected at most 1000 m/s"),
         (["estimate", "LOG", "--rate", "fast"], "steerway: --rate is 'fast', expected a number\n"),
         (["simulate", "LOG", "--seeds", "0"], "steerway: --seeds is '0', expected at least 1\n"),
+        (["simulate", "LOG", "--dask", "here:1", "-o", "out"], "--dask distributes seeds"),
+        (["simulate", "LOG", "--seeds", "2", "--nmea", "-o", "out"], "--nmea writes the log of one run"),
+        (["simulate", EXAMPLE, "-o", "LOG"], "cannot write"),
+        (["advise", "otter"], "--speed is missing"),
+        (["advise", "otter", "--speed", "-1"], "speed is -1, expected a number of at least 0"),
+        (["advise", "otter", "--speed", "1", "--rate", "0"], "--rate is 0 Hz"),
         (["estimate", "LOG", "--from", "yesterday"], "--from is 'yesterday', expected a time"),
+        (["estimate", "LOG", "--causal", "--smooth"], "--causal and --smooth are both given"),
+        (["compare", "LOG"], "no SOG or COG from a receiver"),
         (["study", "otter"], "study 'otter' is unknown"),
         (["sail"], "No such command"),
     ],
@@ -117,24 +122,16 @@ def test_mistakes_end_in_one_sentence_and_2(log, arguments, message):
     assert "Traceback" not in err and out == ""
 
 
-def commands_of(group, path=()):
-    """(words, command) of every command below a group."""
-    for name, command in group.commands.items():
-        if hasattr(command, "commands"):
-            yield from commands_of(command, (*path, name))
-        else:
-            yield (*path, name), command
-
-
-def test_every_help_has_an_example_and_no_types():
-    root = command_tree()
-    top = typer.Context(root, info_name="steerway", help_option_names=["-h", "--help"])
-    for words, command in commands_of(root):
-        name = " ".join(words)
-        assert f"steerway {name}" in inspect.cleandoc(command.help), f"{name} has no example"
-        shown = [each for each in command.get_params(top) if not getattr(each, "hidden", False)]
-        types = [each.display_type_rich(top) or "" for each in shown]
-        assert "<" not in "".join(types), f"the help of {name} shows a type: {types}"
+def test_a_name_cannot_write_on_the_terminal(tmp_path):
+    """Control characters are escaped, and brackets are not markup."""
+    for name, shown in (("a\x1b[31m\n.csv", r"a\x1b[31m\n.csv"), ("[red].csv", "[red].csv")):
+        path = tmp_path / name
+        path.write_text("")
+        code, _, said = run("info", path)
+        assert (code, said) == (2, f"steerway: {tmp_path / shown}: is empty, expected a log\n")
+        path.write_text("time_s,lat_deg,lon_deg,\x1b[2J\n1672531201,54,10,1\n")
+        code, out, _ = run("info", path)
+        assert code == 0 and shown in out and "\x1b" not in out and r"\x1b[2J" in out
 
 
 def test_the_shell_completes_commands_and_options():
@@ -148,3 +145,91 @@ def test_version_and_short_help():
     assert run("--version")[1].strip() == f"steerway {version('steerway')}"
     code, out, _ = run("-h")
     assert code == 0 and out.index("Logs") < out.index("On the boat") < out.index("Simulation") < out.index("Research")
+
+
+SCENARIO = """
+duration = 20.0
+[vessel]
+kind = "otter"
+[route]
+waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 60.0, east = 0.0 }}]
+[estimator]
+profile = "{path}"
+"""
+
+
+@pytest.fixture(scope="module")
+def inferred(tmp_path_factory):
+    path = tmp_path_factory.mktemp("profile") / "mine.toml"
+    prior_profile().save(path)
+    return path
+
+
+def test_every_command_takes_it(inferred, log, tmp_path):
+    scenario, archive, short = tmp_path / "scenario.toml", tmp_path / "archive", tmp_path / "short.csv"
+    scenario.write_text(SCENARIO.format(path=inferred))
+    steerway.write(steerway.read(log).rows(slice(61)), short)
+    filed = ("archive", "run", short, "-o", archive, "--workers", "1", "--profile", inferred)
+    for command in (
+        ("estimate", short, "-o", tmp_path / "out.csv", "--profile", inferred),
+        ("advise", inferred, "--speed", "2"),
+        ("profile", "show", inferred),
+        ("simulate", scenario, "-o", tmp_path / "sailed"),
+        filed,
+    ):
+        code, _, said = run(*command)
+        assert code == 0, said
+    assert len(steerway.archive.scan(archive).collect()) == 61
+    code, _, said = run(*filed, "--smooth")
+    assert code == 2 and said.count("\n") == 1 and "profile prior has structures" in said
+
+
+def test_parts_of_earlier_versions_are_left_out_and_named(inferred, log, tmp_path, caplog):
+    old = tmp_path / "old.toml"
+    text = inferred.read_text().replace('"wander"]', '"wander", "slips", "quick_error"]')
+    old.write_text(text.replace("fix_std =", "slip_std = 0.1\nquick_std = 0.1\nquick_time = 2.0\nfix_std ="))
+    assert load_profile(old) == load_profile(inferred)
+    assert caplog.messages == [f"profile {old}: without the parts quick_error, slips, which this version no longer has"]
+    tables = []
+    for profile in (inferred, old):
+        code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", profile)
+        assert code == 0, said
+        tables.append((tmp_path / "out.csv").read_bytes())
+    assert tables[0] == tables[1]
+    caplog.clear()
+    stepping = inferred.read_text().replace('"wander"]', '"wander", "steps", "clock"]')
+    old.write_text(stepping.replace("fix_std =", "step_every = 9.0\nstep_std = 0.1\ntime_std = 0.02\nfix_std ="))
+    receiver = load_profile(old).structures[0].model.receiver[0]
+    read = [receiver[name] for name in ("step_rate", "step_variance", "time_variance")]
+    assert caplog.messages == [] and read == pytest.approx([1.0 / 9.0, 0.01, 0.0004])
+    old.write_text(text.replace("fix_std =", "sail_std = 9.0\nfix_std ="))
+    code, _, said = run("estimate", log, "-o", tmp_path / "out.csv", "--profile", old)
+    assert code == 2 and said.count("\n") == 1 and "values has sail_std" in said
+
+
+NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (NEEDED + "position_std = 1e300", r"position_std is 1e\+300, expected at most 10000.0 m"),
+        (NEEDED + "position_sdt = 0.5", "unknown key position_sdt, expected perhaps position_std"),
+        (NEEDED, "position_std is missing, expected 1σ of the white noise of a fix"),
+    ],
+)
+def test_a_profile_is_checked_like_a_scenario(tmp_path, text, message):
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(steerway.InputError, match=f"mine.toml: {message}"):
+        load_profile(tmp_path / "mine.toml")
+
+
+def test_the_profile_of_a_log_of_many_vessels_is_the_built_in_one(tmp_path):
+    log, made = tmp_path / "ais.nmea", tmp_path / "ours.toml"
+    reports = (
+        tagged(1_780_300_000 + 10 * k, *sentences(mmsi=257591700 + k % 2, lat=63.5 + 1e-4 * k)) for k in range(9)
+    )
+    log.write_bytes(b"".join(reports))
+    code, out, err = run("profile", "make", log, "--quick", "-o", made)
+    assert code == 0, err
+    assert out.startswith("built in  vessels as AIS reports them") and load_profile(made).name == "ours"

@@ -1,19 +1,24 @@
-"""The documentation: its code runs, its commands are ones that there are, its links lead somewhere."""
+"""The documentation: its code runs, its commands are there, its links lead somewhere; the licences of the locks."""
 
 import re
 import shlex
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, metadata
+from pathlib import Path
 
 import pytest
 import typer
 from docs import papers, reference
-from docs.build import ROOT, home, run_python, snippets, within
+from docs.build import ROOT, run_python, snippets
 
+import steerway
 from steerway.commands.testing import KINDS, command_tree, schema_of
 from steerway.control import AnglePID
+from tests.scenes import turning
 
 PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md"))
-FRONT = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md")]
+README = ROOT / "README.md"
+FRONT = [README, ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md"]
 SNIPPETS = [path for path in PAGES if "```python" in path.read_text("utf-8")]
 
 
@@ -21,38 +26,30 @@ def named(path):
     return path.relative_to(ROOT).as_posix()
 
 
-@pytest.mark.parametrize("path", SNIPPETS, ids=named)
-def test_the_code_of_a_page_runs(path):
+@pytest.mark.parametrize("path", [*SNIPPETS, README], ids=named)
+def test_the_code_of_a_page_runs(path, tmp_path, monkeypatch):
+    """That of the front page in a folder with its log, where it says what it prints."""
+    if path == README:
+        monkeypatch.chdir(tmp_path)
+        steerway.write(turning(2.0, 0.5, 60.0).fixes(0.3, 1), "log.csv")
+        Path("log.csv").rename("sortie.nmea")
     names = {"__name__": "__main__"}
     for snippet in snippets(path.read_text("utf-8")):
         if snippet.kind == "python":
-            run_python(snippet, named(path), names)
-
-
-def test_the_code_of_the_front_page_runs(tmp_path, monkeypatch):
-    import steerway
-    from tests.scenes import turning
-
-    monkeypatch.chdir(tmp_path)
-    steerway.write(turning(2.0, 0.5, 60.0).fixes(0.3, 1), "sortie.csv")
-    names = {"__name__": "__main__"}
-    for snippet in snippets((ROOT / "README.md").read_text("utf-8")):
-        if snippet.kind == "python":
-            text = snippet.text.replace("sortie.nmea", "sortie.csv")
-            adapted = snippet.__class__("python", text, snippet.line, snippet.stop)
-            assert bool(run_python(adapted, "README.md", names)) == ("print(" in text)
-    assert (tmp_path / "sortie.parquet").exists()
+            said = run_python(snippet, named(path), names)
+            assert path != README or bool(said) == ("print(" in snippet.text)
+    assert path != README or Path("sortie.parquet").exists()
 
 
 def command_lines():
     """(page, command) of every line of a block that begins with the program's name, and of commands within text."""
-    for path in [*PAGES, *FRONT]:
-        text = path.read_text("utf-8")
+    pages = {named(path): path.read_text("utf-8") for path in [*PAGES, *FRONT]}
+    for page, text in (pages | {"the help of the commands": reference.commands()}).items():
         lines = [line.strip() for line in text.splitlines() if re.match(r"( {4})?steerway ", line)]
         lines += re.findall(r"`(steerway [^`]+)`", text)
         for part in (part.strip() for line in lines for part in re.split(r"&&|;", line)):
             if part.startswith("steerway ") and not re.search(r"[…A-Z]{4}|\[", part):
-                yield named(path), part
+                yield page, part
 
 
 def test_the_commands_of_the_pages_are_understood():
@@ -110,7 +107,6 @@ def test_the_reference_has_every_public_name():
     pages = {name: reference.module(name) for name in reference.MODULES}
     assert all(f"## {public}\n" in page for name, page in pages.items() for public in import_module(name).__all__)
     assert "`course`" in reference.keys("scenario") or "| `law` |" in reference.keys("scenario")
-    assert f"| (54)–(59) | `{AnglePID.__module__}" in papers.paper_pages()["paper-p0"]
     assert "## steerway estimate" in reference.commands() and "position_std_m" in reference.columns()
 
 
@@ -127,28 +123,53 @@ def test_every_key_in_a_schema_has_one_sentence_and_every_number_a_unit(kind):
                 assert value.get("unit"), f"{kind} {name} {key}"
 
 
-def test_the_pages_of_the_site_link_within_it():
-    page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/demo.png)")
-    assert page == "[a](live.md) [b](architecture.md) c ![d](images/demo.png)"
-    page = within("[a](../examples/p0.toml) [b](../../examples/p1.toml) [c](../integrations/x.md) [d](../faq.md)")
-    assert page == "[a](examples/p0.toml) [b](../examples/p1.toml) c [d](../faq.md)"
+def test_every_equation_of_a_paper_is_placed_or_said_to_be_left_out():
+    pages = papers.paper_pages()
+    assert f"| (54)–(59) | `{AnglePID.__module__}" in pages["paper-p0"]
+    for label, paper in papers.papers().items():
+        assert papers.unplaced(label) == []
+        for row in paper["rows"]:
+            assert bool(row.get("code")) != bool(row.get("left_out")), row
+            assert f"| {row['equations']} |" in pages[f"paper-{label.lower()}"]
+            for place in row.get("code", ()):
+                papers.found_in(place)
+        for erratum in paper["errata"]:
+            assert {"where", "printed", "used"} <= set(erratum) <= {"where", "printed", "used", "shown"}
 
 
-@pytest.mark.parametrize("label", papers.papers())
-def test_every_equation_of_a_paper_is_placed_or_said_to_be_left_out(label):
-    assert papers.unplaced(label) == []
-    paper = papers.papers()[label]
-    for row in paper["rows"]:
-        assert bool(row.get("code")) != bool(row.get("left_out")), row
-        for place in row.get("code", ()):
-            papers.found_in(place)
-    for erratum in paper["errata"]:
-        assert {"where", "printed", "used"} <= set(erratum) <= {"where", "printed", "used", "shown"}
-    page = papers.paper_pages()[f"paper-{label.lower()}"]
-    assert all(f"| {row['equations']} |" in page for row in paper["rows"])
+PERMISSIVE = "MIT|BSD|Apache|ISC|PSF|Python Software|Zlib|CC0|Public Domain|Unlicense|HPND"
+WEAK = "|MPL|Mozilla|LGPL|Lesser"
+"""For optional extras, and for files of theirs that we do not change."""
+BUILD = {"editables", "hatchling", "pathspec", "trove-classifiers"}
+"""The build backend: in the lock of the core, and no part of what is installed from a wheel."""
+READ = {"docutils": "Public Domain AND BSD-2-Clause", "python-engineio": "MIT", "python-socketio": "MIT"}
+"""Where the metadata say less than the licence file: docutils' GPL part is an editor mode that is not in the wheel."""
 
 
-def test_an_equation_that_is_nowhere_is_named():
-    assert papers.numbers("(1)–(3), (5) and (7)") == {1, 2, 3, 5, 7} and papers.numbers("Table 1") == set()
-    with pytest.raises(LookupError, match=r"steerway\.control\.nothing"):
-        papers.found_in("steerway.control.nothing")
+def pinned(lock):
+    return set(re.findall(r"^([\w.-]+)==", (ROOT / lock).read_text(encoding="utf-8"), re.M))
+
+
+def licence(name):
+    """The licence that a package states; "" where it is not installed here."""
+    try:
+        stated = metadata(name)
+    except PackageNotFoundError:
+        return ""
+    classifiers = re.findall(r"License :: (?:.* :: )?(.+)", "\n".join(stated.get_all("Classifier") or []))
+    named = [each for each in classifiers if each not in ("OSI Approved", "DFSG approved")]
+    return READ.get(name) or stated.get("License-Expression") or "; ".join(named) or (stated.get("License") or "?")
+
+
+def test_every_dependency_has_an_allowed_licence():
+    """Alternatives are separated by OR, parts by AND."""
+    everything, core = pinned("requirements.lock"), pinned("requirements-core.lock") - BUILD
+    licences = {name: found.splitlines()[0] for name in everything if (found := licence(name))}
+    assert len(everything) > 50 and len(licences) > 30
+    for name, found in licences.items():
+        allowed = re.compile(PERMISSIVE if name in core else PERMISSIVE + WEAK, re.I)
+        for part in re.split(r"\s+AND\s+|;|/", found):
+            assert any(
+                allowed.search(each) and not re.search(r"\bA?GPL|(?<!Lesser )General Public", each)
+                for each in re.split(r"\s+OR\s+", part)
+            ), f"{name}: {found}"

@@ -1,23 +1,40 @@
-"""What fuzzing found, each as the smallest input that shows it; and mutations of everything that is fuzzed."""
+"""What fuzzing found, each as the smallest input that shows it; impossible rows; mutations of all that is fuzzed."""
 
+import json
+import math
 import os
 import random
 import re
+import subprocess
+import sys
 import time
 from pathlib import Path
 
 import pytest
 
 from steerway.core import InputError
+from steerway.core.testing import KNOT
 from steerway.estimation import Profile
-from steerway.live.testing import GeodeticRoute, GpsdDecoder, Settings, SignalKDecoder
+from steerway.live.testing import (
+    GeodeticRoute,
+    GpsdDecoder,
+    InputRow,
+    Settings,
+    SignalKDecoder,
+    State,
+    believable,
+)
 from steerway.simulation import load_scenario
+from tests.desk import HOME, NOON, Desk, square
+from tests.fuzz import aboard, seeds
 from tests.fuzz.mutation import mutated
 from tests.fuzz.targets import TARGETS, controls
 
 DEEP = "[" * 5000
 NO_RING = '{"type": "Feature", "geometry": {"type": "Polygon", "coordinates": []}}'
 FOUND = Path.home() / ".cache" / "steerway" / "fuzz"
+CALLED = 200
+"""Least number of public functions, classes and methods."""
 SLOW = 5.0
 """s of processor time for one input; none has more than 20 kB here, the limit is that of a megabyte."""
 TPV = b'{"class":"TPV","mode":3,"time":"2024-07-01T12:00:00Z","lat":%s,"lon":10}\n'
@@ -75,6 +92,69 @@ def test_messages_of_other_computers_are_counted_as_malformed(message):
 def test_requests_beyond_numbers_are_refused(what, value):
     with pytest.raises(InputError, match=r"expected"):
         controls().do(what, value, "a test")
+
+
+def test_no_number_of_any_link_ends_the_service_or_stays():
+    """On one boat, which goes on, and gives orders and estimates that are numbers."""
+    pytest.importorskip("pymavlink")
+    for name, messages in seeds.beyond().items():
+        for message in messages:
+            TARGETS[name].read(message)
+        boat = aboard.afloat()
+        row = boat.service.latest.row
+        assert math.isfinite(row.latitude + row.longitude + row.sog), name
+        assert boat.navigator.counts["beyond all limits"] > 5, name
+
+
+MOST = {"latitude": math.pi / 2.0, "longitude": math.pi, "position_std": 1e4, "sog": 1000.0 * KNOT, "shaft": 1000.0}
+MOST |= {"cog": 2.0 * math.pi, "yaw_rate": 10.0, "acceleration": 20.0 * 9.80665, "throttle": 1.0}
+
+
+@pytest.mark.parametrize(("name", "most"), MOST.items())
+def test_a_value_beyond_its_limit_is_none(name, most):
+    """And so is the place, if its latitude, longitude or deviation is beyond."""
+    row = InputRow("gps", NOON, *HOME, heading=-2.0 * math.pi)._replace(**{name: most})
+    assert believable(row) is row
+    for value in (math.nextafter(most, math.inf), -1e38, math.inf, -math.inf):
+        kept = believable(row._replace(**{name: value}))
+        assert math.isnan(getattr(kept, name)) and kept.heading == row.heading
+        assert kept.has_position == (name not in ("latitude", "longitude", "position_std"))
+    assert believable(InputRow("gps", NOON, *HOME)._replace(latitude=math.inf)) is None
+    assert all(believable(row._replace(time=time)) is None for time in (math.nan, math.inf, -1e10, 1e10))
+
+
+def test_a_row_that_raises_is_dropped_and_counted():
+    desk = Desk(square())
+    desk.start()
+    honest = desk.fixes
+    wrong = InputRow("gps", NOON, *HOME, sog="fast", formatters="none")
+    desk.fixes = lambda time, north, east: [wrong, *honest(time, north, east)]
+    desk.sail(3.0)
+    assert not desk.running.done() and desk.order.state is State.RUNNING
+    assert desk.navigator.counts["failed"] == 15
+
+
+def test_an_estimate_that_is_no_number_stops_and_begins_anew():
+    desk = Desk(square())
+    desk.start()
+    desk.sail(1.0)
+    desk.autopilot.pilot.estimator.filter._mixture.states[:] = math.nan
+    orders = desk.sail(0.5)
+    assert all(math.isfinite(each.yaw_rate + each.thrust) for each in orders)
+    assert desk.order.state is State.STOPPED and desk.order.reason == "the estimate is no number"
+    desk.sail(10.0)
+    desk.autopilot.start()
+    desk.sail(1.0)
+    assert desk.order.state is State.RUNNING
+
+
+def test_public_names_with_hostile_arguments():
+    """No index of a kernel is unchecked: NumPy checks every one. `make bounds` does more of it."""
+    command = [sys.executable, "-m", "tests.hostile_arguments", "--rounds", "5"]
+    done = subprocess.run(command, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True)
+    found = json.loads(done.stdout)
+    assert found["findings"] == {}
+    assert found["names"] > CALLED and done.returncode == 0
 
 
 @pytest.mark.parametrize("name", TARGETS)

@@ -37,8 +37,9 @@ from steerway.live.testing import (
 from steerway.live.testing import signalk_token_of as token_of
 from tests import hastened
 from tests.kept_outputs import RecordingSink, assert_equal, serving
+from tests.messages import pvt
 from tests.ports import free_port, under_way, until
-from tests.sentences import gga, pvt, rmc, sortie, track
+from tests.sentences import gga, rmc, sortie, track
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
@@ -214,7 +215,7 @@ async def datagrams(port, parts):
 def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
     """Both for the same epochs, with some messages of each kind damaged."""
     places = list(zip(*track(40), strict=True))
-    frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
+    frames, lines = [pvt(*place, start=0.0) for place in places], [rmc(*place) + gga(*place) for place in places]
     frames[20], lines[13] = frames[20][:50], lines[13][:50]
     parts = [part for pair in zip(frames, lines, strict=True) for part in pair]
     log = b"".join(parts)

@@ -32,13 +32,17 @@ def test_sentences_of_one_time_become_one_row():
     assert recording.skipped == {}
 
 
-def test_the_antimeridian_is_minus_pi_and_joins_formatters_on_both_sides():
+def test_the_antimeridian_joins_formatters_on_both_sides_and_the_finer_position_is_kept():
     east, west = "1000.00000,N,18000.00000,E", "1000.00000,N,18000.00000,W"
     hour, date = clock(START)
     fixes = only(
         sealed(f"GPRMC,{hour},A,{east},1.0,90.0,{date},,,A") + sealed(f"GPGGA,{hour},{west},1,10,0.9,1.0,M,47.0,M,,")
     )
     assert len(fixes) == 1 and fixes.longitude[0] == -np.pi
+    coarse, fine = sealed(f"GPGLL,{place(54.000012, 10.0, 2)},{hour},A,A"), gga(START, 54.000012, 10.0)
+    for data in (coarse + fine, fine + coarse):
+        (latitude,) = only(data).latitude
+        np.testing.assert_allclose(np.degrees(latitude), 54.000012, atol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -72,22 +76,23 @@ def test_what_a_sentence_says(sentence, column, value):
     np.testing.assert_allclose(output, value, rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "sentence",
-    [
-        "GPTHS,350.0,V",
-        "GPVTG,90.0,T,,M,10.0,N,18.52,K,N",
-        "GPVTG,90.0,T,,M,-1.0,N,,K,A",
-        "GPVTG,90.0,K,,M,1.0,N,,T,A",
-        "GPVTG,90.0,T,,M,1.0,N",
-        "GPHDT,3x0.0,T",
-        "GPHDG,350.0,2.0,W,5.0,Q",
-        "GPHDT,,T",
-    ],
+WITHOUT_A_VALUE = (
+    "GPTHS,350.0,V",
+    "GPVTG,90.0,T,,M,10.0,N,18.52,K,N",
+    "GPVTG,90.0,T,,M,-1.0,N,,K,A",
+    "GPVTG,90.0,K,,M,1.0,N,,T,A",
+    "GPVTG,90.0,T,,M,1.0,N",
+    "GPHDT,3x0.0,T",
+    "GPHDG,350.0,2.0,W,5.0,Q",
+    "GPHDT,,T",
 )
-def test_what_is_empty_or_not_believed_leaves_no_value(sentence):
-    fixes = only(rmc(START, 54.0, 10.0, sog_kn="", cog="") + sealed(sentence))
-    assert not any(np.isfinite(getattr(fixes, name)).any() for name in ("sog", "cog", "heading", "yaw_rate"))
+
+
+def test_what_is_empty_or_not_believed_leaves_no_value():
+    for sentence in WITHOUT_A_VALUE:
+        fixes = only(rmc(START, 54.0, 10.0, sog_kn="", cog="") + sealed(sentence))
+        said = [name for name in ("sog", "cog", "heading", "yaw_rate") if np.isfinite(getattr(fixes, name)).any()]
+        assert said == [], sentence
 
 
 HOUR, DATE = clock(START)
@@ -148,12 +153,6 @@ def test_the_date_is_carried_over_midnight_and_back_to_the_start():
     np.testing.assert_allclose(only(data).time, time, atol=1e-6)
 
 
-def test_a_log_without_any_date_says_so():
-    recording = nmea0183.read(gga(START, 54.0, 10.0) + gga(START + 1, 54.0, 10.0))
-    np.testing.assert_allclose(recording.sources["GP"].time, [43200.0, 43201.0])
-    assert any("1970-01-01" in note for note in recording.notes)
-
-
 @pytest.mark.parametrize("hours", [2.0, -3.5, 5.75, 13.0])
 @pytest.mark.parametrize("first", [0, 1])
 def test_a_sentence_without_date_in_local_time_is_made_utc(hours, first):
@@ -179,18 +178,16 @@ def test_a_gap_of_whole_hours_is_no_other_time_zone():
     assert times.tolist() == [START, *(START + 7200.0 + k for k in range(3))]
 
 
-def test_an_epoch_from_before_the_first_date_still_takes_its_velocity():
+def test_where_the_date_comes_from():
+    """From ZDA, also the time of what has none; from a later sentence; from nowhere."""
     vtg = sealed("GPVTG,90.0,T,,M,2.0,N,,K,A")
-    sources = nmea0183.read(gga(START, 54.0, 10.0) + rmc(START + 1, 54.0, 10.0, talker="II") + vtg).sources
-    assert sources["GP"].time.tolist() == [START] and sources["GP"].sog[0] == 2.0 * KNOT
-
-
-def test_zda_gives_the_date_and_the_time_of_what_has_none():
-    data = (
-        sealed("GPZDA,120000,01,07,2024,00,00") + f"$GPGLL,{HERE}\r\n".encode() + sealed("GPVTG,90.0,T,,M,2.0,N,,K,A")
-    )
-    fixes = only(data)
-    assert fixes.time.tolist() == [START] and fixes.sog[0] == 2.0 * KNOT
+    by_zda = only(sealed("GPZDA,120000,01,07,2024,00,00") + f"$GPGLL,{HERE}\r\n".encode() + vtg)
+    later = only(gga(START, 54.0, 10.0) + rmc(START + 1, 54.0, 10.0, talker="II") + vtg)
+    for fixes in (by_zda, later):
+        assert fixes.time.tolist() == [START] and fixes.sog[0] == 2.0 * KNOT
+    recording = nmea0183.read(gga(START, 54.0, 10.0) + gga(START + 1, 54.0, 10.0))
+    np.testing.assert_allclose(recording.sources["GP"].time, [43200.0, 43201.0])
+    assert any("1970-01-01" in note for note in recording.notes)
 
 
 def iso(time):
@@ -264,19 +261,9 @@ def test_late_and_out_of_order_sentences_find_their_row():
     assert len(fixes) == 2 and np.isfinite(fixes.sog).all()
     late = only(rmc(START + 2, 54.0, 10.002) + rmc(START, 54.0, 10.0) + rmc(START + 3, 54.0, 10.003))
     np.testing.assert_allclose(late.time, START + np.array([0.0, 2.0, 3.0]))
-
-
-def test_what_is_said_twice_stays_twice_and_another_position_stays_another():
-    assert len(only(rmc(START, 54.0, 10.0) + gll(START, 54.0, 10.0) + rmc(START, 54.0, 10.0))) == 2
-    assert len(only(rmc(START, 54.0, 10.0) + gll(START, 54.0, 10.01))) == 2
-
-
-def test_the_finer_position_of_a_time_is_kept():
-    coarse = sealed(f"GPGLL,{place(54.000012, 10.0, 2)},{HOUR},A,A")
-    for data in (coarse + gga(START, 54.000012, 10.0), gga(START, 54.000012, 10.0) + coarse):
-        fixes = only(data)
-        assert len(fixes) == 1
-        np.testing.assert_allclose(np.degrees(fixes.latitude[0]), 54.000012, atol=1e-7)
+    # What is said twice stays twice, and another position stays another.
+    here = rmc(START, 54.0, 10.0)
+    assert len(only(here + gll(START, 54.0, 10.0) + here)) == len(only(here + gll(START, 54.0, 10.01))) == 2
 
 
 def test_two_receivers_behind_one_talker():

@@ -1,18 +1,23 @@
-"""The front door: public names are there when they are asked for, documented and annotated; the core suffices."""
+"""The front door: public names, documented; the core suffices; kernels are compiled anew when they change alone."""
 
 import ast
 import inspect
+import math
 import os
 import pkgutil
+import shutil
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import steerway
 import steerway_studies
+from steerway.core import wrap
+from steerway.core.testing import variation
 from tests.fuzz import seeds
 from tests.messages import WHOLE
 from tests.scenes import turning
@@ -45,28 +50,17 @@ def ends(commands, without=(), **environment):
     return [int(each.split()[-1]) for each in out.splitlines() if each.startswith("ended with")], err
 
 
-def test_every_public_name_is_there():
-    assert set(steerway.__all__) <= set(dir(steerway))
-    for name in steerway.__all__:
-        assert getattr(steerway, name).__name__ == name
-    assert steerway.estimation.estimate is steerway.estimate  # rooms need no import of their own
-    with pytest.raises(AttributeError, match="module 'steerway' has no attribute 'nothing'"):
-        steerway.nothing  # noqa: B018
-
-
-LIGHT = {
-    "build_service": ("polars", "pandas"),  # it starts a fifth sooner without
-    "RunningBoat": ("polars", "pandas"),
-    # The page's process beside the service's has to fit into a small computer.
-    "server, access, page": ("numba", "numpy", "scipy"),
-}
-
-
-@pytest.mark.parametrize("names", LIGHT)
-def test_what_runs_aboard_loads_no_package_that_it_does_without(names):
-    asked_for = f"import sys; from steerway.live.testing import {names}"
-    asked_for += f"; print([name for name in {LIGHT[names]} if name in sys.modules])"
-    assert process("-c", asked_for)[0].strip() == "[]"
+def test_degrees_in_place_of_radians_and_a_log_without_motion_are_refused():
+    estimator = steerway.FiveStateFilter()
+    for latitude, longitude in ((63.43, 10.39), (0.5, 10.39)):
+        with pytest.raises(steerway.InputError, match="update takes radians: l"):
+            estimator.update(latitude, longitude)
+    estimator.update(math.radians(63.43), math.radians(10.39))
+    with pytest.raises(steerway.InputError, match=r"Fixes.latitude has 63\.4 rad"):
+        steerway.Fixes(np.arange(2.0), np.full(2, 63.4), np.full(2, 10.3))
+    for count, found in ((1, "1 position"), (3, "3 positions at one time")):
+        with pytest.raises(steerway.InputError, match=f"has {found}, expected at least two at different times"):
+            steerway.estimate(steerway.Fixes(*np.full((3, count), 0.5)))
 
 
 def test_information_help_and_lists_compile_nothing(tmp_path):
@@ -122,37 +116,26 @@ MODULES = [
     if "\n__all__ = " in path.read_text(encoding="utf-8")
 ]
 """That are public themselves: they list their public names."""
-OF_CLASSES = "__dataclass_fields__", "_fields", "_replace"
-"""What the standard library makes of a class and documents."""
 PUBLIC = ["steerway", *PACKAGES, *MODULES]
 STUDIES = Path(steerway_studies.__file__).parent
 
 
 def unlisted(source: str) -> list[str]:
-    """Names of steerway that this source uses and no `__all__` lists, and private attributes of other objects."""
-    found = []
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "steerway":
-            public = import_module(node.module).__all__ if node.module in PUBLIC else ()
-            found += [f"{node.module}.{each.name}" for each in node.names if each.name not in public]
-        elif isinstance(node, ast.Import):
-            found += [each.name for each in node.names if each.name.startswith("steerway.")]
-        elif isinstance(node, ast.Attribute):
-            owner = ast.unparse(node.value)
-            own = owner in ("self", "cls", "super()") or node.attr in OF_CLASSES
-            private = node.attr.startswith("_") and not own
-            if private or (owner == "steerway" and node.attr not in steerway.__all__):
-                found.append(f"{owner}.{node.attr}")
-    return found
+    """Names that this source imports from steerway and that no `__all__` lists."""
+    imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
+    of_steerway = [
+        (node.module, each.name) for node in imports for each in node.names if f"{node.module}.".startswith("steerway.")
+    ]
+    return [each for each in of_steerway if each[0] not in PUBLIC or each[1] not in import_module(each[0]).__all__]
 
 
 def test_studies_use_public_names_only():
     sources = set(STUDIES.rglob("*.py")) - {STUDIES / "testing.py"}
-    found = {path.name: unlisted(path.read_text(encoding="utf-8")) for path in sources}
+    found = {f"{path}": unlisted(path.read_text(encoding="utf-8")) for path in sources}
     assert len(found) > 5 and {name: each for name, each in found.items() if each} == {}
 
 
-@pytest.mark.parametrize("room", PACKAGES + MODULES)
+@pytest.mark.parametrize("room", PUBLIC)
 def test_every_public_name_loads_and_is_documented(room):
     package = import_module(room)
     modules = {each.name for each in pkgutil.iter_modules(getattr(package, "__path__", ()))}
@@ -162,13 +145,79 @@ def test_every_public_name_loads_and_is_documented(room):
         value = getattr(package, name)
         described = inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "py_func")
         assert not described or inspect.getdoc(getattr(value, "py_func", value)), f"{room}.{name} has no docstring"
-    if room in PACKAGES:
-        assert dir(package) == sorted(package.__all__)
+    if room not in MODULES:
+        assert set(package.__all__) <= set(dir(package))
         with pytest.raises(AttributeError, match="has no attribute 'no_such_name'"):
             _ = package.no_such_name
 
 
-def test_importing_a_room_loads_none_of_its_modules():
-    heavy = "numba", "scipy", "polars", "pydantic", "matplotlib"
-    code = f"import sys, steerway, {', '.join(PACKAGES)}; print([each for each in {heavy} if each in sys.modules])"
-    assert process("-c", code)[0] == "[]\n"
+LIGHT = {
+    f"import {', '.join(PACKAGES)}": ("numba", "scipy", "polars", "pydantic", "matplotlib"),
+    "from steerway.live.testing import build_service": ("polars", "pandas"),  # it starts a fifth sooner without
+    "from steerway.live.testing import RunningBoat": ("polars", "pandas"),
+    # The page's process beside the service's has to fit into a small computer.
+    "from steerway.live.testing import server, access, page": ("numba", "numpy", "scipy"),
+}
+
+
+@pytest.mark.parametrize("statement", LIGHT)
+def test_packages_that_are_not_needed_are_not_loaded(statement):
+    """Names are loaded when they are asked for, and what runs aboard does without what makes it slow or large."""
+    loaded = f"{statement}; import sys; print([name for name in {LIGHT[statement]} if name in sys.modules])"
+    assert process("-c", loaded)[0] == "[]\n"
+
+
+DIGEST = """
+import boats, sys
+from steerway.core.testing import kernel_cache
+kernel_cache.module_directory("boats.boat", "")
+print(kernel_cache.source_digest("boats.boat"))
+"""
+
+
+@pytest.fixture
+def digest(tmp_path):
+    """Writes modules of a package `boats`; returns the digest of its module `boat`, of which a directory is kept."""
+    (tmp_path / "boats").mkdir()
+    (tmp_path / "boats" / "__init__.py").write_text("")
+    shutil.copytree(FOLDER / "steerway" / "core", tmp_path / "steerway" / "core")
+    (tmp_path / "steerway" / "__init__.py").write_text("")
+
+    def written(**sources):
+        for name, source in sources.items():
+            (tmp_path / "boats" / f"{name}.py").write_text(source)
+        return process("-c", DIGEST, PYTHONPATH=tmp_path, STEERWAY_CACHE=tmp_path / "cache")[0]
+
+    return written
+
+
+def test_a_change_in_an_imported_file_is_seen_however_it_is_imported_and_from_whatever_package(digest, tmp_path):
+    for statement in (
+        "from boats import hull",
+        "import boats.hull as h",
+        "from boats.hull import (\n    SLOW as S,\n)",
+    ):
+        before = digest(base="SLOW = 0.3\n", hull="from .base import (\n    SLOW,\n)\n", boat=statement + "\n")
+        assert digest(rudder="x = 1\n") == before
+        assert digest(base="SLOW = 0.4\n") != before
+    before = digest(boat=f"from {wrap.__module__} import wrap\n")
+    for each, changes in ((variation, False), (wrap, True)):
+        with tmp_path.joinpath(*each.__module__.split(".")).with_suffix(".py").open("a") as file:
+            file.write("# changed\n")
+        assert (digest() != before) == changes
+
+
+KERNEL = """
+import resource, signal
+from steerway.core import wrap
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+print(wrap(7.0) < 1.0)
+"""
+
+
+def test_on_a_full_disk_or_without_a_directory_a_kernel_is_compiled_and_not_kept(tmp_path):
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path, tmp_path / "file"):
+        assert process("-c", KERNEL, STEERWAY_CACHE=place) == ("True\n", "")
+    assert not list(tmp_path.rglob("*.nbc"))

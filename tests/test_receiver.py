@@ -185,13 +185,18 @@ def test_fixes_that_a_receiver_extrapolates_are_predicted_and_tell_nothing():
         assert rms(apart / getattr(alone, f"{name}_std")) < 0.5, name
 
 
-def test_measured_fixes_are_not_taken_for_extrapolated_ones():
+def test_measured_fixes_are_not_taken_for_extrapolated_ones_or_those_of_two_receivers():
+    """Fast ones in pairs under right stamps neither: neighbours are at unequal distances, and on one line."""
     scene = turning(1.5, 0.3, 300.0, seed=2)
     noise = np.random.default_rng(1).standard_normal((2, len(scene.time)))
     for std, rounded in itertools.product((0.0, 0.01, 0.5), (1e-9, 0.1, 1.0)):
         north, east = np.round((np.array([scene.north, scene.east]) + std * noise) / rounded) * rounded
         assert not extrapolated(scene.time, north, east).any()
         assert not of_other_receiver(scene.time, north, east).any()
+    for shift in (0.0, 0.3):
+        t = (np.arange(2000) + shift * (np.arange(2000) % 2)) / 5.0
+        north, east = np.array([12.0 * t, 0.0 * t]) + np.random.default_rng(1).normal(0.0, 0.02, (2, len(t)))
+        assert not of_other_receiver(t, north, east).any()
 
 
 def two_receivers(scene, seed):
@@ -217,17 +222,11 @@ def test_of_two_receivers_whose_fixes_alternate_the_better_one_is_followed():
         assert (np.abs(off) < 1.96 * std)[t > 20.0].mean() > 0.85
 
 
-@pytest.mark.parametrize("shift", [0.0, 0.3], ids=["even", "in pairs"])
-def test_one_receiver_that_is_fast_is_not_taken_for_two(shift):
-    """Fixes in pairs under right stamps: neighbours are at unequal distances, and on one line."""
-    t = np.arange(2000) / 5.0
-    t += shift / 5.0 * (np.arange(2000) % 2)
-    noise = np.random.default_rng(1).normal(0.0, 0.02, (2, len(t)))
-    assert not of_other_receiver(t, 12.0 * t + noise[0], noise[1]).any()
+def test_of_a_coarse_receiver_that_is_asked_too_often_every_sixth_fix_is_a_copy_and_of_a_resting_boat_none():
+    """New ones every 1.2 s, a row a second, at 5 m/s in digits of 1.85 m: no such step can be rounded to nothing.
 
-
-def test_of_a_coarse_receiver_that_is_asked_too_often_every_sixth_fix_is_a_copy():
-    """New ones every 1.2 s, a row a second, at 5 m/s in digits of 1.85 m: no such step can be rounded to nothing."""
+    A boat at rest lies at one written place for a minute in the middle and at the end, and goes on at full speed.
+    """
     time, digit = np.arange(600.0), (1.85, 1.72)
     measured = np.floor(time / 1.2) * 1.2
     north, east = (np.round(speed * measured / each) * each for speed, each in zip((-3.7, 3.4), digit, strict=True))
@@ -238,15 +237,9 @@ def test_of_a_coarse_receiver_that_is_asked_too_often_every_sixth_fix_is_a_copy(
     slow = np.round(0.4 * time / 1.85) * 1.85
     kept, _ = without_copies(time, slow, 0.0 * time, digit)
     np.testing.assert_array_equal(kept, slow)
-
-
-def test_a_boat_that_rests_at_one_place_is_no_receiver_that_holds():
-    """She lies at one written place for a minute in the middle and at the end, and goes on at full speed at once."""
-    time = np.arange(400.0)
-    step = np.where(time < 60.0, 0.1, 3.0)
-    north = np.cumsum(np.where((time > 150.0) & (time <= 210.0) | (time > 340.0), 0.0, step))
-    kept, _ = without_copies(time, north, 0.5 * north)
-    np.testing.assert_array_equal(kept, north)
-    held = north[np.arange(400) // 2 * 2]
+    rests = (time > 150.0) & (time <= 210.0) | (time > 340.0)
+    north = np.cumsum(np.where(rests, 0.0, np.where(time < 60.0, 0.1, 3.0)))
+    np.testing.assert_array_equal(without_copies(time, north, 0.5 * north)[0], north)
+    held = north[np.arange(600) // 2 * 2]
     kept, _ = without_copies(time, held, 0.5 * held)
     np.testing.assert_array_equal(np.isfinite(kept[60:150]), np.arange(60, 150) % 2 == 0)

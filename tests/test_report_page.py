@@ -19,7 +19,7 @@ pytest.importorskip("bokeh", reason="bokeh is not installed")
 import steerway
 from steerway.core import REJECTED, Fixes
 from steerway.report import write_page
-from steerway.report.testing import course_cut, events, mercator, summarise, write_report
+from steerway.report.testing import events, mercator, summarise, write_report
 from steerway.simulation import parse_scenario, sail_scenario
 from steerway.simulation.testing import write_story
 from tests.browser import chromium
@@ -95,12 +95,6 @@ def test_the_list_of_events_has_the_gap_and_the_rejected_fix(estimated):
     assert any("own SOG differs" in what for *_, what in events(contradicted, motion))
 
 
-def test_the_course_axis_is_cut_where_nobody_steers():
-    north = np.radians(np.random.default_rng(1).normal(0.0, 20.0, 1000))
-    assert 90.0 < course_cut(north) < 270.0
-    assert course_cut(np.full(3, np.nan)) >= 0.0
-
-
 def test_the_page_of_a_run_has_the_truth_beside_the_estimate(tmp_path):
     scenario = parse_scenario(
         "duration = 40.0\n[route]\nwaypoints = [{ north = 0.0, east = 0.0 }, { north = 90.0, east = 0.0 }]"
@@ -172,24 +166,15 @@ def axe():
     return path.read_text(encoding="utf-8")
 
 
-def vessels_page(path):
-    time = np.tile(1.7e9 + 10.0 * np.arange(30.0), 2)
-    fixes = Fixes(time, 0.9 + 1e-6 * np.arange(60.0), np.full(60, 0.2), mmsi=np.repeat([211000001, 211000002], 30))
-    motion = steerway.estimate(fixes, "ais")
-    write_report(path, "Two vessels", fixes, motion, summarise(fixes, motion, "ais"))
-
-
-def plain_page(path):
-    write_page(
-        path, "A page", [("Table", ("", "value"), [("a", "1"), ("b", "missed")])], remarks=["A remark."], lead="Lead."
-    )
-
-
 def test_pages_are_accessible(page, axe, browser, tmp_path):
     """By axe-core: contrast, names of controls, headings, tables (WCAG 2.1 AA)."""
     vessels, plain = tmp_path / "vessels.html", tmp_path / "plain.html"
-    vessels_page(vessels)
-    plain_page(plain)
+    time, mmsi = np.tile(1.7e9 + 10.0 * np.arange(30.0), 2), np.repeat([211000001, 211000002], 30)
+    fixes = Fixes(time, 0.9 + 1e-6 * np.arange(60.0), np.full(60, 0.2), mmsi=mmsi)
+    motion = steerway.estimate(fixes, "ais")
+    write_report(vessels, "Two vessels", fixes, motion, summarise(fixes, motion, "ais"))
+    tables = [("Table", ("", "value"), [("a", "1"), ("b", "missed")])]
+    write_page(plain, "A page", tables, remarks=["A remark."], lead="Lead.")
     for each in (page, vessels, plain):
         opened(browser, each)
         browser.execute_script(axe)

@@ -126,18 +126,6 @@ def test_the_digit_is_in_the_profile_and_learned_from_a_stream(tmp_path):
     assert choose_profile(straight(1.5, 0.7, 60.0, 2.0).fixes(0.1, 2)).structures[0].quantum == (0.0, 0.0)
 
 
-@pytest.mark.study
-def test_the_scene_set_judges_what_was_put_in():
-    case = rounded.Case("4 decimals", 1.0, "straight 3", False, 5)
-    time, places, sog, cog = rounded.sailed(case)
-    way = np.diff(places, axis=0) / np.diff(time)[:, None]
-    np.testing.assert_allclose(np.hypot(*way.T), sog[1:], rtol=1e-6)
-    np.testing.assert_allclose(np.arctan2(way[:, 1], way[:, 0]), cog[1:], rtol=1e-6)
-    causal, smoothed = rounded.judge(case)
-    assert smoothed.sog <= causal.sog < 0.2 and min(causal.sog_cover, causal.cog_cover) > 0.9
-    assert causal.least_std > causal.floor
-
-
 def rounded_to(digit, fixes):
     """The fixes, from a place of many digits on, with positions of this last digit (degrees)."""
     places = (np.degrees(each) + 0.01234567 for each in (fixes.latitude, fixes.longitude))

@@ -1,17 +1,24 @@
-"""The commands: what they write, print and refuse; and the simulated log as input of the estimator."""
+"""Simulation by command, its log as input of the estimator; many seeds, also on a cluster that loses a worker."""
 
 import json
 import math
+import os
+import re
+import signal
 import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 
 from steerway.commands.testing import SCENARIO, simulate_demo
+from steerway.core import InputError
+from steerway.core.testing import in_workers, only_writer
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import nmea0183
-from steerway.simulation import load_scenario, parse_scenario, sail_scenario
+from steerway.simulation import load_scenario, over_seeds, parse_scenario, sail_scenario
 from steerway.simulation.testing import COLUMNS, assembly, begins, write
 from tests.command_line import run
 
@@ -45,10 +52,6 @@ def test_the_table_holds_the_run_with_units_in_its_names(written):
     sailed, (table, *_) = written
     frame, run = pl.read_parquet(table), sailed.run
     assert len(frame) == len(run) == 3000 and len(frame.columns) == len(set(frame.columns))
-    units = ("_s", "_m", "_mps", "_mps2", "_deg", "_dps", "_dps2", "_n", "_nm", "_radps", "_rps")
-    plain = ("mode", "by_course", "leg_target", "yaw")
-    gains = ("speed_gain", "made_up", "yaw_gain", "yaw_damping", "yaw_time")
-    assert all(name.endswith((*units, *gains)) or name in plain for name in frame.columns)
     assert len(frame.columns) == 2 + len(COLUMNS) + 7 + 2
     np.testing.assert_allclose(frame["time_s"] - frame["elapsed_s"], begins(sailed.scenario))
     assert np.array_equal(frame["true_north_m"], run["true_north"])
@@ -113,23 +116,6 @@ def test_advise_by_profile():
     assert "An autopilot of 0.3 rad/s fits: the bandwidth of the course estimate is 0.81 rad/s" in out
     _, out, _ = run("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
     assert "is 0.81 rad/s" in out and "autopilots up to 0.5" in out
-    for words, sentence in (
-        (("advise", "otter"), "--speed is missing"),
-        (("advise", "oter", "--speed", 1), "profile 'oter' is unknown"),
-        (("advise", "otter", "--speed", -1), "speed is -1, expected a number of at least 0"),
-        (("advise", "otter", "--speed", 1, "--rate", 0), "--rate is 0 Hz"),
-    ):
-        assert sentence in run(*words)[2]
-
-
-def test_what_cannot_be_asked_together(short, tmp_path):
-    for words, sentence in (
-        (("--dask", "here:1"), "--dask distributes seeds"),
-        (("--seeds", 2, "--nmea"), "--nmea writes the log of one run"),
-    ):
-        assert sentence in run("simulate", short, "-o", tmp_path, *words)[2]
-    (tmp_path / "file").touch()
-    assert "cannot write" in run("simulate", short, "-o", tmp_path / "file")[2]
 
 
 def test_the_demo_writes_its_log_and_its_pages(tmp_path, monkeypatch):
@@ -156,3 +142,62 @@ def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_pa
     assert found["cog_bound_positions_deg"] < found["cog_rms_positions_deg"] <= 3.0
     assert found["cog_rms_velocity_deg"] <= 1.5 and found["sog_rms_positions_mps"] <= 0.06
     assert math.isfinite(begins(parse_scenario(SCENARIO)))
+
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed_and_no_error_is_hidden(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    progress = []
+
+    def slowly(seed):
+        """Leaves a trace of who began it, and takes its time."""
+        (tmp_path / f"{seed}-{os.getpid()}").touch()
+        time.sleep(0.02)
+        return 1000 // (seed - 200)
+
+    def pids():
+        return [int(path.name.split("-")[1]) for path in tmp_path.iterdir()]
+
+    def kill_one(part):
+        progress.append(part)
+        if len(progress) == 11:
+            os.kill(pids()[0], signal.SIGKILL)
+
+    seeds = range(100, 140)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        dask = cluster.scheduler_address
+        results = over_seeds(slowly, seeds, dask=dask, progress=kill_one)
+        with pytest.raises(ZeroDivisionError):
+            over_seeds(slowly, [200, 201], dask=dask)
+    assert results == [1000 // (seed - 200) for seed in seeds]
+    assert progress == [k / 40 for k in range(1, 41)]  # each once
+    assert len(set(pids())) >= 2 and len(pids()) > len(seeds)  # what the dead one was at was begun anew
+
+
+def test_a_cluster_that_is_not_there(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(sys.modules[in_workers.__module__], "CONNECTING", 0.5)
+    for address in ("127.0.0.1:9", "nonsense"):
+        with pytest.raises(InputError, match=f"no Dask scheduler responds at '{address}'"):
+            over_seeds(abs, [1], dask=address)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("simulate", ROOT / "examples" / "otter-mission.toml"),
+        ("simulate", ROOT / "examples" / "otter-mission.toml", "--seeds", 2),
+        ("simulate", ROOT / "examples" / "otter-square.toml", "--live", "--to", "stdout:"),
+        ("study", "mariner-los"),
+        ("demo",),
+        ("archive", "run", ROOT / "pyproject.toml"),
+    ],
+    ids=lambda command: " ".join(each for each in map(str, command) if "/" not in each),
+)
+def test_a_second_command_into_the_directory_is_refused_while_the_first_one_lasts(command, tmp_path):
+    with only_writer(tmp_path / "out", "a test"):
+        code, _, said = run(*command, "-o", tmp_path / "out")
+        assert code == 2 and re.search(r"out is being written by process \d+ on \S+ since 20\d\d-", said), said
+    assert not any((tmp_path / "out").iterdir())

@@ -70,7 +70,7 @@ def heartbeat(system, kind):
     return message
 
 
-def test_a_boat_takes_the_place_of_a_drone_and_no_drone_that_of_a_boat():
+def test_a_boat_takes_the_place_of_a_drone_and_of_a_silent_boat_and_no_drone_that_of_a_boat():
     guided, boat, drone = Guided(m), m.MAV_TYPE_SURFACE_BOAT, m.MAV_TYPE_QUADROTOR
     guided.receive(heartbeat(7, drone), 0.0)
     assert guided.vehicle == (7, 1)
@@ -83,21 +83,13 @@ def test_a_boat_takes_the_place_of_a_drone_and_no_drone_that_of_a_boat():
         assert not guided.receive(heartbeat(7, drone), 2.1 + k)
         assert not guided.receive(heartbeat(8, boat), 2.2 + k)
     assert guided.vehicle == (3, 1)
-
-
-def test_a_vehicle_that_is_silent_gives_way_to_another():
-    guided, boat = Guided(m), m.MAV_TYPE_SURFACE_BOAT
-    guided.receive(heartbeat(3, boat), 0.0)
     for k in range(3):
-        guided.receive(heartbeat(4, boat), 10.0 + k)
-    assert guided.vehicle == (4, 1) and guided.alive(12.0)
-
-
-def test_a_system_that_is_named_is_waited_for():
-    guided = Guided(m, system=5)
+        guided.receive(heartbeat(4, boat), 30.0 + k)
+    assert guided.vehicle == (4, 1) and guided.alive(32.0)
+    waiting = Guided(m, system=5)
     for k in range(3):
-        guided.receive(heartbeat(3, m.MAV_TYPE_SURFACE_BOAT), float(k))
-    assert guided.vehicle is None
+        waiting.receive(heartbeat(3, boat), float(k))
+    assert waiting.vehicle is None
 
 
 SCRIPT = """

@@ -109,16 +109,12 @@ def test_a_snapshot_is_the_whole_filter():
 @pytest.mark.study
 def test_what_is_learned_is_nearly_what_estimate_infers():
     scene, fixes = sortie(2, 300.0)
-    found = []
-    estimator = LearningFilter(background=False, keep=found.append)
-    values, *_ = streamed(estimator, fixes)
+    values, *_ = streamed(LearningFilter(background=False), fixes)
     motion = steerway.estimate(fixes, causal=True)
     rows = slice(500, None)
     errors = [angle_error(each, scene.cog)[rows] for each in (values[:, 3], motion.cog)]
     assert np.sqrt(np.nanmean(errors[0] ** 2)) < 1.15 * np.sqrt(np.nanmean(errors[1] ** 2))
     assert np.sqrt(np.mean((values[rows, 2] - scene.sog[rows]) ** 2)) < 0.02
-    assert found[-1] == estimator.learned and found[-1].name == "learned"
-    assert all(0.3 < each.values["fix_std"] < 0.5 for each in found[-1].structures)
 
 
 def test_before_anything_is_learned_the_prior_serves():

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import re
 import tomllib
 from importlib import import_module
@@ -10,64 +9,49 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
 
 import steerway
 import steerway_studies
-from steerway.commands.testing import GROUP, study, terminal
+from steerway.commands.testing import GROUP, study
 from steerway.simulation import Unfinished
-from steerway_studies.testing import Quantity, Results, Study, judged, keeping, means, over_cases, reached
+from steerway_studies.testing import Quantity, Results, keeping, means, over_cases, reached
 from tests.command_line import run
 
-
-def entry_points_of(folder: Path, table: str) -> None:
-    """Makes `folder` look like an installed package that offers studies."""
-    folder = folder / "elsewhere-1.dist-info"
-    folder.mkdir(parents=True)
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1\n")
-    (folder / "entry_points.txt").write_text(f"[{GROUP}]\nelsewhere = {table}\n")
-
-
-def test_the_package_names_its_table_and_every_study_loads():
-    root = Path(steerway.__file__).parents[2]
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    (value,) = project["entry-points"][GROUP].values()
-    assert EntryPoint("papers", value, GROUP).load() is steerway_studies.STUDIES
-    for name, module in steerway_studies.STUDIES.items():
-        assert import_module(module).STUDY.name == name and steerway_studies.named(name).summary
+THEIRS = """
+from matplotlib.figure import Figure
+from steerway_studies.study import Results, Study
+STUDIES = {"theirs": "elsewhere", "needy": "needy"}
+def run(seeds, first_seed, progress):
+    results = Results("Theirs")
+    results.compare("n", seeds, "seeds")
+    return results
+STUDY = Study("theirs", "a study of somebody else", run, drawn=lambda seed: {"line": (Figure(), f"seed {seed}")})
+"""
+NEEDY = """
+from steerway_studies.study import Study
+STUDY = Study("needy", "needs a package", None, needs=("numpy", "no_such_package"))
+"""
 
 
-def test_another_package_adds_a_study(tmp_path, monkeypatch):
-    module = tmp_path / "elsewhere.py"
-    module.write_text(
-        "from steerway_studies.study import Results, Study\n"
-        "STUDIES = {'theirs': 'elsewhere'}\n"
-        "def run(seeds, first_seed, progress):\n"
-        "    results = Results('Theirs')\n"
-        "    results.compare('n', seeds, 'seeds')\n"
-        "    return results\n"
-        "STUDY = Study('theirs', 'a study of somebody else', run)\n"
-    )
-    entry_points_of(tmp_path, "elsewhere:STUDIES")
+def test_another_package_adds_studies(tmp_path, monkeypatch):
+    """One is run, its figures are drawn without a run; what is not installed is said in one sentence."""
+    files = {"elsewhere.py": THEIRS, "needy.py": NEEDY, "a-1.dist-info/METADATA": "Name: a\nVersion: 1\n"}
+    files["a-1.dist-info/entry_points.txt"] = f"[{GROUP}]\nelsewhere = elsewhere:STUDIES\n"
+    (tmp_path / "a-1.dist-info").mkdir()
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
-    _, listed, _ = run("study")
-    assert "theirs" in listed and "a study of somebody else" in listed
-    _, out, _ = run("study", "theirs", "-o", tmp_path / "out", "--seeds", 7)
-    assert out.splitlines()[0].split() == ["seeds", "7"]
-    assert (tmp_path / "out" / "index.html").exists()
+    assert "a study of somebody else" in run("study")[1]
+    out = tmp_path / "out"
+    assert run("study", "theirs", "-o", out, "--seeds", 7)[1].splitlines()[0].split() == ["seeds", "7"]
+    kept = (out / "results.json").read_text()
+    assert run("study", "theirs", "-o", out, "--figures-only", "--first-seed", 3)[0] in (0, None)
+    assert (out / "line.png").read_bytes().startswith(b"\x89PNG") and "seed 3" in (out / "index.html").read_text(
+        "utf-8"
+    )
+    assert (out / "results.json").read_text() == kept
     code, _, error = run("study", "ours")
     assert code == 2 and re.search(r"study .ours. is unknown, expected one of .*theirs", error)
-
-
-def test_what_is_not_installed_is_said_in_one_sentence(tmp_path, monkeypatch):
-    """A package that a study needs, and all studies."""
-    (tmp_path / "needy.py").write_text(
-        "from steerway_studies.study import Study\n"
-        "STUDIES = {'needy': 'needy'}\n"
-        "STUDY = Study('needy', 'needs a package', None, needs=('numpy', 'no_such_package'))\n"
-    )
-    entry_points_of(tmp_path, "needy:STUDIES")
-    monkeypatch.syspath_prepend(tmp_path)
     expected = "expected pip install '.[studies]' in a clone of steerway\n"
     needs = f"steerway: study needy needs the package no_such_package, {expected}"
     assert run("study", "needy") == (2, "", needs)
@@ -75,111 +59,88 @@ def test_what_is_not_installed_is_said_in_one_sentence(tmp_path, monkeypatch):
     assert run("study", "needy") == (2, "", f"steerway: no studies are installed, {expected}")
 
 
-def test_figures_alone_are_drawn_without_a_run(tmp_path, monkeypatch):
-    def drawn(seed):
-        figure = Figure()
-        figure.subplots().plot([0.0, seed])
-        return {"line": (figure, f"seed {seed}")}
-
-    theirs = Study("theirs", "a study", run=None, drawn=drawn)
-    (tmp_path / "results.json").write_text("kept")
-    theirs.figures_only(3).write(tmp_path)
-    assert (tmp_path / "line.png").read_bytes().startswith(b"\x89PNG")
-    page = (tmp_path / "index.html").read_text("utf-8")
-    assert "seed 3" in page and (tmp_path / "results.json").read_text() == "kept"
-    with pytest.raises(steerway.InputError, match="study ours draws its figures from all its runs"):
-        Study("ours", "another", run=None).figures_only(0)
-    have = {name for name, module in steerway_studies.STUDIES.items() if import_module(module).STUDY.drawn}
-    assert have == {"otter-course", "mariner-los", "adaptive-speed", "springer-mission"}
+def test_the_package_names_its_table_and_every_study_loads():
+    root = Path(steerway.__file__).parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (value,) = project["entry-points"][GROUP].values()
+    assert EntryPoint("papers", value, GROUP).load() is steerway_studies.STUDIES
+    found = {name: import_module(module).STUDY for name, module in steerway_studies.STUDIES.items()}
+    assert all(each.name == name and each.summary for name, each in found.items())
+    drawn = sorted(name for name, each in found.items() if each.drawn)
+    assert drawn == ["adaptive-speed", "mariner-los", "otter-course", "springer-mission"]
+    with pytest.raises(steerway.InputError, match="study at-sea draws its figures from all its runs"):
+        found["at-sea"].figures_only(0)
 
 
-def test_the_time_left_counts_from_what_an_interrupted_run_had_done(tmp_path, monkeypatch, capsys):
-    """Half is done before; then a tenth takes ten minutes."""
-    monkeypatch.setattr(os, "cpu_count", lambda: 1)  # in this process: a worker needs seconds to start
-    clock = [100.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: clock[0])
-    with terminal.progress_line("study") as step:
-        step(0.5)
-        clock[0] += 600.0
-        step(0.6, "voyages")
-    assert capsys.readouterr().err == "study, voyages: 60 %, about 40 min left\n"
-    parts = Unfinished(tmp_path / "parts", {})
-    with keeping(parts):
+def test_a_study_that_goes_on_runs_what_is_missing_and_counts_what_is_done(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 1)  # in this process: a worker needs seconds to start
+    shares = []
+    with keeping(Unfinished(tmp_path / "parts", {})):
         over_cases(math.sqrt, [1.0, 4.0])
-        shares = []
         assert over_cases(math.sqrt, [1.0, 4.0, 9.0, 16.0], progress=shares.append) == [1.0, 2.0, 3.0, 4.0]
     assert shares == [0.5, 0.75, 1.0]
 
 
-def written(results, folder):
-    return results.write(folder).read_text(encoding="utf-8")
-
-
-def test_a_study_of_many_sections_begins_with_a_verdict_and_one_of_one_with_its_comparisons(tmp_path):
+def test_a_study_of_many_sections_begins_with_a_verdict(tmp_path):
     results = Results("T", lead="What it is about.", section="First")
     results.compare("a", 1.0, "how near", "m", target="≤ 2", met=True)
-    page = written(results, tmp_path)
-    assert "<h2>First</h2>" in page and "Verdict" not in page
+    assert "Verdict" not in results.write(tmp_path).read_text(encoding="utf-8")
     results.section = "Second"
     for k in range(5):
         results.compare(f"b{k}", 3.0 + k, f"how far {k}", "m", target="≤ 3", met=k == 0, interval=(2.0, 9.0))
     results.section = "Third"
-    results.compare("c", 7.0, "how odd")
-    results.section = "Fourth"
     results.add({"d": 1.0, "d_ci": 0.4}, [Quantity("d", "how open", "m", "", "≤ 1.2")])
     results.remarks.append("Why.")
-    verdict, details = written(results, tmp_path).split("<h2>Remarks</h2>")
-    assert "What it is about." in verdict
-    assert "1 of 1" in verdict and "1 of 5" in verdict and "Third" not in verdict
-    assert "how far 1: 4 (2 to 9) m, target ≤ 3" in verdict and "and 1 more" in verdict and "how far 4" not in verdict
-    assert "undecided" in verdict and "0 of 1" in verdict and "how open: 1 (0.6 to 1.4) m, target ≤ 1.2" in verdict
+    page = results.write(tmp_path).read_text(encoding="utf-8")
+    verdict, details = page.split("<h2>Remarks</h2>")
+    shown = ("1 of 1", "1 of 5", "how far 1: 4 (2 to 9) m, target ≤ 3", "and 1 more", "undecided")
+    assert [
+        words
+        for words in ("What it is about.", *shown, "how open: 1 (0.6 to 1.4) m, target ≤ 1.2")
+        if words not in verdict
+    ] == []
     assert re.findall("<h2>(First|Second|Third)</h2>", details) == ["First", "Second", "Third"]
     assert json.loads((tmp_path / "results.json").read_text())["b4_high"] == 9.0
 
 
-@pytest.mark.parametrize(
-    ("target", "within", "beyond"),
-    [
-        ("≤ 0.06", 0.06, 0.061),
-        ("≥ 95", 95.0, 94.9),
-        ("< 0.001", 9e-4, 1e-3),
-        ("> 20: fails", 20.1, 20.0),
-        ("1.9 to 2.1", 2.1, 2.2),
-        ("9.7 ± 0.5", 9.2, 10.21),
-        ("1.02386 ± 1e-5", 1.023865, 1.02388),
-        ("0.139 ± 2 %", 0.1415, 0.142),
-        ("−1.5 ± 0.1", -1.45, 1.5),
-        ("100", 100.0, 99.9),
-    ],
+TARGETS = (
+    ("≤ 0.06", 0.06, 0.061),
+    ("≥ 95", 95.0, 94.9),
+    ("< 0.001", 9e-4, 1e-3),
+    ("> 20: fails", 20.1, 20.0),
+    ("1.9 to 2.1", 2.1, 2.2),
+    ("9.7 ± 0.5", 9.2, 10.21),
+    ("1.02386 ± 1e-5", 1.023865, 1.02388),
+    ("0.139 ± 2 %", 0.1415, 0.142),
+    ("−1.5 ± 0.1", -1.45, 1.5),
+    ("100", 100.0, 99.9),
 )
-def test_a_target_is_what_its_text_says(target, within, beyond):
-    assert reached(target, within) and not reached(target, beyond) and not reached(target, math.nan)
+
+
+def test_a_target_is_what_its_text_says():
+    for target, within, beyond in TARGETS:
+        assert (reached(target, within), reached(target, beyond), reached(target, math.nan)) == (True, False, False)
     with pytest.raises(ValueError, match=r"target is 'about 3', expected one of "):
         reached("about 3", 3.0)
 
 
-@pytest.mark.parametrize(
-    ("target", "value", "half", "verdict"),
-    [
-        ("≤ 3", 1.95, 0.95, "met"),
-        ("≤ 3", 2.0, 1.1, "undecided"),
-        ("≤ 3", 4.0, 1.1, "undecided"),
-        ("≤ 3", 4.0, 0.9, "missed"),
-        ("2 ± 0.5", 3.0, 3.0, "undecided"),
-        ("≤ 3", 4.0, math.nan, "missed"),
-    ],
+VERDICTS = (
+    ("≤ 3", 1.95, 0.95, "met"),
+    ("≤ 3", 2.0, 1.1, "undecided"),
+    ("≤ 3", 4.0, 1.1, "undecided"),
+    ("≤ 3", 4.0, 0.9, "missed"),
+    ("2 ± 0.5", 3.0, 3.0, "undecided"),
+    ("≤ 3", 4.0, math.nan, "missed"),
 )
-def test_a_target_within_the_interval_of_a_number_is_undecided(target, value, half, verdict):
-    results = Results("T")
-    results.add({"a": value, "a_ci": half}, [Quantity("a", "how near", "m", "0.9", target)])
-    (only,) = results.comparisons
-    assert (only.key, only.published, only.target, only.verdict) == ("a", "0.9", target, verdict)
-    assert {"a", "a_ci"} <= set(results.numbers)
-    interval = value - half, value + half
-    assert judged(target, value, interval) == {"met": True, "missed": False, "undecided": None}[verdict]
 
 
-def test_means_have_their_intervals():
+def test_a_target_within_the_interval_of_a_mean_is_undecided():
+    for target, value, half, verdict in VERDICTS:
+        results = Results("T")
+        results.add({"a": value, "a_ci": half}, [Quantity("a", "how near", "m", "0.9", target)])
+        (only,) = results.comparisons
+        assert (only.key, only.published, only.target, only.verdict) == ("a", "0.9", target, verdict)
+        assert {"a", "a_ci"} <= set(results.numbers)
     found = means([{"a": 1.0}, {"a": 3.0}, {"a": 2.0}])
     assert found["a"] == 2.0 and found["a_ci"] == pytest.approx(1.95996 / math.sqrt(3.0), rel=1e-4)
     assert means([{"a": 1.0}]) == {"a": 1.0}

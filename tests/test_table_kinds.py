@@ -5,13 +5,14 @@ import math
 import numpy as np
 import polars as pl
 import pytest
+from numpy.testing import assert_allclose
 
 import steerway
 from steerway.core import InputError
+from steerway.identification.testing import read_steering
 from tests.command_line import run
 
 START = 1_700_000_000  # 2023-11-14 22:13:20 UTC
-FIT_EPOCH = 631_065_600
 SPEED, COURSE = 4.0, math.radians(45.0)
 K = np.arange(40)
 
@@ -39,84 +40,6 @@ def motion_of(data):
     east = 6.378e6 * math.cos(fixes.latitude[0]) * (fixes.longitude[-1] - fixes.longitude[0])
     speed = math.hypot(north, east) / (fixes.time[-1] - fixes.time[0])
     return math.degrees(fixes.latitude[0]), speed, math.degrees(math.atan2(east, north)), fixes
-
-
-def test_a_logger_with_hemispheres_and_units_in_cells(tmp_path):
-    """Hemispheres in columns, rows without a fix, and a heading that is the course; estimated by the command."""
-    path, out = tmp_path / "log.csv", tmp_path / "track.csv"
-
-    def row(t, lat, lon):
-        valid, lat = ("No fix", 0.0) if t == 20.0 else ("SPS", abs(lat))
-        return f"1,T,2023/11/14,{clock(t)},{valid},{lat:.7f},S,{abs(lon):.7f},W,20.1 m,14.400 km/h,45.0,1 m,"
-
-    path.write_bytes(table("INDEX,RCR,DATE,TIME,VALID,LATITUDE,N/S,LONGITUDE,E/W,HEIGHT,SPEED,HEADING,DISTANCE,", row))
-    code, _, said = run("estimate", path, "-o", out, "--profile", "small-usv")
-    assert code == 0, said
-    frame = pl.read_csv(out)
-    end = frame.tail(1).row(0, named=True)
-    assert end["lat_deg"] == pytest.approx(track()[1][-1], abs=1e-5)
-    assert end["sog_mps"] == pytest.approx(SPEED, abs=0.15) and end["cog_deg"] == pytest.approx(45.0, abs=2.0)
-    assert frame.height == len(K) - 1
-    fixes = steerway.read(path)
-    assert fixes.sog == pytest.approx(SPEED) and np.degrees(fixes.cog) == pytest.approx(45.0)
-    assert np.isnan(fixes.heading).all() and "skipped 1 × no fix" in fixes.notes
-
-
-@pytest.mark.parametrize(
-    ("header", "row"),
-    [
-        ("time,lat,NS,lon,EW", lambda t, lat, lon: f"{START + t},{-lat:.7f},s,{-lon:.7f},w"),
-        ("time,Latitude,Lat_Dir,Longitude,Lon_Dir", lambda t, lat, lon: f"{START + t},{lat:.7f},S,{-lon:.7f},West"),
-        (
-            "time;lat;lat_ref;lon;lon_ref",
-            lambda t, lat, lon: f"{START + t};{int(-lat)} {-lat % 1 * 60:.6f};S;{int(-lon)} {-lon % 1 * 60:.6f};W",
-        ),
-        (
-            "TAG,DATE,TIME,LATITUDE N/S,LONGITUDE E/W",
-            lambda t, lat, lon: f"T,231114,{clock(t, '{:02d}{:02d}{:02d}')},{-lat:.7f}S,{-lon:.7f}W",
-        ),
-        (
-            "Lcl Date, Lcl Time, UTCOfst, Latitude, Longitude",
-            lambda t, lat, lon: f"2023-11-14, {clock(t).replace('22', '16', 1)}, -06:00, {lat:.7f}, {lon:.7f}",
-        ),
-        (
-            "No,Latitude,Longitude,utc_d,utc_t",
-            lambda t, lat, lon: f"1,{lat:.7f},{lon:.7f},2023/11/14,{clock(t).replace('22', '10', 1)} PM",
-        ),
-        ("40\ntime,lat,lon,provider,", lambda t, lat, lon: f"{START + t},{lat:.7f},{lon:.7f},gps"),
-        (
-            "%time,field.header.stamp,field.status.status,field.latitude,field.longitude",
-            lambda t, lat, lon: f"{START + int(t)}900000000,{START + int(t)}000000000,0,{lat:.7f},{lon:.7f}",
-        ),
-        (
-            "timestamp,position_lat,position_long",
-            lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
-        ),
-        ("timestamp,lat,lon", lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 1e7:.0f},{lon * 1e7:.0f}"),
-        (
-            "record.timestamp[s],record.position_lat[semicircles],record.position_long[semicircles]",
-            lambda t, lat, lon: f"{START - FIT_EPOCH + t:.0f},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
-        ),
-        (
-            "Latitude,Longitude,lcl_d,lcl_t",
-            lambda t, lat, lon: f"{lat:.7f},{lon:.7f},2023/11/14,{clock(t).replace('22', '10', 1)} PM",
-        ),
-        (
-            "time_boot_ms,time_unix_ms,lat,lon",
-            lambda t, lat, lon: f"{1e3 * t},{1e3 * (START + t):.0f},{lat:.7f},{lon:.7f}",
-        ),
-        (
-            "%time,field.pose.position.latitude,field.pose.position.longitude",
-            lambda t, lat, lon: f"{START + int(t)}000000000,{lat:.7f},{lon:.7f}",
-        ),
-    ],
-)
-def test_spellings_of_places_and_clocks(header, row):
-    data = table(header, row)
-    latitude, speed, course, fixes = motion_of(data)
-    assert latitude == pytest.approx(-33.85, abs=1e-6)
-    assert speed == pytest.approx(SPEED, rel=0.01) and course == pytest.approx(45.0, abs=1.0)
-    assert fixes.time[0] == START
 
 
 @pytest.mark.parametrize(("side", "latitude"), [("?", 33.85), ("N", -33.85), ("", 33.85), ("E", 33.85)])
@@ -189,38 +112,28 @@ def test_a_track_of_the_robotic_sailing_rules():
     assert "skipped 1 × line not understood" in fixes.notes and len(fixes) == len(K)
 
 
-def frame_of_a_track():
-    when = pl.from_epoch(pl.Series("when", 1.7e12 + 500.0 * np.arange(60.0)).cast(pl.Int64), "ms")
-    return pl.DataFrame({"timestamp": when, "lat": 54.0 + 1e-5 * np.arange(60), "lon": 10.0, "hdop": 1.2, "name": "x"})
-
-
 def test_frames_are_read_as_tables_are():
-    frame = frame_of_a_track()
+    when = pl.from_epoch(pl.Series("when", 1.7e12 + 500.0 * np.arange(60.0)).cast(pl.Int64), "ms")
+    frame = pl.DataFrame({"timestamp": when, "lat": 54.0 + 1e-5 * np.arange(60), "lon": 10.0, "hdop": 1.2, "name": "x"})
     fixes = steerway.Fixes.from_frame(frame)
-    np.testing.assert_allclose(fixes.time, 1.7e9 + 0.5 * np.arange(60))
-    np.testing.assert_allclose(np.degrees(fixes.latitude), frame["lat"])
-    np.testing.assert_allclose(fixes.position_std, 1.8)
+    assert_allclose(fixes.time, 1.7e9 + 0.5 * np.arange(60))
+    assert_allclose(np.degrees(fixes.latitude), frame["lat"])
+    assert_allclose(fixes.position_std, 1.8)
     assert "columns not used: name" in fixes.notes
     again = steerway.Fixes.from_frame(fixes.to_frame())
-    np.testing.assert_allclose(again.longitude, fixes.longitude, rtol=1e-15)
+    assert_allclose(again.longitude, fixes.longitude, rtol=1e-15)
     with pytest.raises(InputError, match="no column for time"):
         steerway.read(frame.drop("timestamp"))
     logs = steerway.survey(frame)
     assert [log.recording.format for log in logs] == ["frame"]
 
 
-def test_frames_of_pandas():
+def test_frames_of_pandas_with_an_index_of_local_time_there_and_back():
     pd = pytest.importorskip("pandas", reason="pandas is no package of an extra")
-    frame = frame_of_a_track()
-    table = pd.DataFrame({name: frame[name].to_numpy() for name in frame.columns})
-    zoned = table.assign(timestamp=table["timestamp"].dt.tz_localize("UTC").dt.tz_convert("Europe/Oslo"))
-    for each in (table, zoned, zoned.set_index("timestamp")):
-        fixes = steerway.Fixes.from_frame(each)
-        np.testing.assert_allclose(fixes.time, 1.7e9 + 0.5 * np.arange(60))
-    motion = steerway.estimate(fixes, "small-usv")
-    back = motion.to_pandas()
-    assert list(back.columns) == motion.to_frame().columns and str(back.index[0]) == "2023-11-14 22:13:20+00:00"
-    np.testing.assert_allclose(back["sog_mps"].mean(), np.nanmean(motion.sog))
+    when = pd.date_range("2023-11-14T23:13:20", periods=60, freq="500ms", tz="Europe/Oslo")
+    fixes = steerway.Fixes.from_frame(pd.DataFrame({"lat": 54.0 + 1e-5 * np.arange(60), "lon": 10.0}, when))
+    assert_allclose(fixes.time, 1.7e9 + 0.5 * np.arange(60))
+    assert str(steerway.estimate(fixes, "small-usv").to_pandas().index[0]) == "2023-11-14 22:13:20+00:00"
 
 
 FORMS = {
@@ -233,36 +146,15 @@ FORMS = {
 }
 
 
-def manoeuvre():
-    """A weaving boat: time, rudder angle, heading, speed and shaft speed."""
-    time = 1.7e9 + np.arange(0.0, 400.0, 0.5)
-    rudder = 10.0 * np.sign(np.sin((time - time[0]) / 12.0) + 0.3 * np.sin((time - time[0]) / 5.0))
-    shaft = np.repeat([4.0, 8.0, 12.0, 6.0], 200)
-    rate = heading = speed = 0.0
-    rows = []
-    for k in range(len(time)):
-        rows.append((time[k], rudder[k], math.degrees(heading) % 360.0, speed, shaft[k]))
-        rate += 0.5 * (0.2 * math.radians(rudder[k]) - rate) / 2.0
-        heading += 0.5 * rate
-        speed += 0.5 * (0.0005 * shaft[k] ** 2 * 10.0 - 0.02 * speed - 0.05 * speed * speed)
-    return pl.DataFrame(rows, ["time_s", "rudder_deg", "heading_deg", "speed_mps", "shaft_rps"], orient="row")
-
-
-@pytest.mark.parametrize("command", [("identify", "yaw"), ("identify", "surge", "--diameter", "0.8")])
-def test_identify_finds_the_same_in_every_form(command, tmp_path):
-    outputs = set()
+def test_a_manoeuvre_is_read_from_every_form_of_a_table(tmp_path):
+    columns = {"time_s": 1.7e9 + 0.5 * K, "rudder_deg": 10.0 * (-1.0) ** (K // 8), "heading_deg": 0.25 * K}
     for name, write in FORMS.items():
-        write(manoeuvre().with_columns(pl.all().round(6)), tmp_path / name)
-        code, out, said = run(*command[:2], tmp_path / name, *command[2:])
-        assert code == 0, (name, said)
-        outputs.add(out.replace(name, ""))
-    assert len(outputs) == 1
-
-
-@pytest.mark.parametrize("kind", ["yaw", "surge"])
-def test_what_is_no_table_is_refused_in_one_sentence(kind, tmp_path):
+        write(pl.DataFrame(columns), tmp_path / name)
+        found = read_steering(tmp_path / name)
+        assert_allclose(found.time, columns["time_s"], err_msg=name)
+        assert_allclose(np.degrees((found.rudder, found.angle)), [columns["rudder_deg"], columns["heading_deg"]])
     for content in (b"PAR1 and no more", b"\x00\x01\x02", b"a;b\n1;2\n"):
-        path = tmp_path / "log"
-        path.write_bytes(content)
-        code, out, said = run("identify", kind, path)
-        assert (code, out) == (2, "") and said.count("\n") == 1 and str(path) in said
+        (tmp_path / "log").write_bytes(content)
+        for kind in ("yaw", "surge"):
+            code, out, said = run("identify", kind, tmp_path / "log")
+            assert (code, out) == (2, "") and said.count("\n") == 1 and f"{tmp_path / 'log'}" in said

@@ -4,12 +4,10 @@ They are the table of docs/faults.md.
 """
 
 import gzip
-import io
 import os
 import re
 import resource
 import signal
-import sqlite3
 import subprocess
 import tempfile
 import time
@@ -18,11 +16,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-import polars as pl
+from mcap.writer import CompressionType
 
 from tests.command_line import STEERWAY
 from tests.faults.table import Table
 from tests.sentences import sortie
+from tests.test_hostile_input import bag, endless, mcap, parquet
 
 TABLE = Table("faults.md", "faults", "| what is tried | command | what it says | exit | time | memory |")
 SCENARIO = """duration = 400
@@ -142,37 +141,6 @@ def _packed_table(folder):
         archive.writestr("day.csv", b"mmsi," + HEADER + bytes(1_000_000_000))
 
 
-def _endless_bag(folder):
-    base = sqlite3.connect(folder / "bag.db3")
-    base.execute("CREATE TABLE topics AS SELECT 1 AS id, '/fix' AS name, 'sensor_msgs/msg/NavSatFix' AS type")
-    base.execute(
-        "CREATE VIEW messages AS WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n) "
-        "SELECT 1 AS topic_id, k AS timestamp, x'00' AS data FROM n"
-    )
-    base.commit()
-    base.close()
-
-
-def _chunk(folder):
-    from mcap.writer import Writer
-
-    with open(folder / "run.mcap", "wb") as file:
-        writer = Writer(file, chunk_size=1 << 30)
-        writer.start("", "fault")
-        channel = writer.register_channel("/zeros", "", 0)
-        for k in range(500):
-            writer.add_message(channel, k, bytes(1_000_000), k)
-        writer.finish()
-
-
-def _parquet(folder):
-    file = io.BytesIO()
-    pl.DataFrame({"time_s": [1.0, 2.0], "lat_deg": [1.0, 2.0], "lon_deg": [1.0, 2.0]}).write_parquet(file)
-    data = bytearray(file.getvalue())
-    data[4:40] = bytes(36)
-    (folder / "log.parquet").write_bytes(data)
-
-
 def _file(name, data):
     return lambda folder: (folder / name).write_bytes(data)
 
@@ -207,15 +175,18 @@ _ALL = (
     Fault("a gzip file of 1.5 MB that unpacks to 1.5 GB", "steerway info log.gz", _packed_zeros),
     Fault("a small gzip file of 16 MB of UBX headers", "steerway info log.gz", _packed_headers),
     Fault("a ZIP file of 1 MB that unpacks to 1 GB", "steerway archive run day.zip -o archive", _packed_table),
-    Fault("an MCAP chunk that unpacks to 0.5 GB", "steerway info run.mcap", _chunk),
-    Fault("a ROS 2 bag with an endless query for messages", "steerway info bag.db3", _endless_bag),
+    Fault("an MCAP chunk that unpacks to 0.5 GB", "steerway info run.mcap",
+          lambda folder: (folder / "run.mcap").write_bytes(mcap(CompressionType.ZSTD, 500))),
+    Fault("a ROS 2 bag with an endless query for messages", "steerway info bag.db3",
+          _file("bag.db3", bag(endless("x'00'")))),
     Fault(
         "1 MB of GPX, every point in a CDATA section without end",
         "steerway info log.gpx",
         _file("log.gpx", b"<gpx>" + b"<trkpt><![CDATA[ " * 59_000),
     ),
     Fault("1 MB of empty lines under a header", "steerway info log.csv", _file("log.csv", HEADER + b"\n" * 999_000)),
-    Fault("a damaged Parquet file", "steerway info log.parquet", _parquet),
+    Fault("a damaged Parquet file", "steerway info log.parquet",
+          lambda folder: (folder / "log.parquet").write_bytes(b"PAR1" + bytes(36) + parquet(2)[40:])),
     Fault("a directory in place of a log", "steerway info logs", lambda folder: (folder / "logs").mkdir()),
     Fault("times beyond every date", "steerway estimate log.csv", _file("log.csv", HEADER + b"1e300,54,10\n" * 9)),
     Fault("an empty profile", f"steerway estimate {LOG} --profile mine.toml", _log_and(_file("mine.toml", b""))),

@@ -30,6 +30,7 @@ class Aboard:
         assert not desk.running.done(), "the service has ended"
         for order in desk.output:
             assert math.isfinite(order.yaw_rate + order.thrust + order.port + order.starboard), order
+        assert desk.navigator.counts["failed"] == 0, "a row raised"
         del desk.output[:], desk.rows[:]
         if desk.order.state in UNDER_WAY:
             self._idle_since = math.inf
@@ -55,6 +56,11 @@ class Aboard:
 
 
 _afloat: list[Aboard] = []
+
+
+def afloat() -> Desk:
+    """The boat that took the last rows."""
+    return _afloat[0].desk
 
 
 def said_aboard(rows: list[InputRow]) -> str:

@@ -23,6 +23,12 @@ def mutated(data: bytes, others: list[bytes], rng: random.Random) -> bytes:
     return data[:LONGEST]
 
 
+def absurd(text: bytes) -> list[bytes]:
+    """The text with each of its numbers in turn beyond all range, or none."""
+    wrong = (b"1e300", b"-1e38", b"NaN", b"-Infinity", b"1" + b"0" * 400)
+    return [text[: each.start()] + number + text[each.end() :] for each in _NUMBER.finditer(text) for number in wrong]
+
+
 def _span(data, rng, longest=64):
     first = rng.randrange(len(data) + 1)
     return first, min(first + rng.randrange(1, longest), len(data))

@@ -1,11 +1,13 @@
 """Sound inputs to mutate: generated ones, the project's examples, and parts of recorded logs if these are installed."""
 
+import datetime
 import gzip
 import io
 import json
+import math
 import os
 import random
-import sqlite3
+import struct
 import tempfile
 import zipfile
 from functools import cache
@@ -16,8 +18,12 @@ import polars as pl
 import zstandard
 
 from steerway.core.testing import REPORTED
+from steerway.formats.testing import MESSAGES, Splitter, identifier_of
+from tests import test_hostile_input
+from tests.fuzz.mutation import absurd
 from tests.messages import WHOLE, frames, gnss, line, nav_sat_fix, position, pvt, sentences, tagged
 from tests.sentences import sealed, sortie
+from tests.test_other_formats import LOGS, TABLES
 
 ROOT = Path(__file__).parents[2]
 _WINDOW = 1500  # bytes of a part of a recorded log
@@ -34,7 +40,7 @@ def recorded() -> list[bytes]:
             data = path.read_bytes()
             found.append(data[:_WINDOW])
             found += [data[at : at + _WINDOW] for at in (rng.randrange(len(data) or 1) for _ in range(_WINDOWS))]
-    return found or [*nmea(), *ubx(), *canboat(), *ais(), WHOLE, *csv()]
+    return found or [*nmea(), *ubx(), *canboat(), *ais(), WHOLE, *(f"{each}".encode() for each in LOGS.values())]
 
 
 def _recorded_with(*signs: bytes) -> list[bytes]:
@@ -57,6 +63,9 @@ def ubx():
     return [b"".join(pvt(second) for second in range(1, 8)), *_recorded_with(b"\xb5\x62")]
 
 
+BUS = (129025, position(0.0, -1.0)), (129029, gnss(1.0, 2.0))
+
+
 def canboat():
     """NMEA 2000 as canboat writes it."""
     lines = [line(second, 129025, 52, position(second, -second)).encode() for second in range(1, 9)]
@@ -71,27 +80,13 @@ def ais():
 
 
 def csv():
-    """CSV tables."""
-    plain = b"time,lat,lon,sog,cog,hdg\n" + b"".join(b"%d,54.%03d,10,2,90,91\n" % (k, k) for k in range(8))
-    dated = b"# comment\ntimestamp;latitude;longitude;mmsi\n" + b"".join(
-        b"01/07/2024 12:00:%02d;54,%03d;10,5;211000001\n" % (k, k) for k in range(8)
-    )
-    logger = b"40\nINDEX,RCR,DATE,TIME,UTCOfst,VALID,LAT,N/S,LON,E/W,SPEED,HEADING\n" + b"".join(
-        b"%d,T,240701,1200%02d,-06:00,SPS,54.%03d,S,10,W,7.2 km/h,45\n" % (k, k, k) for k in range(12)
-    )
-    return [plain, dated, logger, *_recorded_with(b"MMSI", b"Latitude", b"lat")]
+    """CSV tables of loggers and tools."""
+    return [*(f"{LOGS[header]}".encode() for header in TABLES), *_recorded_with(b"MMSI", b"Latitude", b"lat")]
 
 
 def parquet():
     """Small Parquet tables with three compressions."""
-    found = []
-    for kind in ("zstd", "snappy", "uncompressed"):
-        file = io.BytesIO()
-        pl.DataFrame({"time_s": [1.0, 2.0], "lat_deg": [1.0, 2.0], "lon_deg": [1.0, 2.0]}).write_parquet(
-            file, compression=kind
-        )
-        found.append(file.getvalue())
-    return found
+    return [test_hostile_input.parquet(2, compression) for compression in ("zstd", "snappy", "uncompressed")]
 
 
 def examples(pattern: str):
@@ -201,29 +196,36 @@ def mcap():
 
 def bags():
     """A ROS 2 bag in SQLite."""
-    base = sqlite3.connect(":memory:")
-    base.execute("PRAGMA page_size = 512")
-    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
-    base.execute("CREATE TABLE messages(topic_id INTEGER, timestamp INTEGER, data BLOB)")
-    base.execute("INSERT INTO topics VALUES (1, '/fix', 'sensor_msgs/msg/NavSatFix')")
-    rows = [(k, nav_sat_fix(1.7e9 + k, 54.0 + 1e-5 * k, 10.0)) for k in range(4)]
-    base.executemany("INSERT INTO messages VALUES (1, ?, ?)", rows)
-    base.commit()
-    return [base.serialize()]
+    rows = ", ".join(f"({k}, x'{nav_sat_fix(1.7e9 + k, 54.0 + 1e-5 * k, 10.0).hex()}')" for k in range(4))
+    columns = "1 AS topic_id, column1 AS timestamp, column2 AS data"
+    return [test_hostile_input.bag(f"TABLE messages AS SELECT {columns} FROM (VALUES {rows})")]
+
+
+LAYOUTS = {
+    "%d/%m/%Y %H:%M:%S": "# Timestamp,Type of mobile,MMSI,Latitude,Longitude,SOG,COG,Heading,Ship type,Length,Width",
+    "%Y-%m-%dT%H:%M:%S": "BaseDateTime,TransceiverClass,MMSI,LAT,LON,SOG,COG,Heading,VesselType,Length,Width",
+    "%Y-%m-%d %H:%M:%S": "base_date_time,transceiver,mmsi,latitude,longitude,sog,cog,heading,vessel_type,length,width",
+}
+"""AIS tables of the Danish authority and of MarineCadastre, before 2025 and since: form of a time, header."""
 
 
 def ais_tables():
-    """AIS tables of the Danish authority and of MarineCadastre, plain and packed."""
-    danish = b"# Timestamp,Type of mobile,MMSI,Latitude,Longitude,SOG,COG,Heading,Width,Length\n" + b"".join(
-        b"01/07/2024 12:00:%02d,Class A,211000001,54.%03d,10.5,5.5,90.0,91,10,80\n" % (k, k) for k in range(8)
-    )
-    american = b"MMSI,BaseDateTime,LAT,LON,SOG,COG,Heading,VesselType,Length,Width\n" + b"".join(
-        b"367000001,2024-07-01T12:00:%02d,54.%03d,10.5,5.5,90.0,91.0,70,80,10\n" % (k, k) for k in range(8)
-    )
-    zipped = io.BytesIO()
-    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as file:
-        file.writestr("day.csv", danish)
-    return [danish, american, zipped.getvalue(), gzip.compress(american), zstandard.compress(danish)]
+    """One AIS table in every layout, as GeoParquet, and packed."""
+    rows = [("A", 211000001, 54 + 1e-3 * k, 10.5, 5.5, 90.0, 511 if k == 3 else 91, "70", 80, 10) for k in range(8)]
+    moments = [datetime.datetime(2024, 7, 1, 12, 0, k) for k in range(8)]
+    found = []
+    for form, header in LAYOUTS.items():
+        cells = zip(moments, rows, strict=True)
+        lines = (",".join((moment.strftime(form), *map(str, row))) for moment, row in cells)
+        found.append("\n".join((header, *lines)).encode())
+    *_, names = (header.split(",") for header in LAYOUTS.values())
+    frame = pl.DataFrame([(moment, *row) for moment, row in zip(moments, rows, strict=True)], names, orient="row")
+    points = [struct.pack("<BIdd", 1, 1, longitude, latitude) for _, _, latitude, longitude, *_ in rows]
+    file, zipped = io.BytesIO(), io.BytesIO()
+    frame.drop("latitude", "longitude").with_columns(geometry=pl.Series(points)).write_parquet(file)
+    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("day.csv", found[0])
+    return [*found, file.getvalue(), zipped.getvalue(), gzip.compress(found[1]), zstandard.compress(found[2])]
 
 
 def unfinished():
@@ -238,10 +240,26 @@ def unfinished():
         return [path.read_bytes()]
 
 
-def gateway():
+def gateway(messages=BUS):
     """Lines of an NMEA 2000 gateway."""
-    frames_ = [(0x09F80109, position(k, -k)) for k in range(4)] + [
-        (0x0DF80509, each) for each in frames(gnss(1.0, 2.0))
-    ]
-    output = [f"12:00:00.000 R {number:08X} {data.hex(' ').upper()}" for number, data in frames_]
+    parts = [(pgn, data) for pgn, payload in messages for data in Splitter().parts(pgn, payload)]
+    output = [f"12:00:00.000 R {identifier_of(pgn, 9):08X} {data.hex(' ').upper()}" for pgn, data in parts]
     return ["\r\n".join(output).encode()]
+
+
+def beyond():
+    """By target, messages with each number in turn beyond all range: of a text, of a vehicle, of every PGN."""
+    from pymavlink.dialects.v20 import ardupilotmega as messages
+
+    codec, heads = messages.MAVLink(None, 1, 1), b"".join(mavlink()[1:3])
+    attitude, fix = messages.MAVLink_attitude_message, messages.MAVLink_gps_raw_int_message
+    numbers = (3.4e38, -3.4e38, math.nan, math.inf, -math.inf)
+    packets = [attitude(60_000, 0.0, 0.0, value, 0.0, 0.0, value) for value in numbers]
+    packets.append(fix((1 << 64) - 1, 3, -(1 << 31), (1 << 31) - 1, 0, 0, 0, 0xFFFE, 0xFFFE, 9))
+    payloads = [(pgn, bytes([fill]) * 43) for pgn in MESSAGES for fill in (0x00, 0x7F, 0x80, 0xFE, 0xFF)]
+    return {
+        "gpsd": absurd(gpsd()[0].splitlines()[2]),
+        "Signal K": absurd(signalk()[0].splitlines()[1]),
+        "MAVLink": [heads + each.pack(codec) for each in packets],
+        "NMEA 2000 wire": [gateway([each])[0] for each in payloads],
+    }

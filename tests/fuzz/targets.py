@@ -81,10 +81,6 @@ def _file(ending, load):
     return read
 
 
-def _mission(ending):
-    return _file(ending, live.GeodeticRoute.load)
-
-
 def _ais_table(path):
     with formats.ais_tables.reports(path, path.parent) as frame:
         if frame is not None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.core import compiled, files, kernel_cache, shaping
+    from steerway.core import compiled, files, kernel_cache
     from steerway.core.angles import sinc
     from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all, displacement
     from steerway.core.kinematics import (

@@ -6,7 +6,6 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.report.differences import differences, statistics, statistics_table
-    from steerway.report.drawing import course_cut
     from steerway.report.episodes import CONTRADICTED, DISAGREES, GAP, REFUSED, RESTARTED, episodes_of, events
     from steerway.report.interactive.data import mercator
     from steerway.report.motion_page import WRITERS, write_report

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from steerway.control import place_poles
-from steerway.core.angles import wrap
+from steerway.core import wrap
 from steerway.report import BAD, OURS, QUIET, THEIRS, TRUTH, Curve, Panel, series, track
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway_studies.mariner_los.ship import (
