@@ -132,10 +132,29 @@ def test_a_mission_is_guided_as_a_scenario_is(law, gains):
     assert Supervisor(square(guidance=table)).pilot.law == table.design(8.0, 1.2)
 
 
+def items(*frame_command_stay, home="54"):
+    """A `.waypoints` file with these items, northwards from 54° N."""
+    lines = ["QGC WPL 110", f"0 1 0 16 0 0 0 0 {home} 10 0 1"]
+    for k, (frame, command, stay) in enumerate(frame_command_stay, start=1):
+        lines.append(f"{k} 0 {frame} {command} {stay} 0 0 0 54.00{k} 10 0 1")
+    return "\n".join(lines)
+
+
+SAILED = (3, 16, 0)
+
+
 @pytest.mark.parametrize(
     ("name", "text", "why"),
     [
         ("a.kml", "", "ending"),
+        ("a.plan", "[]", "route"),
+        ("a.plan", "{}", "its fileType is not Plan"),
+        ("a.waypoints", "nonsense", "its first line is not QGC WPL 110"),
+        ("a.waypoints", "QGC WPL 110\n1 2", "line 2 has 2 columns and not 12"),
+        ("a.waypoints", items(SAILED, (1, 16, 0)), "item 1 has frame 1, expected a global frame: any of"),
+        ("a.waypoints", items(SAILED, (3, 16, 5)), "item 1 stays for 5 s, expected 0 s"),
+        ("a.waypoints", items((3, 17, 0), SAILED), "item 1 follows one that loiters"),
+        ("a.waypoints", items(SAILED, (3, 20, 0), home="0"), "item 1 returns, and there is no home position"),
         ("a.toml", MISSION + "[guidance]\nlookahead = 9.0", "lookahead and guidance.lookahead are both given"),
         ("a.toml", MISSION + "[guidance]\nlaw = 'ilos'", "guidance.law is 'ilos', expected one of line-of-sight"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\nlon_deg = 1.0", "has 1 waypoints"),
