@@ -7,19 +7,16 @@ import socket
 import pytest
 
 from steerway.core import InputError, displacement
-from steerway.guidance.testing import PlaceTable, WaypointTable
 from steerway.live.testing import (
     Controls,
-    GeodeticRoute,
     Limits,
-    MissionTable,
     OnStop,
     Order,
     Settings,
     State,
     build_service,
 )
-from tests.desk import HOME, Desk, corner, led, square
+from tests.desk import HOME, Desk, led, square
 from tests.ports import free_port
 from tests.square import OTTER
 
@@ -29,25 +26,19 @@ def afloat(on_stop="stop", **settings):
     return Desk(square(limits=limits, on_stop=OnStop(operator=on_stop), **settings), current=0.3).start()
 
 
-def test_signs_of_life_keep_her_going():
-    desk = afloat()
+def test_she_holds_where_she_is_when_signs_of_life_end_and_the_skipper_takes_the_route_up_again():
+    desk = afloat("hold")
+    controls = Controls(desk.autopilot)
     for _ in range(6):
         desk.sail(4.0)
-        Controls(desk.autopilot).do("present", None, "a test")
+        controls.do("present", None, "a test")
     assert desk.order.state is State.RUNNING
-
-
-def test_she_holds_where_she_is_or_returns_and_the_skipper_takes_the_route_up_again():
-    desk = afloat("hold")
     desk.until(lambda: desk.autopilot.guide.mode == "position", 20.0)
-    place = desk.autopilot.guide.place
+    place = displacement(*desk.autopilot.guide.place, *HOME)
     desk.sail(60.0)
     assert desk.order.state is State.DEGRADED
     assert desk.order.reason == "no operator was heard for 10 s: the position is held"
-    assert math.hypot(*displacement(*place, *HOME)) > 0.0
-    north, east = displacement(*place, *HOME)
-    assert math.dist(desk.state[6:8], (north, east)) < 20.0
-    controls = Controls(desk.autopilot)
+    assert math.dist(desk.state[6:8], place) < 20.0 and math.hypot(*place) > 0.0
     controls.do("route", None, "a test")
     desk.sail(2.0)
     assert desk.order.state is State.RUNNING and desk.order.reason == ""
@@ -71,13 +62,6 @@ def test_a_boat_off_her_route_holds_where_the_mission_says_so():
     led(desk.autopilot, desk.leg._replace(cross_track=-15.5))
     desk.until(lambda: desk.autopilot.guide.mode == "position", 2.0)
     assert desk.order.state is State.DEGRADED and "15.5 m off the leg" in desk.order.reason, desk.order
-
-
-def test_a_rally_place_outside_of_the_fence_is_refused():
-    table = MissionTable(rally=PlaceTable(lat_deg=54.1, lon_deg=10.0))
-    fence = [corner(*each) for each in ((-50.0, -50.0), (-50.0, 50.0), (50.0, 0.0))]
-    with pytest.raises(InputError, match="rally place lies outside of the fence"):
-        GeodeticRoute.of([corner(*each, WaypointTable) for each in ((-20.0, 0.0), (20.0, 0.0))], fence, table)
 
 
 def test_every_reason_is_logged_once_in_five_seconds_and_numbers_alone_are_no_news(caplog):

@@ -86,8 +86,8 @@ def test_a_refusal_is_not_tried_again_at_once():
 
 
 def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
-    desk = Desk(square(), engage=True)
-    desk.autopilot.vehicle("the vehicle's EKF is not ready: no position")
+    desk, unready = Desk(square(), engage=True), "the vehicle's EKF is not ready: no position"
+    desk.autopilot.vehicle(unready)
     desk.sail(8.0)
     assert desk.order.state is State.IDLE and "EKF" in desk.order.reason
     with pytest.raises(InputError, match="EKF is not ready"):
@@ -105,16 +105,13 @@ def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
     desk.autopilot.stop("by hand")
     desk.sail(5.0)
     assert desk.order.state is State.STOPPED
-
-
-def test_a_stop_withdraws_an_engage_that_waits():
-    desk = Desk(square(), engage=True)
-    desk.autopilot.vehicle("the vehicle's EKF is not ready: no position")
-    desk.sail(8.0)
-    desk.autopilot.stop()
-    desk.autopilot.vehicle("")
-    desk.sail(5.0)
-    assert desk.order.state is State.READY
+    withdrawn = Desk(square(), engage=True)
+    withdrawn.autopilot.vehicle(unready)
+    withdrawn.sail(8.0)
+    withdrawn.autopilot.stop()
+    withdrawn.autopilot.vehicle("")
+    withdrawn.sail(5.0)
+    assert withdrawn.order.state is State.READY
 
 
 def test_a_refusal_of_a_start_by_hand_stops():
