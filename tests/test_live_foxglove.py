@@ -7,7 +7,7 @@ import struct
 
 import pytest
 
-from steerway.core import OK, InputError
+from steerway.core import OK
 from steerway.live.testing import Row, addresses, json_line, lost
 from steerway.live.testing import foxglove as link
 from tests.ports import free_port, under_way
@@ -110,9 +110,3 @@ def test_once_a_period_and_nothing_false():
     _, received = asyncio.run(by_client([lost(math.nan), lost(NOON)], 1))
     ((topic, _, payload),) = received
     assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None
-
-
-def test_without_its_package_it_is_refused(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"expected pip install '\.\[foxglove\]'"):
-        addresses.output("foxglove://127.0.0.1")

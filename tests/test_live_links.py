@@ -7,25 +7,28 @@ import math
 import os
 import random
 import socket
+import sys
 from itertools import pairwise
-from unittest import mock
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
 
 from steerway.core import OK, InputError
-from steerway.core.testing import REPORTED, iso, unix_times
+from steerway.core.testing import iso, unix_times
 from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183, ubx
 from steerway.live.testing import (
+    Address,
     Context,
-    InputRow,
+    HelmPage,
     JsonLines,
+    Navigator,
     Order,
     PropellerCommands,
-    ReceiverDecoder,
     Rhythm,
     Row,
+    Service,
     SignalKDecoder,
     State,
     Transport,
@@ -43,19 +46,6 @@ from tests.sentences import gga, pvt, rmc, sortie, track
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
 SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
-
-
-def fed(decoder, log, size):
-    pieces = [log[k : k + size] for k in range(0, len(log), size)]
-    return [row for piece in pieces for row in decoder.feed(piece)] + decoder.complete_on_silence()
-
-
-def test_sentences_in_pieces_are_the_rows_of_the_log():
-    log = sortie(50)
-    fixes = nmea0183.read(log).sources["GP"]
-    for size in (1, 7, 100000):
-        placed = [row for row in fed(ReceiverDecoder(), log, size) if row.source == "GP" and row.has_position]
-        assert [(row.time, row.latitude) for row in placed] == list(zip(fixes.time, fixes.latitude, strict=True))
 
 
 def test_signal_k_deltas_are_merged_and_null_is_nothing():
@@ -106,18 +96,47 @@ def test_a_token_is_in_no_text(tmp_path, caplog):
     assert "abc123" not in caplog.text
 
 
+MAVLINK = "mavlink:udpin:127.0.0.1:1"
+
+
+def test_wrong_addresses_are_refused_in_a_sentence():
+    for text, why in {
+        "ftp://a:1": "not a known address",
+        "tcp://a": "names no port",
+        "n2k+tcp://gateway": "names no port",
+        "serial:/dev/ttyS0?baud=1234": "baud is 1234",
+        "udp://:2?speed=2": "option 'speed' is unknown",
+    }.items():
+        with pytest.raises(InputError, match=why):
+            addresses.sources([text])
+    with pytest.raises(InputError, match="beside a live link"):
+        addresses.sources(["file:a", "udp://:5"])
+    for text, why, more in (
+        ("udp://a:1?format=json&period=1", "option 'period' is unknown, expected format", {}),
+        ("udp://a:1?format=hello", "format is 'hello', expected one of nmea, json, propellers", {}),
+        ("n2k+tcp://a:1", "expected a live link", {"lossless": True}),
+        (f"{MAVLINK}?silence=2", "expected the same options in both", {"supervisor": Mock()}),
+        (MAVLINK, "expected --mission", {}),
+        (MAVLINK, "needs a live link", {"supervisor": Mock(), "lossless": True}),
+    ):
+        vehicle = addresses.opened(addresses.sources([MAVLINK])[0][0], 1)
+        with pytest.raises(InputError, match=why):
+            addresses.output(text, Context(inputs=[vehicle], **more))
+
+
 @pytest.mark.parametrize(
-    ("text", "why"),
+    ("make", "package"),
     [
-        ("ftp://a:1", "not a known address"),
-        ("tcp://a", "names no port"),
-        ("serial:/dev/ttyS0?baud=1234", "baud is 1234"),
-        ("udp://:1?speed=2", "option 'speed' is unknown"),
+        (lambda: addresses.opened(addresses.sources([MAVLINK])[0][0], 1), "mavlink"),
+        (lambda: addresses.output("foxglove://127.0.0.1"), "foxglove"),
+        (lambda: HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080)), "helm"),
     ],
 )
-def test_wrong_addresses_are_refused_in_a_sentence(text, why):
-    with pytest.raises(InputError, match=why):
-        addresses.sources([text])
+def test_a_package_that_is_missing_is_named(make, package, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "pymavlink", None)
+    with pytest.raises(InputError, match=rf"pip install '\.\[{package}\]'"):
+        make()
 
 
 def test_addresses_as_users_write_them():
@@ -130,8 +149,13 @@ def test_addresses_as_users_write_them():
         10.0,
     )
     assert addresses.sources(["file:a?speed=max"])[1] == math.inf
-    with pytest.raises(InputError, match="beside a live link"):
-        addresses.sources(["file:a", "udp://:5"])
+    for text, kind in {
+        "udp://127.0.0.1:1234?format=propellers": PropellerCommands,
+        "stdout:?format=propellers": PropellerCommands,
+        "udp://127.0.0.1:1234?format=json": JsonLines,
+        "stdout:": JsonLines,
+    }.items():
+        assert isinstance(addresses.output(text)[0], kind)
 
 
 async def listened(text, feed, n, to=(), source="GP"):
@@ -271,22 +295,10 @@ def test_ten_times_a_second_is_every_tenth_of_a_second():
 
 def test_what_another_wrote_begins_no_line_of_the_log(capsys):
     logger = logging.getLogger("steerway.live")
-    with mock.patch.multiple(logger, handlers=[], propagate=True, level=logging.INFO):
+    with patch.multiple(logger, handlers=[], propagate=True, level=logging.INFO):
         log_to_stderr("steerway live")
         logger.warning("vehicle: %s", "ok\nsteerway live: autopilot stopped\x1b[31m")
     assert capsys.readouterr().err == "steerway live: vehicle: ok\\nsteerway live: autopilot stopped\\x1b[31m\n"
-
-
-def test_addresses_of_propellers():
-    output, _ = addresses.output("udp://127.0.0.1:1234?format=propellers")
-    assert isinstance(output, PropellerCommands)
-    assert isinstance(addresses.output("stdout:?format=propellers")[0], PropellerCommands)
-    assert isinstance(addresses.output("stdout:")[0], JsonLines)
-    assert isinstance(addresses.output("udp://127.0.0.1:1234?format=json")[0], JsonLines)
-    with pytest.raises(InputError, match="option 'period' is unknown, expected format"):
-        addresses.output("udp://127.0.0.1:1234?format=json&period=1")
-    with pytest.raises(InputError, match="format is 'hello', expected one of nmea, json, propellers"):
-        addresses.output("udp://127.0.0.1:1234?format=hello")
 
 
 def test_a_boat_handed_back_is_commanded_nothing():
@@ -297,12 +309,9 @@ def test_a_boat_handed_back_is_commanded_nothing():
 
 def test_times_of_gpsd_and_signal_k_are_those_of_tables():
     """The quick parser against the general one, also for dates that do not exist."""
-    chance = random.Random(1)
+    chance, texts = random.Random(1), []
     for _ in range(300):
         parts = [chance.randrange(n) for n in (3000, 14, 33, 25, 61, 62)]
-        text = "{:04}-{:02}-{:02}T{:02}:{:02}:{:02}".format(*parts) + chance.choice(("Z", ".5Z", ".123456Z", "+02:00"))
-        np.testing.assert_equal(moment(text), unix_times([text])[0], text)
-
-
-def test_a_row_of_a_link_has_the_columns_of_fixes():
-    assert InputRow._fields == ("source", "time", "latitude", "longitude", *REPORTED, "formatters", "throttle")
+        text = "{:04}-{:02}-{:02}T{:02}:{:02}:{:02}".format(*parts)
+        texts.append(text + chance.choice(("Z", ".5Z", ".123456Z", "+02:00")))
+    np.testing.assert_equal([moment(text) for text in texts], unix_times(texts))

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from steerway.core import OK, InputError
+from steerway.core import OK
 from steerway.core.testing import Leg
 from steerway.formats.testing import Frame, Joiner, Splitter, frame_of, identifier_of
 from steerway.live.testing import (
@@ -181,10 +181,3 @@ def test_a_gateway_in_and_out():
 
     hastened.run(run())
     assert any(line.startswith(f"{identifier_of(129026, 40, priority=2):08X} ".encode()) for line in received)
-
-
-def test_what_cannot_be_is_refused():
-    with pytest.raises(InputError, match="names no port"):
-        addresses.sources(["n2k+tcp://gateway"])
-    with pytest.raises(InputError, match="expected a live link"):
-        addresses.output("n2k+tcp://gateway:1", Context(lossless=True))

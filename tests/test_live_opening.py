@@ -4,15 +4,17 @@ import asyncio
 import json
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from steerway.core import REJECTED, Fixes, InputError
+from steerway.core import REJECTED, InputError
 from steerway.core.testing import iso
 from steerway.estimation import estimate
 from steerway.formats.testing import read, survey
 from steerway.live.testing import (
+    Feed,
     FixClock,
     GpsdDecoder,
     InputRow,
@@ -21,38 +23,31 @@ from steerway.live.testing import (
     Service,
     StartupBuffer,
     TableFile,
-    addresses,
     rows_of,
 )
 from tests import hastened
 from tests.kept_outputs import Kept, assert_equal, first_of_each
-from tests.ports import free_port
 from tests.scenes import turning
 from tests.sentences import START, gga, rmc, track
 
 
 async def received(epochs, pace, sources=()):
-    """Rows (and outcome) of a service that reads epochs from a TCP server, one per `pace` s, line by line."""
-    kept, port = Kept(), free_port()
-    service = Service(Navigator("small-usv", sources=sources), [kept])
-    ((address,), _) = addresses.sources([f"tcp://127.0.0.1:{port}"])
-    done = asyncio.Event()
+    """Rows (and outcome) of a service whose link delivers epochs, one per `pace` s, line by line."""
+    kept = Kept()
 
-    async def send(reader, writer):
+    async def link(deliver):
+        feed = Feed(ReceiverDecoder(), deliver)
         for epoch in epochs:
             parts = epoch.splitlines(keepends=True)
             for part in parts:
-                writer.write(part)
+                feed.feed(part)
                 await asyncio.sleep(pace / len(parts))
         await asyncio.sleep(1.0)
-        done.set()
+        running.cancel()
 
-    async with await asyncio.start_server(send, "127.0.0.1", port):
-        task = asyncio.create_task(service.run([addresses.opened(address, 1)]))
-        waits = asyncio.create_task(done.wait())
-        await asyncio.wait((task, waits), return_when=asyncio.FIRST_COMPLETED)
-        task.cancel()
-        (outcome,) = await asyncio.gather(task, return_exceptions=True)
+    service = Service(Navigator("small-usv", sources=sources), [kept])
+    running = asyncio.create_task(service.run([SimpleNamespace(run=link)]))
+    (outcome,) = await asyncio.gather(running, return_exceptions=True)
     return kept.fixes, outcome
 
 
@@ -200,14 +195,6 @@ def fixes():
 
 def received_from(fixes, source="GP"):
     return list(rows_of({source: fixes}))
-
-
-@pytest.mark.parametrize("rate", [None, 3.0])
-def test_a_replay_is_the_estimate(fixes, rate):
-    """With two receivers: only one receiver's fixes are used."""
-    other = Fixes(fixes.time + 0.05, fixes.latitude + 1e-6, fixes.longitude)
-    at_fixes, at_ticks = replayed({"GP": fixes, "GN": other}, rate, sources=("GP",))
-    assert_equal(at_fixes if rate is None else at_ticks, estimate(fixes, "small-usv", rate=rate, causal=True))
 
 
 @pytest.mark.parametrize(

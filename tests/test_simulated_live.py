@@ -7,7 +7,6 @@ import os
 import shutil
 import socket
 import subprocess
-import sys
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -16,7 +15,6 @@ import pytest
 
 from steerway.core import InputError
 from steerway.live.testing import (
-    Companion,
     Context,
     InnerLoops,
     Order,
@@ -60,18 +58,15 @@ def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
         assert boat.motion.sog < 0.05
 
 
-@pytest.mark.parametrize(
-    ("arguments", "why"),
-    [
+def test_what_cannot_be_is_refused_in_a_sentence():
+    for arguments, why in (
         (["--live"], "has no output"),
         (["--live", "--seeds", "3", "--to", "stdout:"], "cannot be combined with --live"),
         (["--to", "stdout:"], "expected --live"),
         (["--live", "--to", "stdout:", "--speed", "0"], "speed is 0"),
-    ],
-)
-def test_what_cannot_be_is_refused_in_a_sentence(arguments, why):
-    code, _, given = run("simulate", SQUARE, *arguments)
-    assert code == 2 and why in given and given.count("\n") == 1
+    ):
+        code, _, given = run("simulate", SQUARE, *arguments)
+        assert code == 2 and why in given and given.count("\n") == 1
 
 
 def test_propeller_commands_turn_her_and_their_absence_stops_her():
@@ -202,20 +197,3 @@ def test_leaving_the_link_gives_her_back(mode):
             await until(lambda: desk.rover.mode is mode)
 
     hastened.run(sail())
-
-
-def test_one_link_has_one_set_of_options():
-    companion, supervisor = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0]), Mock()
-    for options, more, why in (
-        ("?silence=2", {"supervisor": supervisor}, "expected the same options in both"),
-        ("", {}, "expected --mission"),
-        ("", {"supervisor": supervisor, "lossless": True}, "needs a live link"),
-    ):
-        with pytest.raises(InputError, match=why):
-            addresses.output(f"mavlink:udpin:127.0.0.1:1{options}", Context(inputs=[companion], **more))
-
-
-def test_without_pymavlink_an_error_names_what_is_missing(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pymavlink", None)
-    with pytest.raises(InputError, match=r"pip install '\.\[mavlink\]'"):
-        Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
