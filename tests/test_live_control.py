@@ -90,16 +90,6 @@ def test_the_boat_follows_the_route_from_beside_it():
         asks(desk, "offset", 7.0)
 
 
-def test_an_offset_beyond_the_fence_or_a_leg_is_refused():
-    fence = ((-40.0, -3.0), (-40.0, 50.0), (70.0, 50.0), (70.0, -3.0))
-    desk = Desk(square(((0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (0.0, 10.0)), fence))
-    with pytest.raises(InputError, match="waypoint 0 lies outside of the fence"):
-        asks(desk, "offset", -4.0)
-    with pytest.raises(InputError, match="4 m to starboard, the leg to waypoint 2 is no longer than"):
-        asks(desk, "offset", 4.0)
-    assert desk.service.controls.state()["offset"] == 0.0
-
-
 def test_the_boat_goes_faster_and_slower_than_the_route_says():
     desk = holding_desk(((0.0, 0.0), (300.0, 0.0))).start()
     for by, speed in ((0.5, 1.7), (-0.8, 0.9), (None, 1.2)):
@@ -176,20 +166,26 @@ def test_a_boat_that_can_turns_on_the_spot_unless_the_current_carries_it_off(cur
     assert not stops or (slowest < 0.3 and closest < 0.5)
 
 
-@pytest.mark.parametrize(
-    ("what", "value", "why"),
-    [
+def test_what_cannot_be_done_is_refused_in_a_sentence():
+    desk = holding_desk()
+    for what, value, why in (
         ("fly", None, "request is 'fly', expected one of start, stop"),
         ("adjust", 2.0, "adjustment is 115°, expected at most 90°"),
         ("hold-position", None, "the position is not known"),
-    ],
-)
-def test_what_cannot_be_done_is_refused_in_a_sentence(what, value, why):
-    with pytest.raises(InputError) as refused:
-        asks(holding_desk(), what, value)
-    assert why in str(refused.value)
+    ):
+        with pytest.raises(InputError, match=why):
+            asks(desk, what, value)
     with pytest.raises(InputError, match="this run has no autopilot"):
         Controls().do("start", None, "a test")
+    fence = ((-40.0, -3.0), (-40.0, 50.0), (70.0, 50.0), (70.0, -3.0))
+    desk = Desk(square(((0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (0.0, 10.0)), fence))
+    for offset, why in (
+        (-4.0, "waypoint 0 lies outside of the fence"),
+        (4.0, "4 m to starboard, the leg to waypoint 2"),
+    ):
+        with pytest.raises(InputError, match=why):
+            asks(desk, "offset", offset)
+    assert desk.service.controls.state()["offset"] == 0.0
 
 
 @asynccontextmanager

@@ -11,22 +11,7 @@ import httpx
 import pytest
 
 from steerway.core import InputError
-from steerway.live.testing import (
-    COOKIE,
-    Address,
-    Controls,
-    Gate,
-    HelmPage,
-    Navigator,
-    Places,
-    Service,
-    Sessions,
-    Settings,
-    address,
-    checked,
-    page_process,
-)
-from steerway.live.testing import address_token_of as token_of
+from steerway.live import testing as live
 from tests import hastened
 from tests.browser import helm_page
 from tests.ports import free_port, under_way, until
@@ -35,40 +20,41 @@ TOKEN = "a long enough token"
 
 
 def test_this_computer_needs_no_token_and_others_need_one():
-    assert address("localhost") == Address("localhost", 8080) and address("[::1]:9000") == Address("::1", 9000)
+    for text, found in (("localhost", ("localhost", 8080)), ("[::1]:9000", ("::1", 9000))):
+        assert live.address(text) == live.Address(*found)
     for text in ("0.0.0.0:8080", "boat.local:80", "[::]:8080"):
         with pytest.raises(InputError, match="can be reached from other computers, expected a token"):
-            address(text)
-        assert address(text, TOKEN).token == TOKEN
+            live.address(text)
+        assert live.address(text, TOKEN).token == TOKEN
     for text in ("", ":8080", "host:99999", "http://127.0.0.1:8080"):
         with pytest.raises(InputError, match="expected host:port"):
-            address(text, TOKEN)
+            live.address(text, TOKEN)
 
 
 def test_a_token_is_long_enough_and_never_printed(tmp_path, monkeypatch):
     for token in ("short", "x" * 300, "a\nb" * 8):
         with pytest.raises(InputError) as refused:
-            checked(token)
+            live.checked(token)
         assert token not in str(refused.value)
     monkeypatch.setenv("STEERWAY_HELM_TOKEN", TOKEN)
-    assert token_of(None) == TOKEN
+    assert live.address_token_of(None) == TOKEN
     (tmp_path / "token").write_text("another token\n")
-    assert token_of(str(tmp_path / "token")) == "another token"
+    assert live.address_token_of(str(tmp_path / "token")) == "another token"
     with pytest.raises(InputError, match="cannot be read"):
-        token_of(str(tmp_path / "none"))
-    assert [name for name in Settings.model_fields if "token" in name] == ["helm_token_file", "control_token_file"]
+        live.address_token_of(str(tmp_path / "none"))
+    assert [name for name in live.Settings.model_fields if "token" in name] == ["helm_token_file", "control_token_file"]
 
 
 def test_the_page_asks_for_nothing_else(monkeypatch):
     """The page's process can only send requests of `Controls`; this test lists all of them."""
-    service, asked_for = Service(Navigator(), []), []
+    service, asked_for = live.Service(live.Navigator(), []), []
     monkeypatch.setattr(service.controls, "do", lambda *given: asked_for.append(given))
-    helm = HelmPage(service, Address("127.0.0.1", 8080))
+    helm = live.HelmPage(service, live.Address("127.0.0.1", 8080))
     for what in ("settings", "record", "stop"):
         helm._do(what, "/etc/passwd", "10.0.0.7")
     assert asked_for == [(what, "/etc/passwd", "the helm page") for what in ("settings", "record", "stop")]
     with pytest.raises(InputError) as refused:
-        Controls().do("settings", None, "a test")
+        live.Controls().do("settings", None, "a test")
     named = str(refused.value).partition("expected one of ")[2].split(", ")
     steering = {"start", "stop", "hold-course", "adjust", "hold-position", "route", "leg", "dodge", "offset", "faster"}
     assert set(named) == steering | {"mob", "mob-over"}
@@ -110,7 +96,7 @@ def knocked(gate, headers):
 
 @pytest.fixture
 def guarded():
-    return Gate(_inside, Address("0.0.0.0", 8080, TOKEN))
+    return live.Gate(_inside, live.Address("0.0.0.0", 8080, TOKEN))
 
 
 HERE, BOAT = "127.0.0.1:8080", "boat.local:8080"
@@ -129,7 +115,7 @@ BOATS = {"origin": f"http://{BOAT}"}
 )
 def test_only_the_page_itself_passes(host, origin):
     """Not another page, nor a foreign name for this computer; nothing is framed or loaded from elsewhere."""
-    gate, headers = Gate(_inside, Address("127.0.0.1", 8080)), {} if origin is None else {"origin": origin}
+    gate, headers = live.Gate(_inside, live.Address("127.0.0.1", 8080)), {} if origin is None else {"origin": origin}
     is_own = origin == f"http://{HERE}"
     assert asked(gate, "POST", host=host, headers=headers).status_code == (200 if is_own else 403)
     assert knocked(gate, {"host": host} | headers) == ["websocket.accept" if is_own else "websocket.close"]
@@ -142,7 +128,7 @@ def test_only_the_page_itself_passes(host, origin):
 @pytest.mark.parametrize("host", ["boat.example", "127.0.0.1:8080"])
 def test_behind_a_tls_proxy_browsers_see_another_origin(host):
     """Some proxies pass on the host that browsers name, others their own name for the computer."""
-    gate = Gate(_inside, address("127.0.0.1:8080", TOKEN, "https://boat.example"))
+    gate = live.Gate(_inside, live.address("127.0.0.1:8080", TOKEN, "https://boat.example"))
     here = {"origin": "https://boat.example"}
     reply = asked(gate, "POST", "/login", host, headers=here, data={"token": TOKEN})
     assert reply.status_code == 303 and "; secure" in reply.headers["set-cookie"].lower()
@@ -152,9 +138,9 @@ def test_behind_a_tls_proxy_browsers_see_another_origin(host):
     assert knocked(gate, {"host": host, "origin": "https://evil.example"} | kept) == ["websocket.close"]
     assert asked(gate, host="evil.example", headers=kept).status_code == 403
     with pytest.raises(InputError, match=r"'https://boat\.example' can be reached from other computers"):
-        address("127.0.0.1:8080", None, "https://boat.example")
+        live.address("127.0.0.1:8080", None, "https://boat.example")
     with pytest.raises(InputError, match=r"helm-origin is 'boat\.example', expected the address for browsers"):
-        address("127.0.0.1:8080", TOKEN, "boat.example")
+        live.address("127.0.0.1:8080", TOKEN, "boat.example")
 
 
 def test_the_token_opens_and_without_it_there_is_only_the_login(guarded):
@@ -162,7 +148,7 @@ def test_the_token_opens_and_without_it_there_is_only_the_login(guarded):
     assert "token" in asked(guarded, path="/login", host=BOAT).text
     for method, path in (("GET", "/_nicegui/x.js"), ("POST", "/"), ("GET", "/_nicegui_ws/socket.io/?EIO=4")):
         assert asked(guarded, method, path, BOAT, headers=BOATS).status_code == 401
-    for kept in ({}, {"cookie": f"{COOKIE}=9999999999.00"}):
+    for kept in ({}, {"cookie": f"{live.COOKIE}=9999999999.00"}):
         assert knocked(guarded, {"host": BOAT} | kept | BOATS) == ["websocket.close"]
     reply = asked(guarded, "POST", "/login", BOAT, headers=BOATS, data={"token": TOKEN})
     assert reply.status_code == 303 and reply.headers["location"] == "/"
@@ -172,7 +158,8 @@ def test_the_token_opens_and_without_it_there_is_only_the_login(guarded):
     assert knocked(guarded, {"host": BOAT} | kept | BOATS) == ["websocket.accept"]
     assert knocked(guarded, {"host": BOAT, "origin": "http://evil.example"} | kept) == ["websocket.close"]
     for token, status in ((TOKEN, 200), ("another long token", 303)):  # nobody has to log in again after a restart
-        assert asked(Gate(_inside, Address("0.0.0.0", 8080, token)), host=BOAT, headers=kept).status_code == status
+        gate = live.Gate(_inside, live.Address("0.0.0.0", 8080, token))
+        assert asked(gate, host=BOAT, headers=kept).status_code == status
 
 
 def test_a_wrong_token_costs_time(guarded):
@@ -194,7 +181,7 @@ def test_a_wrong_token_costs_time(guarded):
 
 
 def test_cookies_are_not_forged():
-    sessions = Sessions(TOKEN)
+    sessions = live.Sessions(TOKEN)
     cookie = sessions.cookie()
     expiry, _, seal = cookie.partition(".")
     assert sessions.knows(cookie)
@@ -226,7 +213,7 @@ def crowd(places, host, count, first=1000):
 
 
 def test_idle_connections_are_closed_and_who_has_not_logged_in_gives_way():
-    places = Places(idle=5.0, most=20, from_one=8)
+    places = live.Places(idle=5.0, most=20, from_one=8)
     (busy, idle, asking), _ = crowd(places, "10.0.0.1", 3)
     places.begin(busy.client, True)
     places.begin(asking.client, False)
@@ -236,7 +223,7 @@ def test_idle_connections_are_closed_and_who_has_not_logged_in_gives_way():
         assert (busy.closed, idle.closed, asking.closed) == closed
     assert all(all(crowd(places, f"10.0.0.{other}", 4)[1]) for other in range(2, 12)) and len(places) == 20
     assert all(crowd(places, "10.0.0.13", 30)[1]) and len(places) <= 20 and not busy.closed
-    places = Places(most=6, from_one=6)
+    places = live.Places(most=6, from_one=6)
     known, _ = crowd(places, "10.0.0.1", 6)
     for each in known:
         places.begin(each.client, True)
@@ -263,9 +250,9 @@ def test_three_hundred_idle_connections_lock_nobody_out():
 
 def test_a_page_that_fails_is_begun_again(caplog):
     """Any failure of the page is logged, and the service goes on."""
-    service = Service(Navigator(), [])
+    service = live.Service(live.Navigator(), [])
     service.latest = None
-    helm = HelmPage(service, Address("127.0.0.1", 0))
+    helm = live.HelmPage(service, live.Address("127.0.0.1", 0))
 
     async def shown():
         async with under_way(helm.run()):
@@ -279,11 +266,11 @@ def test_a_page_that_hangs_delays_nothing_and_misses_views(tmp_path, monkeypatch
     hung = tmp_path / "hung"
     hung.write_text("#!/bin/sh\nexec sleep 60\n")
     hung.chmod(0o700)
-    monkeypatch.setattr(page_process.sys, "executable", str(hung))
-    monkeypatch.setattr(page_process, "RATE", 1e4)
-    send, sent = page_process._send, []
-    monkeypatch.setattr(page_process, "_send", lambda *given: sent.append(send(*given)))
-    helm = HelmPage(Service(Navigator(), []), Address("127.0.0.1", 0))
+    monkeypatch.setattr(live.page_process.sys, "executable", str(hung))
+    monkeypatch.setattr(live.page_process, "RATE", 1e4)
+    send, sent = live.page_process._send, []
+    monkeypatch.setattr(live.page_process, "_send", lambda *given: sent.append(send(*given)))
+    helm = live.HelmPage(live.Service(live.Navigator(), []), live.Address("127.0.0.1", 0))
 
     async def shown():
         running, longest, before = asyncio.create_task(helm.run()), 0.0, -1

@@ -18,26 +18,7 @@ from steerway.core import OK, InputError
 from steerway.core.testing import iso, unix_times
 from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183, ubx
-from steerway.live.testing import (
-    Address,
-    Context,
-    HelmPage,
-    JsonLines,
-    Navigator,
-    Order,
-    PropellerCommands,
-    Rhythm,
-    Row,
-    Service,
-    SignalKDecoder,
-    State,
-    Transport,
-    addresses,
-    log_to_stderr,
-    moment,
-    uri,
-)
-from steerway.live.testing import signalk_token_of as token_of
+from steerway.live import testing as live
 from tests import hastened
 from tests.kept_outputs import RecordingSink, assert_equal, serving
 from tests.ports import free_port, under_way, until
@@ -45,7 +26,7 @@ from tests.sentences import gga, pvt, rmc, sortie, track
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
-SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
+SAILING = live.Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 0.3, 1.2, OK)
 
 
 def test_signal_k_deltas_are_merged_and_null_is_nothing():
@@ -60,7 +41,7 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
         *(update("navigation.speedOverGround", 9.0, own) for own in ("steerway", "steerway.XX", "ws.steerway")),
         update("environment.depth", 4.0),
     ]
-    decoder = SignalKDecoder()
+    decoder = live.SignalKDecoder()
     for each in updates:
         decoder.message(json.dumps({"context": "vessels.urn:self", "updates": [each]}))
     (row,) = decoder.complete_on_silence()
@@ -69,27 +50,27 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
 
 
 def test_the_own_position_is_not_sent_to_the_server_it_comes_from():
-    (address,), _ = addresses.sources(["signalk://127.0.0.1:3000?token=hidden"])
-    here = Context(inputs=[addresses.opened(address, 1)])
+    (address,), _ = live.addresses.sources(["signalk://127.0.0.1:3000?token=hidden"])
+    here = live.Context(inputs=[live.addresses.opened(address, 1)])
     for text, sent in ((":3000", False), (":3000?position=yes", True), (":3001", True)):
-        assert addresses.output(f"signalk://127.0.0.1{text}", here)[0].positions is sent
+        assert live.addresses.output(f"signalk://127.0.0.1{text}", here)[0].positions is sent
 
 
 def test_a_token_is_in_no_text(tmp_path, caplog):
-    (found,), _ = addresses.sources(["signalk://127.0.0.1:1?token=abc123"])
+    (found,), _ = live.addresses.sources(["signalk://127.0.0.1:1?token=abc123"])
     assert found.options["token"] == "abc123" and "abc123" not in found.text and "***" in found.text
     for text in ("signal://h:1?token=abc123", "signalk://h:99999?token=abc123"):
         with pytest.raises(InputError) as refused:
-            addresses.sources([text])
+            live.addresses.sources([text])
         assert "abc123" not in str(refused.value)
     (tmp_path / "token").write_text("abc123\n")
-    (found,), _ = addresses.sources([f"signalk://127.0.0.1:1?token-file={tmp_path / 'token'}"])
-    assert token_of(found) == "abc123"
+    (found,), _ = live.addresses.sources([f"signalk://127.0.0.1:1?token-file={tmp_path / 'token'}"])
+    assert live.signalk_token_of(found) == "abc123"
     with pytest.raises(InputError, match="cannot be read"):
-        addresses.sources(["signalk://127.0.0.1:1?token-file=/nowhere"])
+        live.addresses.sources(["signalk://127.0.0.1:1?token-file=/nowhere"])
 
     async def fails():
-        async with under_way(addresses.opened(found, 1).run(lambda rows: None)):
+        async with under_way(live.addresses.opened(found, 1).run(lambda rows: None)):
             await until(lambda: caplog.text)
 
     asyncio.run(fails())
@@ -108,9 +89,9 @@ def test_wrong_addresses_are_refused_in_a_sentence():
         "udp://:2?speed=2": "option 'speed' is unknown",
     }.items():
         with pytest.raises(InputError, match=why):
-            addresses.sources([text])
+            live.addresses.sources([text])
     with pytest.raises(InputError, match="beside a live link"):
-        addresses.sources(["file:a", "udp://:5"])
+        live.addresses.sources(["file:a", "udp://:5"])
     for text, why, more in (
         ("udp://a:1?format=json&period=1", "option 'period' is unknown, expected format", {}),
         ("udp://a:1?format=hello", "format is 'hello', expected one of nmea, json, propellers", {}),
@@ -119,17 +100,17 @@ def test_wrong_addresses_are_refused_in_a_sentence():
         (MAVLINK, "expected --mission", {}),
         (MAVLINK, "needs a live link", {"supervisor": Mock(), "lossless": True}),
     ):
-        vehicle = addresses.opened(addresses.sources([MAVLINK])[0][0], 1)
+        vehicle = live.addresses.opened(live.addresses.sources([MAVLINK])[0][0], 1)
         with pytest.raises(InputError, match=why):
-            addresses.output(text, Context(inputs=[vehicle], **more))
+            live.addresses.output(text, live.Context(inputs=[vehicle], **more))
 
 
 @pytest.mark.parametrize(
     ("make", "package"),
     [
-        (lambda: addresses.opened(addresses.sources([MAVLINK])[0][0], 1), "mavlink"),
-        (lambda: addresses.output("foxglove://127.0.0.1"), "foxglove"),
-        (lambda: HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080)), "helm"),
+        (lambda: live.addresses.opened(live.addresses.sources([MAVLINK])[0][0], 1), "mavlink"),
+        (lambda: live.addresses.output("foxglove://127.0.0.1"), "foxglove"),
+        (lambda: live.HelmPage(live.Service(live.Navigator(), []), live.Address("127.0.0.1", 8080)), "helm"),
     ],
 )
 def test_a_package_that_is_missing_is_named(make, package, monkeypatch):
@@ -140,22 +121,22 @@ def test_a_package_that_is_missing_is_named(make, package, monkeypatch):
 
 
 def test_addresses_as_users_write_them():
-    found, speed = addresses.sources(
+    found, speed = live.addresses.sources(
         ["gpsd://localhost", "signalk://[::1]:80?token=x", "serial:/dev/ttyACM0?baud=38400"]
     )
     assert [each.port for each in found] == [2947, 80, 0] and found[2].path == "/dev/ttyACM0" and math.isnan(speed)
-    assert addresses.sources(["file:dir/a b.nmea?speed=10"]) == (
-        [uri.Uri("file:dir/a b.nmea?speed=10", "file", path="dir/a b.nmea", options={"speed": "10"})],
+    assert live.addresses.sources(["file:dir/a b.nmea?speed=10"]) == (
+        [live.uri.Uri("file:dir/a b.nmea?speed=10", "file", path="dir/a b.nmea", options={"speed": "10"})],
         10.0,
     )
-    assert addresses.sources(["file:a?speed=max"])[1] == math.inf
+    assert live.addresses.sources(["file:a?speed=max"])[1] == math.inf
     for text, kind in {
-        "udp://127.0.0.1:1234?format=propellers": PropellerCommands,
-        "stdout:?format=propellers": PropellerCommands,
-        "udp://127.0.0.1:1234?format=json": JsonLines,
-        "stdout:": JsonLines,
+        "udp://127.0.0.1:1234?format=propellers": live.PropellerCommands,
+        "stdout:?format=propellers": live.PropellerCommands,
+        "udp://127.0.0.1:1234?format=json": live.JsonLines,
+        "stdout:": live.JsonLines,
     }.items():
-        assert isinstance(addresses.output(text)[0], kind)
+        assert isinstance(live.addresses.output(text)[0], kind)
 
 
 async def listened(text, feed, n, to=(), source="GP"):
@@ -194,7 +175,7 @@ def test_a_log_over_tcp_is_the_estimate_and_a_broken_link_is_opened_again():
 def test_a_serial_line_carries_both_ways_and_a_sink_leaves_what_comes_to_others():
     async def lines():
         far, near = os.openpty()
-        address = addresses.stream(f"serial:{os.ttyname(near)}").uri
+        address = live.addresses.stream(f"serial:{os.ttyname(near)}").uri
         came = []
 
         def receive(data, answer):
@@ -203,7 +184,7 @@ def test_a_serial_line_carries_both_ways_and_a_sink_leaves_what_comes_to_others(
             came.append(data)
             answer(b"heard " + data)
 
-        line = Transport(address, "serial", receive)
+        line = live.Transport(address, "serial", receive)
         async with under_way(line.open()):
             await until(lambda: line.peers)
             os.write(far, b"bad\n")  # what cannot be used ends no link
@@ -211,7 +192,7 @@ def test_a_serial_line_carries_both_ways_and_a_sink_leaves_what_comes_to_others(
             os.write(far, b"one\n")
             await until(lambda: came)
             assert came == [b"one\n"] and os.read(far, 99) == b"heard one\n"
-        sink = addresses.stream(f"serial:{os.ttyname(near)}")
+        sink = live.addresses.stream(f"serial:{os.ttyname(near)}")
         async with under_way(sink.run()):
             await until(lambda: sink.has_peer)
             os.write(far, b"for another\n")
@@ -288,7 +269,7 @@ def test_every_client_receives_and_one_that_does_not_read_stops_nobody():
 def test_ten_times_a_second_is_every_tenth_of_a_second():
     """At Unix times, which float64 resolves to a quarter of a microsecond only."""
     for rate in (10.0, 50.0, 100.0):
-        rhythm, first = Rhythm(0.1), round(NOON * rate) + 7
+        rhythm, first = live.Rhythm(0.1), round(NOON * rate) + 7
         struck = [k for k in range(10_000) if rhythm.is_due((first + k) / rate)]
         assert {later - earlier for earlier, later in pairwise(struck[1:])} == {round(rate / 10.0)}, rate
 
@@ -296,14 +277,14 @@ def test_ten_times_a_second_is_every_tenth_of_a_second():
 def test_what_another_wrote_begins_no_line_of_the_log(capsys):
     logger = logging.getLogger("steerway.live")
     with patch.multiple(logger, handlers=[], propagate=True, level=logging.INFO):
-        log_to_stderr("steerway live")
+        live.log_to_stderr("steerway live")
         logger.warning("vehicle: %s", "ok\nsteerway live: autopilot stopped\x1b[31m")
     assert capsys.readouterr().err == "steerway live: vehicle: ok\\nsteerway live: autopilot stopped\\x1b[31m\n"
 
 
 def test_a_boat_handed_back_is_commanded_nothing():
     sink = RecordingSink()
-    PropellerCommands(sink).tick(SAILING, None, Order(State.STOPPED, "enough", False))
+    live.PropellerCommands(sink).tick(SAILING, None, live.Order(live.State.STOPPED, "enough", False))
     assert sink.lines()[0]["port"] is None
 
 
@@ -314,4 +295,4 @@ def test_times_of_gpsd_and_signal_k_are_those_of_tables():
         parts = [chance.randrange(n) for n in (3000, 14, 33, 25, 61, 62)]
         text = "{:04}-{:02}-{:02}T{:02}:{:02}:{:02}".format(*parts)
         texts.append(text + chance.choice(("Z", ".5Z", ".123456Z", "+02:00")))
-    np.testing.assert_equal([moment(text) for text in texts], unix_times(texts))
+    np.testing.assert_equal([live.moment(text) for text in texts], unix_times(texts))

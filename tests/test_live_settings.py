@@ -13,18 +13,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from steerway.core import InputError
 from steerway.estimation.testing import HeadingEstimatorTable
 from steerway.formats.testing import gga, rmc
-from steerway.live.testing import (
-    EstimatorSettings,
-    GeodeticRoute,
-    InputRow,
-    MeasuredHeading,
-    MeasuredSpeed,
-    MissionFile,
-    Settings,
-    measured_speed,
-)
-from steerway.live.testing import build_service as launching
-from steerway.live.testing import launch_launch as launch
+from steerway.live import testing as live
 from steerway.simulation import Scenario
 from tests.command_line import run
 from tests.desk import OTTER, Desk, square
@@ -36,7 +25,7 @@ NOON = 1_719_835_200.0
 def output(tmp_path, text):
     path = tmp_path / "boat.toml"
     path.write_text(text)
-    return Settings.load(path)
+    return live.Settings.load(path)
 
 
 def test_what_a_file_says_and_the_command_line_goes_first(tmp_path):
@@ -54,13 +43,15 @@ def test_what_a_file_says_and_the_command_line_goes_first(tmp_path):
     assert (settings.max_dead_reckoning, settings.latency, settings.helm) == (5.0, 0.1, "127.0.0.1:8080")
     assert (settings.speed.controller, settings.autopilot.kind) == ("adaptive", "lqg")
     assert (settings.estimator.speed.kind, settings.estimator.heading.kind) == ("fusion", "aided")
-    tuning = measured_speed(settings.estimator.speed).fusion.tuning
-    assert (tuning.sog_std, tuning.bottom_std) == (0.2, 0.02) and measured_speed(Settings().estimator.speed) is None
+    tuning = live.measured_speed(settings.estimator.speed).fusion.tuning
+    assert (tuning.sog_std, tuning.bottom_std) == (0.2, 0.02) and live.measured_speed(
+        live.Settings().estimator.speed
+    ) is None
     other = settings.overridden(rate=2.0, engage=False, profile=None, helm="127.0.0.1:9000")
     assert (other.rate, other.engage, other.profile) == (2.0, False, settings.profile)
     assert other.helm == "127.0.0.1:9000" and other.inputs == settings.inputs
     with pytest.raises(InputError, match="expected mission too"):
-        launch(output(tmp_path, '[speed]\ncontroller = "adaptive"\n'))
+        live.launch_launch(output(tmp_path, '[speed]\ncontroller = "adaptive"\n'))
 
 
 @pytest.mark.parametrize(
@@ -87,7 +78,7 @@ def test_what_is_wrong_is_said_in_words(tmp_path, text, words):
 
 def test_helm_without_an_address_is_the_usual_one(monkeypatch):
     taken = []
-    monkeypatch.setattr(launching, "launch", taken.append)
+    monkeypatch.setattr(live.build_service, "launch", taken.append)
     for arguments in (["--helm"], ["--helm", "--rate", "5"], ["--helm=10.0.0.1:80"], ["--rate", "5"]):
         run("live", *arguments)
     assert [settings.helm for settings in taken] == ["127.0.0.1:8080", "127.0.0.1:8080", "10.0.0.1:80", None]
@@ -111,8 +102,8 @@ def test_mistakes_end_in_one_sentence(monkeypatch, tmp_path):
 
 def test_the_example_sails(tmp_path):
     """The example with changed links: a log instead of the receiver, the default output, and no page."""
-    settings = Settings.load(EXAMPLES / "boat.toml")
-    route = GeodeticRoute.load(settings.mission)
+    settings = live.Settings.load(EXAMPLES / "boat.toml")
+    route = live.GeodeticRoute.load(settings.mission)
     lines = []
     for k in range(300):
         place = route.latitude[0] + 3e-8 * k, route.longitude[0]
@@ -150,7 +141,7 @@ def _leaves(annotation):
 
 def test_no_number_and_no_flag_takes_a_text():
     seen: set = set()
-    keys = [each for model in (Scenario, MissionFile, Settings) for each in numbers_of(model, seen)]
+    keys = [each for model in (Scenario, live.MissionFile, live.Settings) for each in numbers_of(model, seen)]
     taken = []
     for table, key, kind in keys:
         for text in ("2", "1.5", "true"):
@@ -173,7 +164,10 @@ def test_no_number_and_no_flag_takes_a_text():
 def test_every_controller_sails_two_legs_in_a_current_of_half_the_speed(autopilot, speed, heading, by):
     """Without a compass a heading filter has no input, so that the steering filter has to give the heading."""
     pytest.importorskip("daqp")
-    chosen = {"kinds": (autopilot, speed), "estimators": EstimatorSettings(heading=HeadingEstimatorTable(kind=heading))}
+    chosen = {
+        "kinds": (autopilot, speed),
+        "estimators": live.EstimatorSettings(heading=HeadingEstimatorTable(kind=heading)),
+    }
     corners = ((0.0, 0.0), (25.0, 0.0), (25.0, 60.0), (0.0, 60.0))
     desk = Desk(square(corners, boat=OTTER), by=by, current=0.6, noise=0.3, **chosen).start()
     desk.until(lambda: desk.leg.destination == "WP2", 180.0)
@@ -188,31 +182,31 @@ def test_every_controller_sails_two_legs_in_a_current_of_half_the_speed(autopilo
 
 def test_speed_from_whatever_the_links_report():
     """GNSS at 1 Hz, a log with an error of 0.5 %, a biased accelerometer at 20 Hz; their times are not in order."""
-    measured, draws = MeasuredSpeed(), np.random.default_rng(1)
+    measured, draws = live.MeasuredSpeed(), np.random.default_rng(1)
     assert math.isnan(measured.speed(0.0))
     for k in range(2400):
         time, speed = 0.05 * k, 2.0 + 0.5 * math.sin(0.02 * k)
-        row = InputRow("imu", time, acceleration=0.2 * math.cos(0.02 * k) + 0.05 + 0.02 * draws.standard_normal())
+        row = live.InputRow("imu", time, acceleration=0.2 * math.cos(0.02 * k) + 0.05 + 0.02 * draws.standard_normal())
         measured.take(row)
         if k % 20 == 0:
-            measured.take(InputRow("gps", time, sog=speed + 0.1 * draws.standard_normal()))
+            measured.take(live.InputRow("gps", time, sog=speed + 0.1 * draws.standard_normal()))
         if k % 4 == 0:
-            measured.take(InputRow("log", time - 0.01, bottom_speed=1.005 * speed, shaft=7.0))
+            measured.take(live.InputRow("log", time - 0.01, bottom_speed=1.005 * speed, shaft=7.0))
     assert measured.speed(time) == pytest.approx(speed, abs=0.03) and measured.shaft == 7.0
     assert math.isnan(measured.speed(time + 10.0))
 
 
 def test_a_silent_compass_leaves_the_heading_unknown_and_another_takes_over():
-    measured = MeasuredHeading(HeadingEstimatorTable(kind="composite"), 1.5, 0.3, 1.2, 1.0)
+    measured = live.MeasuredHeading(HeadingEstimatorTable(kind="composite"), 1.5, 0.3, 1.2, 1.0)
     assert math.isnan(measured.at(0.0))
     for k in range(100):
-        measured.take(InputRow("one", 0.1 * k, heading=1.0))
-        measured.take(InputRow("two", 0.1 * k, heading=2.0))
+        measured.take(live.InputRow("one", 0.1 * k, heading=1.0))
+        measured.take(live.InputRow("two", 0.1 * k, heading=2.0))
     assert measured.at(10.0) == pytest.approx(1.0, abs=0.05) and measured.filter.heading_std < 0.2
     assert math.isnan(measured.at(13.0))
     for k in range(100):
-        measured.take(InputRow("two", 16.0 + 0.1 * k, heading=2.0))
+        measured.take(live.InputRow("two", 16.0 + 0.1 * k, heading=2.0))
     assert measured.at(26.0) == pytest.approx(2.0, abs=0.05)
     for k in range(100):  # the clock was set back
-        measured.take(InputRow("two", -500.0 + 0.1 * k, heading=-2.0))
+        measured.take(live.InputRow("two", -500.0 + 0.1 * k, heading=-2.0))
     assert measured.at(-490.0) == pytest.approx(-2.0, abs=0.05)

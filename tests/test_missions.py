@@ -11,20 +11,7 @@ import pytest
 
 from steerway.core import InputError, displacement
 from steerway.core.testing import displaced
-from steerway.live.testing import (
-    UNDER_WAY,
-    GeodeticRoute,
-    LimitGuard,
-    Limits,
-    MissionLink,
-    MissionServer,
-    NoGo,
-    State,
-    addresses,
-    dialect,
-    key_of,
-    lost,
-)
+from steerway.live import testing as live
 from tests import hastened
 from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, square
@@ -33,7 +20,7 @@ from tests.ports import free_port, until, wait_until
 from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
-M = dialect("a test")
+M = live.dialect("a test")
 MAVPROXY = shutil.which("mavproxy.py")
 ACCEPTED, DENIED, INVALID = M.MAV_MISSION_ACCEPTED, M.MAV_MISSION_DENIED, M.MAV_MISSION_INVALID
 
@@ -65,7 +52,7 @@ class Station:
     """A ground station that talks to a server without a link."""
 
     def __init__(self, desk):
-        self.server = MissionServer(M, desk.autopilot, desk.service.controls)
+        self.server = live.MissionServer(M, desk.autopilot, desk.service.controls)
 
     def ask(self, message, now=0.0):
         return self.server.receive(sent(message), now)
@@ -107,11 +94,11 @@ def test_a_mission_changed_under_way_is_sailed_with_the_current_that_is_known():
     assert Station(desk).upload(mission)[0].type == ACCEPTED
     desk.sail(1.0)
     after = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
-    assert desk.order.state is State.RUNNING and after.knows_current
+    assert desk.order.state is live.State.RUNNING and after.knows_current
     assert math.hypot(after.current_north - before.current_north, after.current_east - before.current_east) < 0.1
     assert Station(desk).server.due(0.0)[1].seq in (3, 4)
-    desk.until(lambda: desk.order.state not in UNDER_WAY, 200.0)
-    assert desk.order.state is State.FINISHED and desk.order.engaged and desk.order.thrust == 0.0
+    desk.until(lambda: desk.order.state not in live.UNDER_WAY, 200.0)
+    assert desk.order.state is live.State.FINISHED and desk.order.engaged and desk.order.thrust == 0.0
     assert math.dist(desk.state[6:8], (north - 40.0, east - 40.0)) < 5.0  # its acceptance is 4 m
 
 
@@ -128,7 +115,7 @@ def test_what_cannot_be_sailed_is_refused_and_the_old_mission_kept(caplog):
         assert ack.type == INVALID and text.get_type() == "STATUSTEXT" and words in caplog.text
         assert desk.autopilot.guide.route is route
     desk.sail(1.0)
-    assert desk.order.state is State.RUNNING
+    assert desk.order.state is live.State.RUNNING
 
 
 def test_an_item_is_gone_on_to_and_one_that_is_no_waypoint_is_not():
@@ -183,12 +170,12 @@ def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
     desk = Desk(square())
     for name in "ab":
         (tmp_path / name).write_text(f"a long passphrase {name}")
-    address = addresses.ground_station(f"udpin:127.0.0.1:{port}", ours and str(tmp_path / ours))
-    link = MissionLink(address, desk.autopilot, desk.service.controls)
+    address = live.addresses.ground_station(f"udpin:127.0.0.1:{port}", ours and str(tmp_path / ours))
+    link = live.MissionLink(address, desk.autopilot, desk.service.controls)
     mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), []
     codec = M.MAVLink(None, 255, 190)
     if theirs:
-        signed(codec, key_of(str(tmp_path / theirs)))
+        signed(codec, live.key_of(str(tmp_path / theirs)))
 
     async def run():
         running = asyncio.create_task(link.run())
@@ -247,7 +234,7 @@ def plan(items, polygons=(), rally=()):
 def loaded(tmp_path, text, name="route.plan"):
     path = tmp_path / name
     path.write_text(text if isinstance(text, str) else json.dumps(text))
-    return GeodeticRoute.load(path)
+    return live.GeodeticRoute.load(path)
 
 
 def degrees_of(route):
@@ -282,9 +269,9 @@ def test_a_leg_through_an_area_is_refused_and_a_boat_stops_before_it(tmp_path):
     items = [simple(16, *each) for each in PLACES]
     with pytest.raises(InputError, match=r"the leg to waypoint 1 enters no_go\[0\]"):
         loaded(tmp_path, plan(items, [{"inclusion": False, "polygon": shoal}]))
-    area = NoGo([tuple(map(math.radians, each)) for each in shoal], "no_go[0]")
-    guard = LimitGuard(Limits(), None, no_go=[area])
-    here = lost(0.0)._replace(latitude=math.radians(54.00025), longitude=math.radians(10.0), sog=1.0, cog=math.pi)
+    area = live.NoGo([tuple(map(math.radians, each)) for each in shoal], "no_go[0]")
+    guard = live.LimitGuard(live.Limits(), None, no_go=[area])
+    here = live.lost(0.0)._replace(latitude=math.radians(54.00025), longitude=math.radians(10.0), sog=1.0, cog=math.pi)
     assert guard.step(here, 0.0, False, 0.1) == ""
     assert guard.step(here._replace(sog=2.0, cog=0.0), 0.0, False, 0.1) == "no_go[0] is about to be entered, within 3 s"
     inside = here._replace(latitude=math.radians(54.0005))

@@ -14,17 +14,7 @@ import numpy as np
 import pytest
 
 from steerway.core import InputError
-from steerway.live.testing import (
-    Context,
-    InnerLoops,
-    Order,
-    PropellerReceiver,
-    RoverMode,
-    RunningBoat,
-    SimulatedBoat,
-    State,
-    addresses,
-)
+from steerway.live import testing as live
 from steerway.simulation import load_scenario, parse_scenario
 from tests import hastened
 from tests.command_line import run
@@ -32,14 +22,14 @@ from tests.ports import free_port, under_way, until
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
-RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.4)
-STOPPED = Order(State.STOPPED, "ordered to stop", engaged=True)
+RUNNING = live.Order(live.State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.4)
+STOPPED = live.Order(live.State.STOPPED, "ordered to stop", engaged=True)
 
 
 def boat_of(kind, **keys):
     route = "waypoints = [{ north = 0.0, east = 0.0 }, { north = 900.0, east = 0.0 }]"
     lines = [f'kind = "{kind}"', *(f"{name} = {value}" for name, value in keys.items())]
-    return SimulatedBoat(parse_scenario("\n".join(["[vessel]", *lines, "[route]", route])))
+    return live.SimulatedBoat(parse_scenario("\n".join(["[vessel]", *lines, "[route]", route])))
 
 
 @pytest.mark.parametrize(
@@ -47,7 +37,7 @@ def boat_of(kind, **keys):
 )
 def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
     boat = boat_of(kind, **({"payload_mass": 0.0} if kind == "otter" else {}))
-    loops = InnerLoops(boat.known)
+    loops = live.InnerLoops(boat.known)
     for _ in range(round(seconds / boat.step_length)):
         boat.step(loops.step(yaw_rate, 0.6 if kind == "otter" else 1.0, boat.motion, boat.step_length))
     assert boat.motion.yaw_rate == pytest.approx(yaw_rate, rel=0.05)
@@ -73,8 +63,8 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
     port = free_port(socket.SOCK_DGRAM)
 
     async def sail():
-        running = RunningBoat(
-            SimulatedBoat(load_scenario(SQUARE)), propellers=addresses.datagrams(f"udp://127.0.0.1:{port}")
+        running = live.RunningBoat(
+            live.SimulatedBoat(load_scenario(SQUARE)), propellers=live.addresses.datagrams(f"udp://127.0.0.1:{port}")
         )
         async with under_way(running.run()):
             await until(lambda: running.boat.motion.sog > 0.3, 20.0)
@@ -101,20 +91,24 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
 
     hastened.run(sail())
     with pytest.raises(InputError, match="expected a vessel of kind otter"):
-        PropellerReceiver(addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
+        live.PropellerReceiver(live.addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
 
 
 class Desk:
     """A vehicle and a companion on a link, in one process; `order` is what the companion gets 50 times a second."""
 
     def __init__(self, here, there):
-        self.running = RunningBoat(SimulatedBoat(load_scenario(SQUARE)), mavlink=addresses.vehicle(there))
-        ((address,), _) = addresses.sources([f"mavlink:{here}"])
-        self.companion = addresses.opened(address, 1)
+        self.running = live.RunningBoat(
+            live.SimulatedBoat(load_scenario(SQUARE)), mavlink=live.addresses.vehicle(there)
+        )
+        ((address,), _) = live.addresses.sources([f"mavlink:{here}"])
+        self.companion = live.addresses.opened(address, 1)
         self.supervisor = Mock(hands_back=False)
-        output, link = addresses.output(f"mavlink:{here}", Context(inputs=[self.companion], supervisor=self.supervisor))
+        output, link = live.addresses.output(
+            f"mavlink:{here}", live.Context(inputs=[self.companion], supervisor=self.supervisor)
+        )
         assert output is link is self.companion, "one link for both directions"
-        self.rows, self.order, self.ticks = [], Order(State.READY), True
+        self.rows, self.order, self.ticks = [], live.Order(live.State.READY), True
 
     @property
     def links(self):
@@ -160,7 +154,7 @@ async def check(desk):
         begun = desk.running.boat.time
         await until(lambda: desk.rover.target(desk.running.boat.time)[:2] == (0.0, 0.0))
         assert desk.running.boat.time - begun < 0.5
-        await until(lambda: desk.rover.mode is RoverMode.HOLD)
+        await until(lambda: desk.rover.mode is live.RoverMode.HOLD)
     sources = {row.source for row in desk.rows if row.has_position}
     assert sources == {"mavlink GPS_RAW_INT"}
     assert any(math.isfinite(row.throttle) for row in desk.rows)
@@ -186,11 +180,11 @@ def test_steered_over_a_serial_line(tmp_path):
         line.wait()
 
 
-@pytest.mark.parametrize("mode", [RoverMode.HOLD, RoverMode.MANUAL])
+@pytest.mark.parametrize("mode", [live.RoverMode.HOLD, live.RoverMode.MANUAL])
 def test_leaving_the_link_gives_her_back(mode):
     async def sail():
         desk = Desk(*udp())
-        desk.supervisor.hands_back = mode is RoverMode.MANUAL
+        desk.supervisor.hands_back = mode is live.RoverMode.MANUAL
         async with under_way(desk.running.run()):
             async with under_way(desk.companion.run(desk.receive), desk.tick()):
                 await steered(desk)

@@ -82,7 +82,7 @@ def test_what_cannot_be_sailed_is_refused_by_name(make, sentence):
         make()
 
 
-def test_what_a_mission_says_of_a_place():
+def test_what_a_mission_says_of_a_place_and_the_remaining_distance_switches_for_the_next_step():
     leg = Mission(Route([10.0, 10.0], [20.0, 120.0], speed=1.5)).step(7.0, 50.0, 1.0)
     assert leg.target == 1 and leg.speed == 1.5
     assert leg.direction == pytest.approx(math.pi / 2)
@@ -90,9 +90,6 @@ def test_what_a_mission_says_of_a_place():
     assert leg.cross_track == pytest.approx(3.0)  # south of an eastbound leg is to starboard
     assert leg.distance == pytest.approx(math.hypot(3.0, 70.0))
     assert leg.bearing == pytest.approx(math.atan2(70.0, 3.0))
-
-
-def test_remaining_distance_switches_for_the_next_step():
     mission = Mission(SQUARE)
     targets = [leg.target for leg in sail(mission, [(89.0, 20.0), (90.0, 30.0), (91.0, 30.0)])]
     assert targets == [1, 1, 2]
@@ -305,9 +302,7 @@ def test_the_leg_that_is_gone_to_leads_from_the_waypoint_before(target, directio
     assert moved.target == target and moved.cross_track == pytest.approx(across)
     with pytest.raises(InputError, match="the route has 2 waypoints, expected 4 as before"):
         mission.exchange(Route(SQUARE.north[:2], SQUARE.east[:2]))
-
-
-def test_to_a_waypoint_beyond_which_the_boat_lies_she_goes_straight_unless_she_is_at_it():
+    # To a waypoint beyond which she lies she goes straight, unless she is at it.
     for place, direction in (((140.0, 140.0), -0.75 * math.pi), ((103.0, 104.0), math.pi / 2)):
         mission = Mission(SQUARE)
         mission.step(*place, 1.0)
