@@ -1,7 +1,10 @@
 """Outputs of a service, kept and compared."""
 
+import asyncio
+import contextlib
 import json
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -35,6 +38,18 @@ async def serving(listen, say=(), sources=()):
     service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
     async with under_way(service.run(inputs, [link for _, link in pairs if link])):
         yield kept
+
+
+async def stopped_after(service, receives):
+    """Run a service until `receives(deliver)` has delivered all that its link gets, and stop it as Ctrl-C does."""
+
+    async def link(deliver):
+        await receives(deliver)
+        running.cancel()
+
+    running = asyncio.create_task(service.run([SimpleNamespace(run=link)]))
+    with contextlib.suppress(asyncio.CancelledError):
+        await running
 
 
 def first_of_each(fixes):

@@ -131,17 +131,13 @@ def positions(monitor, places, interval=0.2, sog=1.2):
     return None
 
 
-@pytest.mark.parametrize("speed", [0.3, 0.6, 1.2])
-def test_positions_of_few_digits_repeat_honestly(speed):
-    """NMEA 0183 with four decimals of a minute: 0.19 m."""
+def test_positions_of_few_digits_or_given_five_times_repeat_honestly():
+    """NMEA 0183 with four decimals of a minute: 0.19 m; and a fix of every second at 5 Hz."""
     digit = 0.185
-    places = [(digit * round(speed * 0.2 * k / digit), 0.0) for k in range(3000)]
-    assert positions(ReceiverMonitor(), places, sog=speed) is None
-
-
-def test_a_fix_of_every_second_given_five_times_is_no_frozen_receiver():
-    places = [(1.2 * (k // 5), 0.3 * math.sin(k // 5)) for k in range(2000)]
-    assert positions(ReceiverMonitor(), places) is None
+    for speed in (0.3, 0.6, 1.2):
+        places = [(digit * round(speed * 0.2 * k / digit), 0.0) for k in range(3000)]
+        assert positions(ReceiverMonitor(), places, sog=speed) is None
+    assert positions(ReceiverMonitor(), [(1.2 * (k // 5), 0.3 * math.sin(k // 5)) for k in range(2000)]) is None
 
 
 def test_positions_that_flicker_in_the_last_digit_stand_still():

@@ -4,7 +4,6 @@ import asyncio
 import json
 import math
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,36 +14,32 @@ from steerway.estimation import estimate
 from steerway.formats.testing import read, survey
 from steerway.live import testing as live
 from tests import hastened
-from tests.kept_outputs import Kept, assert_equal, first_of_each
+from tests.kept_outputs import Kept, assert_equal, first_of_each, stopped_after
 from tests.scenes import turning
 from tests.sentences import START, gga, rmc, track
 
 
-async def received(epochs, pace, sources=()):
-    """Rows (and outcome) of a service whose link delivers epochs, one per `pace` s, line by line."""
+def received(epochs, sources=()):
+    """Rows of a service whose link delivers epochs, one a second, line by line."""
     kept = Kept()
 
-    async def link(deliver):
+    async def receives(deliver):
         feed = live.Feed(live.ReceiverDecoder(), deliver)
         for epoch in epochs:
             parts = epoch.splitlines(keepends=True)
             for part in parts:
                 feed.feed(part)
-                await asyncio.sleep(pace / len(parts))
+                await asyncio.sleep(1.0 / len(parts))
         await asyncio.sleep(1.0)
-        running.cancel()
 
-    service = live.Service(live.Navigator("small-usv", sources=sources), [kept])
-    running = asyncio.create_task(service.run([SimpleNamespace(run=link)]))
-    (outcome,) = await asyncio.gather(running, return_exceptions=True)
-    return kept.fixes, outcome
+    hastened.run(stopped_after(live.Service(live.Navigator("small-usv", sources=sources), [kept]), receives))
+    return kept.fixes
 
 
 def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data):
     """RMC of a Zeus plotter has the position of the second before. `estimate` uses RMC, and so does `live`."""
     path = shared_data / "data" / "gpsd_logs" / "bundg_zeus_9.log"
-    epochs = re.split(rb"(?=\$GPGGA)", path.read_bytes())
-    rows, _ = hastened.run(received(epochs, 1.0))
+    rows = received(re.split(rb"(?=\$GPGGA)", path.read_bytes()))
     fixes = read(path)
     motion = estimate(fixes, "small-usv", causal=True).rows(first_of_each(fixes))
     assert fixes.source == "GP RMC" and len(rows) >= len(motion) - 1
@@ -65,10 +60,9 @@ def test_a_position_that_another_formatter_gave_before_a_pause_is_not_lost():
 
 def test_a_source_that_does_not_exist_is_refused_with_those_that_do():
     epochs = [gga(*place) + rmc(*place) for place in zip(*track(40), strict=True)]
-    rows, outcome = hastened.run(received(epochs, 1.0, sources=("GX",)))
-    (refused,) = outcome.exceptions
-    assert rows == [] and isinstance(refused, InputError)
-    assert "source 'GX' sends no position; the sources with positions are 'GP'" in str(refused)
+    with pytest.raises(ExceptionGroup) as refused:
+        received(epochs, sources=("GX",))
+    assert "source 'GX' sends no position; the sources with positions are 'GP'" in str(refused.value.exceptions)
 
 
 def opened(rows, pace=0.2, wanted=()):

@@ -6,7 +6,6 @@ import json
 import math
 import sqlite3
 import struct
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from steerway.estimation.testing import prior_profile
 from steerway.formats.testing import nmea0183, read, write
 from steerway.live.testing import Feed, Navigator, Order, ReceiverDecoder, RecordedLearning, Service, State, rows_of
 from tests.command_line import run
-from tests.kept_outputs import Kept, assert_equal
+from tests.kept_outputs import Kept, assert_equal, stopped_after
 from tests.messages import nav_sat_fix
 from tests.scenes import turning
 from tests.sentences import START, sortie
@@ -35,18 +34,6 @@ SETTINGS = {
     "accuracy": True,
     "latency": 0.1,
 }
-
-
-async def stopped_after(service, receives):
-    """Run a service until its link has delivered everything, and stop it as Ctrl-C does."""
-
-    async def link(deliver):
-        await receives(deliver)
-        running.cancel()
-
-    running = asyncio.create_task(service.run([SimpleNamespace(run=link)]))
-    with contextlib.suppress(asyncio.CancelledError):
-        await running
 
 
 @pytest.fixture(scope="module")

@@ -4,17 +4,14 @@ import json
 import math
 import re
 from pathlib import Path
-from typing import Annotated, get_args
 
 import numpy as np
 import pytest
-from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from steerway.core import InputError
 from steerway.estimation.testing import HeadingEstimatorTable
 from steerway.formats.testing import gga, rmc
 from steerway.live import testing as live
-from steerway.simulation import Scenario
 from tests.command_line import run
 from tests.desk import OTTER, Desk, square
 
@@ -118,39 +115,6 @@ def test_the_example_sails(tmp_path):
     assert code in (0, None)
     assert len(rows) == pytest.approx(600, abs=12)  # at the file's rate, not one per fix
     assert rows[-1]["lat_deg"] == pytest.approx(math.degrees(place[0]), abs=1e-5) and rows[-1]["status"] != "lost"
-
-
-def numbers_of(model, seen):
-    """(table, key, type) of every key whose value is not a text."""
-    if model in seen:
-        return
-    seen.add(model)
-    for name, field in model.model_fields.items():
-        whole = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
-        if str not in _leaves(field.annotation):
-            yield model.__name__, name, whole
-        for inner in _leaves(field.annotation):
-            if isinstance(inner, type) and issubclass(inner, BaseModel):
-                yield from numbers_of(inner, seen)
-
-
-def _leaves(annotation):
-    inner = get_args(annotation)
-    return [annotation] if not inner else [leaf for each in inner for leaf in _leaves(each)]
-
-
-def test_no_number_and_no_flag_takes_a_text():
-    seen: set = set()
-    keys = [each for model in (Scenario, live.MissionFile, live.Settings) for each in numbers_of(model, seen)]
-    taken = []
-    for table, key, kind in keys:
-        for text in ("2", "1.5", "true"):
-            try:
-                TypeAdapter(kind).validate_python(text)
-            except ValidationError:
-                continue
-            taken.append((table, key, text))
-    assert len(keys) > 150 and not taken
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,7 @@ from steerway.live import testing as live
 from tests import hastened
 from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, square
-from tests.mavlink_wire import signed
-from tests.ports import free_port, until, wait_until
+from tests.ports import free_port, under_way, wait_until
 from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
@@ -170,47 +169,34 @@ def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
     desk = Desk(square())
     for name in "ab":
         (tmp_path / name).write_text(f"a long passphrase {name}")
-    address = live.addresses.ground_station(f"udpin:127.0.0.1:{port}", ours and str(tmp_path / ours))
-    link = live.MissionLink(address, desk.autopilot, desk.service.controls)
-    mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), []
-    codec = M.MAVLink(None, 255, 190)
-    if theirs:
-        signed(codec, live.key_of(str(tmp_path / theirs)))
+    here, there = (
+        live.addresses.ground_station(f"{via}:127.0.0.1:{port}", key and str(tmp_path / key))
+        for via, key in (("udpin", ours), ("udpout", theirs))
+    )
+    link = live.MissionLink(here, desk.autopilot, desk.service.controls)
+    mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), {}
+
+    def hear(message):
+        got[message.get_type()] = message
+        if message.get_type() == "MISSION_REQUEST_INT":
+            station.send([mission[message.seq]])
+        return True
+
+    station = live.MavlinkLink(there, hear, 255, 190)
 
     async def run():
-        running = asyncio.create_task(link.run())
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
-            station.setblocking(False)
-            station.connect(("127.0.0.1", port))
-
-            def hear():
-                try:
-                    while True:
-                        for message in codec.parse_buffer(station.recv(4096)) or ():
-                            got.append(message)
-                            if message.get_type() == "MISSION_REQUEST_INT":
-                                station.send(mission[message.seq].pack(codec))
-                except BlockingIOError:
-                    return any(each.get_type() == "MISSION_ACK" for each in got)
-
+        async with under_way(link.run(), station.run()):
             await asyncio.sleep(0.1)
-            station.send(M.MAVLink_mission_count_message(1, 1, len(mission)).pack(codec))
-            if ours == theirs:
-                await until(hear, 5.0)
-            else:
-                await asyncio.sleep(3.0)
-                assert not hear()
-        running.cancel()
-        await asyncio.gather(running, return_exceptions=True)
+            station.send([M.MAVLink_mission_count_message(1, 1, len(mission))])
+            await asyncio.sleep(3.0)
 
     hastened.run(run())
     assert (link.link.broken > 0) == (ours != theirs)
-    if ours != theirs:
-        assert len(desk.autopilot.guide.route.places) == 5
-        return
-    assert next(each for each in got if each.get_type() == "MISSION_ACK").type == ACCEPTED
-    assert any(each.get_type() == "HEARTBEAT" for each in got)
-    assert len(desk.autopilot.guide.route.places) == 3
+    assert len(desk.autopilot.guide.route.places) == (3 if ours == theirs else 5)
+    if ours == theirs:
+        assert got["MISSION_ACK"].type == ACCEPTED and "HEARTBEAT" in got
+    else:
+        assert "MISSION_ACK" not in got
 
 
 PLACES = [(54.0, 10.0), (54.001, 10.0), (54.001, 10.002)]
@@ -288,7 +274,7 @@ def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
     given.write_text("\n".join(lines) + "\n")
     command = [*STEERWAY, "live", "--from", f"udp://127.0.0.1:{receiver}", "--missions", f"udpin:127.0.0.1:{port}"]
     with open(tmp_path / "log", "w") as log:
-        live = subprocess.Popen([*command, "--mission", OTTER.mission], stdout=subprocess.DEVNULL, stderr=log)
+        computer = subprocess.Popen([*command, "--mission", OTTER.mission], stdout=subprocess.DEVNULL, stderr=log)
     program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
     with open(said, "w") as out:
         station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=out, cwd=tmp_path, text=True)
@@ -304,8 +290,8 @@ def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
     finally:
         station.kill()  # it takes no SIGTERM
         station.wait(20.0)
-        live.terminate()
-        live.wait(20.0)
+        computer.terminate()
+        computer.wait(20.0)
     assert (tmp_path / "log").read_text().count("mission of 4 items taken") == 2
 
 
