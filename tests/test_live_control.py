@@ -20,10 +20,7 @@ TOKEN = "a token for programs"
 
 def holding_desk(corners=SQUARE, limits=None, at_end="stop", **settings):
     """A desk with a boat that can hold a position."""
-    route = square(corners, limits=limits, at_end=at_end)
-    desk = Desk(route, noise=0.2, **settings)
-    desk.route = route
-    return desk
+    return Desk(square(corners, limits=limits, at_end=at_end), noise=0.2, **settings)
 
 
 def asks(desk, what, value=None):
@@ -143,7 +140,7 @@ def test_the_end_of_a_route_is_held():
     desk = holding_desk(corners=((0.0, 0.0), (40.0, 0.0)), at_end="hold", current=0.4).start()
     desk.sail(100.0)
     assert desk.order.state is State.RUNNING and desk.service.controls.state()["mode"] == "position"
-    assert desk.autopilot.guide.place == (desk.route.latitude[-1], desk.route.longitude[-1])
+    assert displacement(*desk.autopilot.guide.place, *HOME) == pytest.approx((40.0, 0.0), abs=1e-6)
     assert max(from_place(desk, desk.rows[-1000:])) < 5.0
 
 

@@ -17,12 +17,12 @@ import pytest
 from steerway.core import OK, InputError
 from steerway.core.testing import iso, unix_times
 from steerway.estimation import estimate
-from steerway.formats.testing import nmea0183, ubx
+from steerway.formats.testing import nmea0183
 from steerway.live import testing as live
 from tests import hastened
 from tests.kept_outputs import RecordingSink, assert_equal, serving
 from tests.ports import free_port, under_way, until
-from tests.sentences import gga, pvt, rmc, sortie, track
+from tests.sentences import rmc, sortie, track
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
@@ -139,9 +139,9 @@ def test_addresses_as_users_write_them():
         assert isinstance(live.addresses.output(text)[0], kind)
 
 
-async def listened(text, feed, n, to=(), source="GP"):
+async def listened(text, feed, n, to=()):
     """The rows of a service with one input, for n fixes that `feed` sends."""
-    async with serving([text], to, (source,)) as kept:
+    async with serving([text], to, ("GP",)) as kept:
         await asyncio.sleep(0.1)
         await asyncio.gather(feed(), until(lambda: len(kept.fixes) >= n))
         await asyncio.sleep(0.2)
@@ -206,40 +206,6 @@ def test_a_serial_line_carries_both_ways_and_a_sink_leaves_what_comes_to_others(
         os.close(near)
 
     asyncio.run(lines())
-
-
-async def datagrams(port, parts):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        for part in parts:
-            sender.sendto(part, ("127.0.0.1", port))
-            await asyncio.sleep(0.001)
-
-
-@pytest.mark.parametrize(("scheme", "source"), [("tcp", "UBX"), ("udp", "GP")])
-def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
-    """Both for the same epochs, with some messages of each kind damaged."""
-    places = list(zip(*track(40), strict=True))
-    frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
-    frames[20], lines[13] = frames[20][:50], lines[13][:50]
-    parts = [part for pair in zip(frames, lines, strict=True) for part in pair]
-    log = b"".join(parts)
-    expected = {**ubx.read(log).sources, **nmea0183.read(log).sources}[source]
-    port = free_port(socket.SOCK_DGRAM if scheme == "udp" else socket.SOCK_STREAM)
-
-    async def stream():
-        async def send(reader, writer):
-            for k in range(0, len(log), 61):
-                writer.write(log[k : k + 61])
-                await asyncio.sleep(0.0)
-            await reader.read()
-
-        async with await asyncio.start_server(send, "127.0.0.1", port):
-            await asyncio.sleep(1.5)
-
-    feed = stream if scheme == "tcp" else lambda: datagrams(port, parts)
-    kept = hastened.run(listened(f"{scheme}://127.0.0.1:{port}", feed, len(expected), source=source))
-    assert len(expected) >= 39
-    assert_equal(kept.fixes, estimate(expected, "small-usv", causal=True))
 
 
 def test_every_client_receives_and_one_that_does_not_read_stops_nobody():

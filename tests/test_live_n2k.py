@@ -29,11 +29,8 @@ SENT = {
 """Payloads that the package nmea2000 reads as course, speed, rate, cross-track error, leg and heading to steer."""
 
 
-def test_what_is_sent_is_as_another_implementation_reads_it():
+def test_what_is_sent_is_as_another_implementation_reads_it_and_what_is_unknown_is_not_available():
     assert [payload.hex() for payload in SENT.values()] == list(SENT)
-
-
-def test_what_is_unknown_is_sent_as_not_available():
     nan = math.nan
     assert live.n2k.write_course_and_speed(1, nan, nan)[2:6] == b"\xff" * 4
     assert live.n2k.write_rate_of_turn(1, nan)[1:5] == b"\xff\xff\xff\x7f"

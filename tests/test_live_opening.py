@@ -11,12 +11,12 @@ import pytest
 from steerway.core import REJECTED, InputError
 from steerway.core.testing import iso
 from steerway.estimation import estimate
-from steerway.formats.testing import read, survey
+from steerway.formats.testing import nmea0183, read, survey, ubx
 from steerway.live import testing as live
 from tests import hastened
 from tests.kept_outputs import Kept, assert_equal, first_of_each, stopped_after
 from tests.scenes import turning
-from tests.sentences import START, gga, rmc, track
+from tests.sentences import START, gga, pvt, rmc, track
 
 
 def received(epochs, sources=()):
@@ -44,6 +44,18 @@ def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data):
     motion = estimate(fixes, "small-usv", causal=True).rows(first_of_each(fixes))
     assert fixes.source == "GP RMC" and len(rows) >= len(motion) - 1
     assert_equal(rows, motion.rows(slice(0, len(rows))))
+
+
+@pytest.mark.parametrize("source", ["UBX", "GP"])
+def test_ubx_and_sentences_mixed_on_a_link(source):
+    """Both for the same epochs, with some messages of each kind damaged."""
+    places = list(zip(*track(40), strict=True))
+    frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
+    frames[20], lines[13] = frames[20][:50], lines[13][:50]
+    epochs = [frame + line for frame, line in zip(frames, lines, strict=True)]
+    expected = {**ubx.read(b"".join(epochs)).sources, **nmea0183.read(b"".join(epochs)).sources}[source]
+    assert len(expected) >= 39
+    assert_equal(received(epochs, (source,)), estimate(expected, "small-usv", causal=True))
 
 
 def test_a_position_that_another_formatter_gave_before_a_pause_is_not_lost():

@@ -198,30 +198,23 @@ def assert_held(value, wanted):
         assert math.isnan(wanted) if value is None else value == pytest.approx(wanted, abs=1e-6)
 
 
-@pytest.fixture
-def signalk_port(tmp_path):
-    """A Signal K server without plugins."""
-    with signalk_server(tmp_path, ("plugins",)) as port:
-        yield port
-
-
-def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
+def test_gpsfake_to_signal_k_and_read_back(tmp_path):
     gpsfake = installed("gpsfake")
     installed("gpsd")
     epochs, port, deltas = exact_log(60), free_port(), []
     log = tmp_path / "log.nmea"
     log.write_bytes(b"".join(epochs))
-    server = f"signalk://127.0.0.1:{signalk_port}"
 
-    async def read_back():
+    async def read_back(server):
         async with connected(addresses.sources([server])[0][0]) as stream:
             wanted = [{"path": "navigation.*", "policy": "instant"}]
             await stream.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
             async for message in stream:
                 deltas.extend(json.loads(message).get("updates", []))
 
-    async def chain():
-        async with under_way(read_back()), serving([f"gpsd://127.0.0.1:{port}"], [server]) as kept:
+    async def chain(signalk_port):
+        server = f"signalk://127.0.0.1:{signalk_port}"
+        async with under_way(read_back(server)), serving([f"gpsd://127.0.0.1:{port}"], [server]) as kept:
             await asyncio.sleep(0.5)
             with running(gpsfake, "-1", "-q", "-c", "0.05", "-P", str(port), str(log)):
                 await until(lambda: kept.fixes and kept.fixes[-1].time >= START + 59.0, 30.0)
@@ -230,7 +223,8 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
                 rest = json.loads(await asyncio.to_thread(lambda: urllib.request.urlopen(address).read()))
         return kept, rest
 
-    kept, rest = asyncio.run(chain())
+    with signalk_server(tmp_path, ("plugins",)) as signalk_port:
+        kept, rest = asyncio.run(chain(signalk_port))
     (fixes,) = nmea0183.read(log.read_bytes()).sources.values()
     motion = estimate(fixes.between(kept.fixes[0].time - 0.5), "small-usv", causal=True)
     assert len(kept.fixes) == len(motion) >= 30  # gpsd uses the first sentences to find the receiver's protocol

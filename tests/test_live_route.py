@@ -20,25 +20,20 @@ def at(north, east, time=NOON, cog=0.0, sog=2.0):
     return Row(time, *displaced(*HOME, north, east), sog, cog, 0.0, 0.1, 0.02, 0.01, 0.3, 0.3, 1.0, OK)
 
 
-class Led:
+def legs(route, rows):
     """The legs that a supervisor shows, without being started."""
-
-    def __init__(self, route):
-        self.supervisor = Supervisor(route)
-
-    @property
-    def finished(self):
-        return self.supervisor.guide.finished
-
-    def step(self, row):
-        self.supervisor.step(row, 1.0)
-        return self.supervisor.leg
+    supervisor, shown = Supervisor(route), []
+    for row in rows:
+        supervisor.step(row, 1.0)
+        shown.append(supervisor.leg)
+    return shown
 
 
-@pytest.fixture
-def guide():
-    points = [corner(*each, WaypointTable) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
-    return Led(GeodeticRoute.of(points, [], MissionTable(lookahead=20.0, acceptance=5.0)))
+CORNER = GeodeticRoute.of(
+    [corner(*each, WaypointTable) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))],
+    [],
+    MissionTable(lookahead=20.0, acceptance=5.0),
+)
 
 
 def test_the_letter_is_the_side_to_steer_to():
@@ -50,22 +45,24 @@ def test_the_letter_is_the_side_to_steer_to():
     assert ",A,A,0.00,T," in apb(STARBOARD._replace(is_arrived=True, is_passed=True))
 
 
-def test_a_boat_is_led_back_to_the_line(guide):
-    leg = guide.step(at(50.0, 10.0))
+def test_a_boat_is_led_back_to_the_line_and_along_the_route_to_its_end():
+    (leg,) = legs(CORNER, [at(50.0, 10.0)])
     assert leg.cross_track == pytest.approx(10.0, abs=1e-3) and leg.direction == pytest.approx(0.0, abs=1e-6)
     assert leg.course_to_steer == pytest.approx(-math.atan(0.5), abs=1e-4)
     assert leg.distance == pytest.approx(math.hypot(150.0, 10.0), abs=1e-2)
     assert leg.closing_speed == pytest.approx(2.0 * math.cos(math.atan2(10.0, 150.0)), abs=1e-4)
     assert math.degrees(leg.latitude) == pytest.approx(54.0 + 200.0 / 111_300.0, abs=1e-4)
-
-
-def test_the_route_is_sailed_to_its_end(guide):
-    legs = [guide.step(at(float(k), 0.0, NOON + k)) for k in range(0, 210, 2)]
-    assert (legs[0].destination, legs[-1].destination) == ("WP1", "WP2")
-    assert legs[-1].direction == pytest.approx(math.pi / 2.0, abs=1e-6)
-    legs = [guide.step(at(200.0, float(k), NOON + 300.0 + k, cog=math.pi / 2.0)) for k in range(0, 210, 2)]
-    assert guide.finished and legs[-1] is None
-    assert any(leg is not None and leg.is_arrived for leg in legs)
+    rows = [at(float(k), 0.0, NOON + k) for k in range(0, 210, 2)]
+    rows += [at(200.0, float(k), NOON + 300.0 + k, cog=math.pi / 2.0) for k in range(0, 210, 2)]
+    found = legs(CORNER, rows)
+    assert (found[0].destination, found[104].destination, found[-1]) == ("WP1", "WP2", None)
+    assert found[104].direction == pytest.approx(math.pi / 2.0, abs=1e-6)
+    assert any(leg is not None and leg.is_arrived for leg in found[105:])
+    found = legs(
+        square(((0.0, 0.0), (60.0, 0.0))), [at(north, 0.0, NOON + north) for north in (10.0, 40.0, 50.0, 54.0)]
+    )
+    asked = [leg.speed for leg in found]  # slower before the end
+    assert asked[0] == asked[1] == 1.2 and 1.2 > asked[2] > asked[3] == pytest.approx(0.72)
 
 
 POINTS = '<rtept lat="54" lon="10"/><rtept lat="54.01" lon="10.01"/>'
@@ -215,12 +212,6 @@ def test_a_fence_knows_inside_and_ahead():
     notched = [(-10.0, -10.0), (70.0, -10.0), (70.0, 70.0), (50.0, 70.0), (50.0, 30.0), (20.0, 30.0), (20.0, 70.0)]
     with pytest.raises(InputError, match="the leg to waypoint 3 crosses the fence"):
         square(SQUARE, fence=[*notched, (-10.0, 70.0)])
-
-
-def test_she_slows_down_before_the_end():
-    guide = Led(square(((0.0, 0.0), (60.0, 0.0))))
-    asked = [guide.step(at(north, 0.0, NOON + north)).speed for north in (10.0, 40.0, 50.0, 54.0)]
-    assert asked[0] == asked[1] == 1.2 and 1.2 > asked[2] > asked[3] == pytest.approx(0.72)
 
 
 def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):
