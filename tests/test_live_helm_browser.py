@@ -7,7 +7,6 @@ import math
 import os
 import re
 import signal
-import subprocess
 import time
 import urllib.parse
 
@@ -17,7 +16,7 @@ from steerway.formats.testing import gga, rmc
 from steerway.live.testing import warm
 from tests.browser import chromium, helm_page
 from tests.command_line import STEERWAY
-from tests.ports import free_port, wait_until
+from tests.ports import free_port, running, wait_until
 
 pytest.importorskip("nicegui", reason="nicegui is not installed: pip install steerway[helm]")
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
@@ -58,18 +57,10 @@ def sailing(sea, port, *more):
         *(*STEERWAY, "live", "--from", f"file:{sea / 'log.nmea'}?speed=5", "--to", f"file:{sea / 'run.csv'}"),
         *("--helm", f"127.0.0.1:{port}", *more),
     )
-    with open(sea / "said.txt", "wb") as output:
-        process = subprocess.Popen(command, stdout=output, stderr=output, env=surroundings, cwd=sea)
-    try:
-        until(lambda: answers(port), 120.0)
-        yield process
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(10.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+    with open(sea / "said.txt", "wb") as out:
+        with running(*command, ends=signal.SIGINT, stdout=out, stderr=out, env=surroundings, cwd=sea) as process:
+            until(lambda: answers(port), 120.0)
+            yield process
 
 
 def answers(port):

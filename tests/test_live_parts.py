@@ -6,7 +6,6 @@ import json
 import math
 import os
 import shutil
-import subprocess
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -20,7 +19,7 @@ from steerway.formats.testing import nmea0183
 from steerway.live.testing import Address, ControlPort, addresses, connected
 from tests.command_line import run_process
 from tests.kept_outputs import serving
-from tests.ports import free_port, under_way, until
+from tests.ports import free_port, running, under_way, until
 from tests.sentences import START, gga, rmc, sortie
 
 LOOPBACK = """
@@ -41,21 +40,6 @@ def installed(name):
     if path is None:
         pytest.skip(f"{name} is not installed")
     return path
-
-
-@contextlib.contextmanager
-def running(*command, **options):
-    """A process that ends with the test."""
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options)
-    try:
-        yield process
-    finally:
-        process.terminate()
-        try:
-            process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
 
 
 @contextlib.contextmanager

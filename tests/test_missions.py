@@ -4,6 +4,7 @@ import asyncio
 import json
 import math
 import shutil
+import signal
 import socket
 import subprocess
 
@@ -15,7 +16,7 @@ from steerway.live import testing as live
 from tests import hastened
 from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, square
-from tests.ports import free_port, under_way, wait_until
+from tests.ports import free_port, running, under_way, wait_until
 from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
@@ -273,12 +274,14 @@ def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
     lines += [f"{k}\t0\t3\t16\t0\t0\t0\t0\t{63.44 + 0.0001 * k:.4f}\t10.4003\t0\t1" for k in (1, 2, 3)]
     given.write_text("\n".join(lines) + "\n")
     command = [*STEERWAY, "live", "--from", f"udp://127.0.0.1:{receiver}", "--missions", f"udpin:127.0.0.1:{port}"]
-    with open(tmp_path / "log", "w") as log:
-        computer = subprocess.Popen([*command, "--mission", OTTER.mission], stdout=subprocess.DEVNULL, stderr=log)
     program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
-    with open(said, "w") as out:
-        station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=out, cwd=tmp_path, text=True)
-    try:
+    stopped = {"ends": signal.SIGKILL, "stdin": subprocess.PIPE, "cwd": tmp_path, "text": True}  # it takes no SIGTERM
+    with (
+        open(tmp_path / "log", "w") as log,
+        open(said, "w") as out,
+        running(*command, "--mission", OTTER.mission, stderr=log),
+        running(*program, stdout=out, **stopped) as station,
+    ):
         wait_until(lambda: "online system 1" in said.read_text(), 60.0, 0.1)
         for k, way in enumerate((lines, [*lines[:-1], lines[-1].replace("63.4403", "63.4409")]), start=1):
             given.write_text("\n".join(way) + "\n")
@@ -287,11 +290,6 @@ def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
                 station.stdin.flush()
                 wait_until(lambda answer=answer, k=k: said.read_text().count(answer) >= k, 60.0, 0.1)
             assert _places(got) == _places(given)
-    finally:
-        station.kill()  # it takes no SIGTERM
-        station.wait(20.0)
-        computer.terminate()
-        computer.wait(20.0)
     assert (tmp_path / "log").read_text().count("mission of 4 items taken") == 2
 
 

@@ -6,7 +6,6 @@ import math
 import os
 import shutil
 import socket
-import subprocess
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -18,7 +17,7 @@ from steerway.live import testing as live
 from steerway.simulation import load_scenario, parse_scenario
 from tests import hastened
 from tests.command_line import run
-from tests.ports import free_port, under_way, until
+from tests.ports import free_port, running, under_way, until, wait_until
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
@@ -170,14 +169,9 @@ def test_steered_over_udp():
 def test_steered_over_a_serial_line(tmp_path):
     """At true pace."""
     ends = [tmp_path / "boat", tmp_path / "computer"]
-    line = subprocess.Popen(["socat", *(f"pty,raw,echo=0,link={each}" for each in ends)])
-    try:
-        while not all(map(os.path.exists, ends)):
-            assert line.poll() is None
+    with running("socat", *(f"pty,raw,echo=0,link={each}" for each in ends)):
+        wait_until(lambda: all(map(os.path.exists, ends)))
         asyncio.run(check(Desk(*(f"{each}?baud=115200" for each in ends))))
-    finally:
-        line.terminate()
-        line.wait()
 
 
 @pytest.mark.parametrize("mode", [live.RoverMode.HOLD, live.RoverMode.MANUAL])
