@@ -27,12 +27,6 @@ SCENARIO = """duration = 100
 at_end = "stop"
 waypoints = [{ north = 0, east = 0 }, { north = 2000, east = 0 }]
 """
-CAMPAIGN = """
-import sys
-from tests.test_processes import endless
-from steerway.core.testing import in_workers
-list(in_workers(endless, sys.argv[1:], 2))
-"""
 
 
 def started(command, **options) -> subprocess.Popen:
@@ -43,12 +37,6 @@ def started(command, **options) -> subprocess.Popen:
             signal.signal(each, signal.SIG_DFL)
 
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heed, **options)
-
-
-def endless(begun):
-    """Work that compiled code could do: it never looks at signals."""
-    Path(begun).touch()
-    time.sleep(100.0)
 
 
 def fail_at(bad, item):
@@ -87,20 +75,6 @@ def test_results_of_workers_and_exceptions_come_here_and_end_the_others():
             list(results)
         assert error is not InputError or "in fail_at" in "".join(caught.value.__notes__)
         assert multiprocessing.active_children() == []
-
-
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
-def test_workers_end_with_their_parent(how, tmp_path):
-    before, begun = shared_objects(), [tmp_path / name for name in "ab"]
-    command, root = [sys.executable, "-c", CAMPAIGN, *map(str, begun)], Path(__file__).parents[1]
-    parent = started(command, cwd=root, start_new_session=True)
-    wait_until(lambda: all(each.exists() for each in begun), 60.0)
-    assert len(of_session(parent.pid)) == 4, "with two workers and the resource tracker"
-    parent.send_signal(how)
-    parent.wait(LIMIT)
-    parent.stderr.close()
-    wait_until(lambda: not of_session(parent.pid), LIMIT)
-    assert shared_objects() <= before
 
 
 def entries(path) -> list:
