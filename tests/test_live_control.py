@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import json
 import math
-from contextlib import asynccontextmanager
 
 import pytest
 
@@ -185,15 +184,17 @@ def test_what_cannot_be_done_is_refused_in_a_sentence():
     assert desk.service.controls.state()["offset"] == 0.0
 
 
-@asynccontextmanager
-async def listening(controls=None):
-    """An open control port."""
-    port = free_port()
-    async with under_way(
-        ControlPort(controls or Controls(Supervisor(square())), Address("127.0.0.1", port, TOKEN)).run()
-    ):
-        await asyncio.sleep(0.1)
-        yield port
+def at_port(conversation, controls=None):
+    """The result of `conversation(port)` with an open control port."""
+
+    async def run():
+        port = free_port()
+        address = Address("127.0.0.1", port, TOKEN)
+        async with under_way(ControlPort(controls or Controls(Supervisor(square())), address).run()):
+            await asyncio.sleep(0.1)
+            return await conversation(port)
+
+    return hastened.run(run())
 
 
 async def talk(port, *lines):
@@ -209,22 +210,18 @@ async def talk(port, *lines):
     return answers
 
 
+KNOWN, STOP = {"token": TOKEN}, {"id": 1, "do": "stop"}
+
+
 def test_the_port_answers_who_knows_the_token_and_sends_the_state():
     controls = Controls(Supervisor(square()))
+    requests = {"id": 1, "do": "hold-course", "value": 0.1}, {"id": 2, "do": "start"}, [1]
+    strangers = ({"token": "another"}, STOP), (STOP,), (b"x" * 9000 + b"\n",), (KNOWN, b"no json\n", STOP)
 
-    async def run():
-        async with listening(controls) as port:
-            return await asyncio.gather(
-                talk(
-                    port, {"token": TOKEN}, {"id": 1, "do": "hold-course", "value": 0.1}, {"id": 2, "do": "start"}, [1]
-                ),
-                talk(port, {"token": "another"}, {"id": 1, "do": "stop"}),
-                talk(port, {"id": 1, "do": "stop"}),
-                talk(port, b"x" * 9000 + b"\n"),
-                talk(port, {"token": TOKEN}, b"no json\n", {"id": 1, "do": "stop"}),
-            )
+    async def converse(port):
+        return await asyncio.gather(*(talk(port, *lines) for lines in ((KNOWN, *requests), *strangers)))
 
-    known, *others = hastened.run(run())
+    known, *others = at_port(converse, controls)
     assert [each for each in known if "id" in each] == [
         {"id": 1, "ok": True},
         {"id": 2, "error": "the autopilot cannot be started: no position yet"},
@@ -235,36 +232,34 @@ def test_the_port_answers_who_knows_the_token_and_sends_the_state():
 
 @pytest.mark.parametrize(("count", "seconds"), [(30, 30.0), (40, 0.0)], ids=["silent", "again and again"])
 def test_strangers_at_the_port_do_not_keep_others_out(count, seconds):
-    async def run():
-        async with listening() as port:
-            strangers = [await asyncio.open_connection("127.0.0.1", port) for _ in range(count)]
-            await asyncio.sleep(seconds)
-            answers = await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
-            for _, writer in strangers:
-                writer.close()
-            return answers
+    async def converse(port):
+        strangers = [await asyncio.open_connection("127.0.0.1", port) for _ in range(count)]
+        await asyncio.sleep(seconds)
+        answers = await talk(port, KNOWN, STOP)
+        for _, writer in strangers:
+            writer.close()
+        return answers
 
-    assert {"id": 1, "ok": True} in hastened.run(run())
+    assert {"id": 1, "ok": True} in at_port(converse)
 
 
 def test_deep_json_and_a_client_that_does_not_read_end_their_connection_to_the_port_only(caplog):
     deep = b'{"token": ' + b"[" * 4000 + b"\n"
     request = json.dumps({"id": "x" * 3000, "do": "stop"}).encode() + b"\n"
 
-    async def run():
-        async with listening() as port:
-            assert await talk(port, deep) == []
-            assert not any("id" in each for each in await talk(port, {"token": TOKEN}, deep))
-            _, writer = await asyncio.open_connection("127.0.0.1", port, limit=1024)
-            writer.transport.pause_reading()
-            writer.write(json.dumps({"token": TOKEN}).encode() + b"\n")
-            with pytest.raises(ConnectionError):
-                for _ in range(20_000):
-                    writer.write(request)
-                    await writer.drain()
-            return await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
+    async def converse(port):
+        assert await talk(port, deep) == []
+        assert not any("id" in each for each in await talk(port, KNOWN, deep))
+        _, writer = await asyncio.open_connection("127.0.0.1", port, limit=1024)
+        writer.transport.pause_reading()
+        writer.write(json.dumps(KNOWN).encode() + b"\n")
+        with pytest.raises(ConnectionError):
+            for _ in range(20_000):
+                writer.write(request)
+                await writer.drain()
+        return await talk(port, KNOWN, STOP)
 
-    assert {"id": 1, "ok": True} in hastened.run(run())
+    assert {"id": 1, "ok": True} in at_port(converse)
     assert not [each for each in caplog.records if each.exc_info]
 
 

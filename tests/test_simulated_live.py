@@ -1,7 +1,6 @@
 """The simulated boat as an instrument: her receiver, her inner loops, her propellers, and MAVLink over real links."""
 
 import asyncio
-import json
 import math
 import os
 import shutil
@@ -58,37 +57,25 @@ def test_what_cannot_be_is_refused_in_a_sentence():
         assert code == 2 and why in given and given.count("\n") == 1
 
 
-def test_propeller_commands_turn_her_and_their_absence_stops_her():
-    port = free_port(socket.SOCK_DGRAM)
+def test_propeller_commands_are_obeyed_until_they_fall_silent():
+    port, actuators = free_port(socket.SOCK_DGRAM), boat_of("otter").vessel.actuators
+    propellers = live.PropellerReceiver(live.addresses.datagrams(f"udp://127.0.0.1:{port}"), actuators)
 
-    async def sail():
-        running = live.RunningBoat(
-            live.SimulatedBoat(load_scenario(SQUARE)), propellers=live.addresses.datagrams(f"udp://127.0.0.1:{port}")
-        )
-        async with under_way(running.run()):
-            await until(lambda: running.boat.motion.sog > 0.3, 20.0)
+    async def listen():
+        async with under_way(propellers.run()):
+            await asyncio.sleep(0.1)
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hand:
-
-                def say(line):
+                for line in (b"{}", b"garbage", b'{"port": null, "starboard": 1}'):
                     hand.sendto(line, ("127.0.0.1", port))
-
-                say(b"{}")
-                say(b"garbage")
-                say(b'{"port": null, "starboard": 1}')
                 await asyncio.sleep(0.1)
-                assert not running.propellers.obeyed
+                assert not propellers.obeyed and propellers.command() is None
+                hand.sendto(b'{"port": -0.5, "starboard": 0.8}', ("127.0.0.1", port))
+            await asyncio.sleep(0.1)
+            assert propellers.command() == pytest.approx((0.5 * actuators[0].low, 0.8 * actuators[0].high))
+            await asyncio.sleep(1.0)
+            assert propellers.command() is None
 
-                def turning():
-                    say(json.dumps({"port": -0.5, "starboard": 0.8}).encode())
-                    return running.boat.motion.yaw_rate < -0.2  # by hand she turns the other way
-
-                await until(turning, 10.0)
-                screw = running.boat.vessel.actuators[0]
-                assert running.propellers.command() == pytest.approx((0.5 * screw.low, 0.8 * screw.high))
-                await asyncio.sleep(1.5)
-                assert running.propellers.command() is None
-
-    hastened.run(sail())
+    hastened.run(listen())
     with pytest.raises(InputError, match="expected a vessel of kind otter"):
         live.PropellerReceiver(live.addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
 
