@@ -29,13 +29,13 @@ class Kept:
 
 
 @asynccontextmanager
-async def serving(listen, say=(), sources=()):
+async def serving(listen, say=(), sources=(), kept=None, **settings):
     """A running live service with these addresses of inputs and outputs; gives its rows."""
-    kept = Kept()
+    kept = kept or Kept()
     found, _ = addresses.sources(listen)
     inputs = [addresses.opened(each, len(found)) for each in found]
     pairs = [addresses.output(each, Context(inputs=inputs)) for each in say]
-    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
+    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)], **settings)
     async with under_way(service.run(inputs, [link for _, link in pairs if link])):
         yield kept
 
