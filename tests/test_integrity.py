@@ -158,19 +158,6 @@ def test_a_gyro_tells_a_turn_at_once():
     assert 0.1 * k < 6.0
 
 
-@pytest.mark.parametrize(("by", "current", "rate"), [("yaw-rate", 0.6, 5.0), ("propellers", 0.6, 1.0)])
-def test_a_square_in_a_strong_current_is_sailed_to_its_end(by, current, rate):
-    desk = Desk(square(boat=OTTER), by=by, current=current, rate=rate)
-    step = math.radians(1e-7)
-    desk.alter(lambda row: row._replace(**{k: step * round(getattr(row, k) / step) for k in ("latitude", "longitude")}))
-    desk.start()
-    while desk.order.state in UNDER_WAY:
-        desk.sail(1.0)
-        assert "stands still" not in desk.order.reason and "turn as ordered" not in desk.order.reason
-        assert desk.time < 600.0
-    assert desk.order.state is State.FINISHED
-
-
 SURVEY = tuple((70.0 * ((k + 1) // 2 % 2), 12.0 * (k // 2)) for k in range(8))
 SORTIES = range(10_000, 10_000 + int(os.environ.get("STEERWAY_SORTIES", "6")))
 
