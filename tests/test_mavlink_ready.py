@@ -65,16 +65,13 @@ def test_a_vehicle_is_ready_when_all_its_parts_are(reports, why):
     assert why in readiness.obstacle(1.5) and bool(why) == bool(readiness.obstacle(1.5))
 
 
-def test_a_report_that_never_comes_is_not_waited_for_for_ever_and_an_old_one_does_not_hold():
+def test_reports_are_not_waited_for_for_ever_old_ones_do_not_hold_and_a_refusal_is_not_tried_again_at_once():
     readiness = Readiness(messages)
     for moment in range(20):
         readiness.receive(heartbeat(), float(moment))
     assert readiness.obstacle(4.9) and not readiness.obstacle(19.5)
     readiness.receive(ekf(0), 20.0)
     assert readiness.obstacle(20.5) and not readiness.obstacle(26.0)
-
-
-def test_a_refusal_is_not_tried_again_at_once():
     readiness = Readiness(messages)
     for each in GOOD:
         readiness.receive(each, 1.0)
