@@ -173,12 +173,19 @@ def pilot_ready(boat=OTTER, **settings):
     return pilot, time
 
 
-def test_she_begins_with_the_course_she_is_on():
+def test_she_begins_with_the_course_she_is_on_and_one_that_stays_unknown_stops_her():
     pilot, time = pilot_ready()
     pilot.start()
     order = pilot.step(at(time, cog=-2.0), TICK)
     assert order.engaged and abs(order.yaw_rate) < 0.02
     assert pilot.step(at(time + 1.0, cog=-2.0), 0.4).yaw_rate > order.yaw_rate
+    pilot, time = pilot_ready()
+    pilot.start()
+    begun = time
+    while pilot.step(at(time, cog=math.nan), 0.1).engaged and pilot.state is not State.STOPPED:
+        time += 0.1
+        pilot.fix(at(time, cog=math.nan))
+    assert pilot.reason == "the course is not known" and time - begun == pytest.approx(3.1, abs=0.25)
 
 
 def test_a_table_tells_the_state(tmp_path):
@@ -275,27 +282,14 @@ def test_propellers_give_the_share_of_the_full_moment_that_a_yaw_rate_takes():
 LAGS = [(carried, time) for carried in (0.1, 0.5, 1.0) for time in (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0)]
 
 
-def test_the_bandwidth_keeps_the_loop_damped():
+def test_the_bandwidth_and_a_commanded_yaw_rate_keep_the_loop_damped_whatever_the_vessels_lag():
     for carried, time in [*LAGS, (0.1, 107.0), (1.0, 107.0)]:
         bandwidth = comfortable_bandwidth(carried, time)
         assert 0.1 * carried < bandwidth < carried
         assert loop_damping(bandwidth, carried, time) == pytest.approx(COMFORTABLE, abs=0.01), (carried, time)
-
-
-def test_a_commanded_yaw_rate_keeps_the_loop_damped_whatever_the_vessels_lag():
     for carried, time in LAGS:
         s = np.polynomial.Polynomial([0.0, 1.0])
         filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
         course = np.polynomial.Polynomial([carried**3, 2.0 * carried**2])
         poles = (s * (time * s + 1.0) * filtering + RATE_SHARE * carried * course).roots()
         assert np.min(-poles.real / np.abs(poles)) > COMFORTABLE, (carried, time)
-
-
-def test_a_course_that_stays_unknown_stops_her():
-    pilot, time = pilot_ready()
-    pilot.start()
-    begun = time
-    while pilot.step(at(time, cog=math.nan), 0.1).engaged and pilot.state is not State.STOPPED:
-        time += 0.1
-        pilot.fix(at(time, cog=math.nan))
-    assert pilot.reason == "the course is not known" and time - begun == pytest.approx(3.1, abs=0.25)

@@ -131,16 +131,13 @@ def positions(monitor, places, interval=0.2, sog=1.2):
     return None
 
 
-def test_positions_of_few_digits_or_given_five_times_repeat_honestly():
+def test_positions_of_few_digits_or_given_five_times_repeat_honestly_and_those_that_flicker_stand_still():
     """NMEA 0183 with four decimals of a minute: 0.19 m; and a fix of every second at 5 Hz."""
     digit = 0.185
     for speed in (0.3, 0.6, 1.2):
         places = [(digit * round(speed * 0.2 * k / digit), 0.0) for k in range(3000)]
         assert positions(ReceiverMonitor(), places, sog=speed) is None
     assert positions(ReceiverMonitor(), [(1.2 * (k // 5), 0.3 * math.sin(k // 5)) for k in range(2000)]) is None
-
-
-def test_positions_that_flicker_in_the_last_digit_stand_still():
     noise = 0.5 * np.random.default_rng(1).standard_normal((700, 2))
     places = [(0.24 * k + noise[k, 0], noise[k, 1]) for k in range(600)]
     places += [(144.0 + 0.01 * (k % 2), 0.0) for k in range(100)]

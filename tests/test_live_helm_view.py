@@ -42,22 +42,19 @@ def test_a_view_is_in_the_skippers_units():
     assert (shown.done, shown.left, shown.target) == (1.0, 0.0, None), "a finished route"
 
 
-def test_what_is_unknown_is_none_and_a_dash():
+def test_what_is_unknown_is_a_dash_and_a_status_that_of_the_last_fix_until_it_is_old():
     shown = live.view(live.Service(live.Navigator(), []), live.ChartPlane())
     assert {name: value for name, value in shown._asdict().items() if value} == {"status": "lost"}
     output = live.words(shown)
     assert {output[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {live.UNKNOWN}
     assert live.tone(shown) == "bad" and "nan" not in json.dumps([shown._asdict(), output]).lower()
-
-
-def test_the_status_between_fixes_is_that_of_the_last_one_until_it_is_old():
     for status, gap, expected in ((OK, 0.2, "ok"), (REJECTED, 0.2, "rejected"), (OK, 5.0, "predicted")):
         shown = live.view(known(fix=FIX._replace(time=NOON - gap, status=status)), live.ChartPlane())
         assert shown.status == expected
     assert live.view(known(row=live.lost(NOON)), live.ChartPlane()).status == "lost" and LOST == live.lost(NOON).status
 
 
-def test_words_name_the_side():
+def test_words_name_the_side_and_the_ellipse_lies_as_the_covariance_does():
     output = live.words(live.view(known(), live.ChartPlane.of(ROUTE)))
     assert (output["cog"], output["rate"], output["cross_track"]) == ("270°", "1.0", "3.0 m")
     assert output["rate_within"].startswith("port ±") and output["cross_track_side"] == "to port of track"
@@ -70,6 +67,10 @@ def test_words_name_the_side():
     assert live.words(live.View(cross_track=2.0))["cross_track_side"] == "to starboard of track"
     assert live.words(live.View(lat_deg=-54.25, lon_deg=9.999))["position"] == "54° 15.000′ S  009° 59.940′ E"
     assert live.words(live.View(is_engaged=False, thrust=0.0))["thrust"] == live.UNKNOWN
+    angle = math.radians(135.0)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    (north, both), (_, east) = turn @ np.diag([4.0, 1.0]) @ turn.T
+    assert live.ellipse((north, both, east)) == pytest.approx((2.0 * 2.447747, 2.447747, 135.0), rel=1e-6)
 
 
 def test_why_no_order_reaches_the_boat():
@@ -83,13 +84,6 @@ def test_why_no_order_reaches_the_boat():
     ):
         assert live.Service(live.Navigator(), outputs, supervisor=live.Supervisor(ROUTE)).unreachable() == why
     assert live.Service(live.Navigator(), ()).unreachable() == ""
-
-
-def test_the_ellipse_lies_as_the_covariance_does():
-    angle = math.radians(135.0)
-    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    (north, both), (_, east) = turn @ np.diag([4.0, 1.0]) @ turn.T
-    assert live.ellipse((north, both, east)) == pytest.approx((2.0 * 2.447747, 2.447747, 135.0), rel=1e-6)
 
 
 def drawn(text, kind):

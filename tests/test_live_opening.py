@@ -91,13 +91,16 @@ def counts(rows, pace, *numbers):
     return [len(opened(rows[:n], pace)[1]) for n in numbers]
 
 
-def test_the_only_source_is_used_after_three_epochs_and_half_a_second():
+def test_the_only_source_is_used_after_three_epochs_and_half_a_second_and_a_single_fix_in_the_end():
     rows = [row_of(0.2 * k) for k in range(6)]
     opening, used = opened(rows)
     assert opening.chosen == "GP" and [row for row, _ in used] == rows
     assert [arrived for _, arrived in used] == pytest.approx([0.2 * k for k in range(6)])
     assert counts(rows, 0.2, 3, 4) == [0, 4]
     assert counts([row_of(0.5 * k) for k in range(6)], 0.5, 2, 3) == [0, 3]
+    opening, used = opened([row_of(0.0)])
+    assert used == [] and opening.take_ready(9.9) == []
+    assert [row for row, _ in opening.take_ready(10.0)] == [row_of(0.0)]
 
 
 def test_of_two_sources_the_better_one_is_used_whichever_comes_first():
@@ -111,12 +114,6 @@ def test_of_two_sources_the_better_one_is_used_whichever_comes_first():
     assert counts(alike, 0.1, 19, 20) == [0, 20], "ten epochs of each are compared"
     for last, used in ((9.9, 0), (10.0, 3)):
         assert counts([row_of(0.0), row_of(0.05, "GN"), row_of(last)], 0.01, 3) == [used], "a log in haste"
-
-
-def test_a_single_fix_is_used_in_the_end():
-    opening, used = opened([row_of(0.0)])
-    assert used == [] and opening.take_ready(9.9) == []
-    assert [row for row, _ in opening.take_ready(10.0)] == [row_of(0.0)]
 
 
 def test_rows_before_the_first_date_get_it():

@@ -42,12 +42,16 @@ def test_handed_back_once_she_is_not_when_stopped_by_hand():
     assert desk.order.engaged
 
 
-def test_a_boat_off_her_route_holds_where_the_mission_says_so():
+def test_a_boat_off_her_route_holds_or_begins_it_where_the_mission_says_so():
     desk = Desk(square(limits=live.Limits(cross_track=15.0), on_stop=live.OnStop(off_route="hold"))).start()
     desk.sail(2.0)
     led(desk.autopilot, desk.leg._replace(cross_track=-15.5))
     desk.until(lambda: desk.autopilot.guide.mode == "position", 2.0)
     assert desk.order.state is live.State.DEGRADED and "15.5 m off the leg" in desk.order.reason, desk.order
+    far = tuple((north + 5000.0, east) for north, east in ((0.0, 0.0), (60.0, 0.0), (60.0, 60.0)))
+    desk = Desk(square(far), engage=True, from_here=True)
+    desk.sail(20.0)
+    assert desk.order.state is live.State.RUNNING
 
 
 def test_every_reason_is_logged_once_in_five_seconds_and_numbers_alone_are_no_news(caplog):
@@ -67,13 +71,6 @@ def test_every_reason_is_logged_once_in_five_seconds_and_numbers_alone_are_no_ne
         "autopilot idle: no trouble for 1.6 s",
         "autopilot ready",
     ]
-
-
-def test_a_route_that_begins_far_away_is_begun_where_that_is_asked_for():
-    far = tuple((north + 5000.0, east) for north, east in ((0.0, 0.0), (60.0, 0.0), (60.0, 60.0)))
-    desk = Desk(square(far), engage=True, from_here=True)
-    desk.sail(20.0)
-    assert desk.order.state is live.State.RUNNING
 
 
 def test_after_a_lost_link_is_back_the_reason_says_that_it_can_be_started():

@@ -97,17 +97,13 @@ def test_a_wide_corner_is_turned_slowly_where_that_leaves_it_by_less(degrees, cu
     assert (speed == pytest.approx(1.0)) == slows and (speed == 2.0) != slows
 
 
-def test_the_limit_is_the_vehicles_unless_the_mission_says_one():
+def test_the_limit_is_the_vehicles_unless_the_mission_says_one_and_one_lowered_by_an_idling_motor_grows_again():
     limit, declared = TurnLimit(), TurnLimit(0.3)
     assert math.degrees(limit.rate) == pytest.approx(20.0)
     for each in (limit, declared):
         each.vehicle(math.radians(80.0))
         turned(each, 0.1, 1.0, 3.0)
     assert math.degrees(limit.rate) == pytest.approx(60.0) and declared.rate == 0.3
-
-
-def test_a_limit_that_an_idling_motor_lowered_grows_again_within_the_turn():
-    """Ordered thrust alone would have been remembered: the vehicle holds its speed over ground, and the motor idles."""
     limit = TurnLimit()
     limit.vehicle(math.radians(80.0))
     turned(limit, math.radians(40.0), 0.1, 2.0, throttle=0.05)
