@@ -20,13 +20,13 @@ from tests.sentences import START, gga, pvt, rmc, track
 
 
 def received(epochs, sources=()):
-    """Rows of a service whose link delivers epochs, one a second, line by line."""
+    """Rows of a service whose link delivers epochs, one a second, in pieces."""
     kept = Kept()
 
     async def receives(deliver):
         feed = live.Feed(live.ReceiverDecoder(), deliver)
         for epoch in epochs:
-            parts = epoch.splitlines(keepends=True)
+            parts = [epoch[k : k + 37] for k in range(0, len(epoch), 37)]
             for part in parts:
                 feed.feed(part)
                 await asyncio.sleep(1.0 / len(parts))
