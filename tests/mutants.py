@@ -46,7 +46,6 @@ LOOP = (
     "test_loop.py::test_an_otter_sails_her_route_and_stops",
     "test_loop.py::test_the_same_seed_is_the_same_run_and_another_is_not",
     "test_loop.py::test_a_boat_without_fixes_switches_off_and_goes_on_when_they_return",
-    "test_loop.py::test_nothing_is_done_before_the_first_fix",
     "test_loop.py::test_what_cannot_be_sailed_is_said",
 )
 COVERED = {

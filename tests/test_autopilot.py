@@ -124,7 +124,7 @@ def test_dead_reckoning_is_said_counted_from_the_last_fix_and_ends_with_the_next
     assert -1.0 / rate - TICK <= late <= max(1.0, 3.0 / rate)
 
 
-def test_limits_hold_before_the_start_and_under_way():
+def test_limits_hold_before_the_start_and_under_way_the_least_speed_once_she_has_had_time_to_reach_it():
     desk = under_way(route=square(boat=OTTER, fence=FENCE))
     led(desk.autopilot, LEG._replace(course_to_steer=-math.pi / 2.0, cross_track=0.0))
     until_stopped(desk, 60.0)
@@ -134,9 +134,6 @@ def test_limits_hold_before_the_start_and_under_way():
     desk = under_way(route=square(boat=OTTER, limits=Limits(cross_track=3.0)))
     led(desk.autopilot, LEG._replace(cross_track=-3.5))
     assert until_stopped(desk) <= 1.0 and desk.order.reason == "the boat is 3.5 m off the leg, the limit 3 m"
-
-
-def test_the_least_speed_is_asked_for_when_she_has_had_time_to_reach_it():
     desk = Desk(square(boat=OTTER, limits=Limits(min_sog_mps=1.0))).start()
     desk.sail(16.0)
     assert desk.order.state is State.RUNNING

@@ -167,14 +167,14 @@ class Dead:
         return 0.0, 0.0, 0.0, 0.0
 
 
-def pilot(propulsion=OTTER.propulsion, at_end="hold", speed=None, **more):
+def pilot(propulsion=OTTER.propulsion, **more):
     return Pilot(
         AtFaceValue(),
-        Mission(Route([0.0, 100.0], [0.0, 0.0], 5.0), at_end=at_end),
+        Mission(Route([0.0, 100.0], [0.0, 0.0], 5.0), at_end="hold"),
         LineOfSight(10.0),
         OTTER.autopilot(TrackingFilter(1.0)),
         propulsion,
-        speed or OTTER.speed_loop(),
+        OTTER.speed_loop(),
         OTTER.station_keeper(),
         cruise=1.2,
         **more,

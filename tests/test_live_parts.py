@@ -235,5 +235,3 @@ def test_the_command_from_end_to_end(tmp_path):
     motion = estimate(nmea0183.read(log.read_bytes()).sources["GP"], "small-usv", causal=True).to_frame()
     assert lines == motion.to_dicts()
     assert (tmp_path / "run.csv").read_text().count("\n") == 31
-    code, _, said = run_process("live", "--from", "tcp://nowhere")
-    assert code == 2 and said == "steerway: tcp://nowhere: names no port, expected tcp://host:port\n"

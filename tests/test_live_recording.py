@@ -12,7 +12,6 @@ import pytest
 
 from steerway.core import InputError, displacement
 from steerway.estimation import Profile, estimate
-from steerway.estimation.testing import prior_profile
 from steerway.formats.testing import nmea0183, read, write
 from steerway.live.testing import Feed, Navigator, Order, ReceiverDecoder, RecordedLearning, Service, State, rows_of
 from tests.command_line import run
@@ -122,15 +121,6 @@ def test_the_command_says_whether_the_estimates_are_the_same(recorded, tmp_path)
     assert code == 1 and "estimates differ, the first at 2" in said
     code, said, _ = run("replay", path)
     assert code in (0, None) and said.endswith("every estimate is the same\n")
-
-
-def test_a_recording_with_parts_of_an_earlier_version_is_refused_in_one_sentence(tmp_path):
-    text = prior_profile().toml().replace('"wander"]', '"wander", "slips"]')
-    recorder = Recorder(tmp_path / "old.mcap", SETTINGS | {"profile": text})
-    recorder.input(next(rows_of({"GP": nmea0183.read(sortie(10)).sources["GP"]})), math.nan, "GP")
-    recorder.close()
-    code, _, said = run("replay", tmp_path / "old.mcap")
-    assert code == 2 and said.count("\n") == 1 and "part 'slips' is unknown" in said
 
 
 def test_a_recording_that_was_cut_off_is_repeated_as_far_as_it_goes(recorded, tmp_path):

@@ -70,9 +70,6 @@ def test_a_boat_without_fixes_switches_off_and_goes_on_when_they_return():
     assert np.hypot(*run.command[(run.time > 25.0) & (run.time < 27.0)].T).min() > 10.0  # until then the boat goes on
     back = run.time > 47.0
     assert np.all(run["mode"][back] == Mode.UNDER_WAY) and abs(run.true_sog[-1] - 1.2) < 0.2
-
-
-def test_nothing_is_done_before_the_first_fix():
     run = mission(Gnss(white=0.1, faults=(Fault(kind="dropout", start=0.0, duration=5.0),)), duration=8.0)
     waiting = run.time < 4.9
     assert np.all(run["mode"][waiting] == Mode.WAITING) and not run.command[waiting].any()

@@ -82,7 +82,7 @@ def test_reports_are_not_waited_for_for_ever_old_ones_do_not_hold_and_a_refusal_
     assert readiness.obstacle(7.1) == ""
 
 
-def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
+def test_engage_waits_for_the_vehicle_and_again_after_a_refusal_which_stops_a_start_by_hand():
     desk, unready = Desk(square(), engage=True), "the vehicle's EKF is not ready: no position"
     desk.autopilot.vehicle(unready)
     desk.sail(8.0)
@@ -109,9 +109,6 @@ def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
     withdrawn.autopilot.vehicle("")
     withdrawn.sail(5.0)
     assert withdrawn.order.state is State.READY
-
-
-def test_a_refusal_of_a_start_by_hand_stops():
     desk = Desk(square()).start()
     desk.autopilot.refused("refused: DENIED")
     desk.sail(1.0)
