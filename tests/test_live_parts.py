@@ -9,6 +9,7 @@ import shutil
 import urllib.error
 import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -70,23 +71,6 @@ def signalk_server(folder, off=()):
         yield port
 
 
-class Asked:
-    """Controls that record requests."""
-
-    def __init__(self):
-        self.asked, self.engaged = [], False
-
-    def do(self, what, value, who):
-        if what == "hold-position":
-            raise InputError("the position is not known, expected one that can be held")
-        self.asked.append((what, value))
-        self.engaged = what != "stop" if what in ("start", "stop") else self.engaged
-
-    def state(self):
-        state = "running" if self.engaged else "ready"
-        return {"state": state, "reason": "", "mode": "course", "target": 1.25, "engaged": self.engaged}
-
-
 def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
     """The plugin of `integrations/signalk`, installed in a server, connected to the control port."""
     plugin = Path(__file__).parents[1] / "integrations" / "signalk"
@@ -114,7 +98,15 @@ def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
         except OSError:
             return 0, {}
 
-    asked = Asked()
+    requests = []
+
+    def do(what, value, who):
+        if what == "hold-position":
+            raise InputError("the position is not known, expected one that can be held")
+        requests.append((what, value))
+
+    state = {"state": "ready", "reason": "", "mode": "course", "target": 1.25, "engaged": False}
+    asked = SimpleNamespace(do=do, state=lambda: state)
 
     async def chain():
         task = asyncio.create_task(ControlPort(asked, Address("127.0.0.1", control, token)).run())
@@ -148,17 +140,11 @@ def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
         (found, devices, *answers), offline, refused = asyncio.run(chain())
     assert (found["state"], found["mode"], found["target"], found["engaged"]) == ("standby", "course", 1.25, False)
     assert devices["steerway"]["provider"] == "signalk-steerway"
-    assert asked.asked == [("start", None), ("hold-course", 1.25), ("adjust", -0.125), ("route", None), ("stop", None)]
+    assert requests == [("start", None), ("hold-course", 1.25), ("adjust", -0.125), ("route", None), ("stop", None)]
     assert [status for status, _ in answers] == [200, 200, 200, 200, 501, 501, 400, 200]
     assert "tacking is not supported" in answers[4][1]["message"] and "mode wind" in answers[5][1]["message"]
     assert "the position is not known" in answers[6][1]["message"]
     assert offline[1] == {"value": "offline"} and refused[0] == 503
-
-
-def exact_log(n):
-    """Epochs with positions that are exact in degrees and in minutes, so that no format rounds them."""
-    places = [(START + k, 54.0 + 3e-5 * k, 10.0 + 6e-5 * k) for k in range(n)]
-    return [gga(*place) + rmc(*place) for place in places]
 
 
 def in_signal_k(motion, k):
@@ -185,9 +171,10 @@ def assert_held(value, wanted):
 def test_gpsfake_to_signal_k_and_read_back(tmp_path):
     gpsfake = installed("gpsfake")
     installed("gpsd")
-    epochs, port, deltas = exact_log(60), free_port(), []
-    log = tmp_path / "log.nmea"
-    log.write_bytes(b"".join(epochs))
+    port, deltas, log = free_port(), [], tmp_path / "log.nmea"
+    # Positions that are exact in degrees and in minutes, so that no format rounds them.
+    places = [(START + k, 54.0 + 3e-5 * k, 10.0 + 6e-5 * k) for k in range(60)]
+    log.write_bytes(b"".join(gga(*place) + rmc(*place) for place in places))
 
     async def read_back(server):
         async with connected(addresses.sources([server])[0][0]) as stream:
