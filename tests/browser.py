@@ -13,8 +13,8 @@ from steerway.live.testing import server
 
 
 @contextmanager
-def chromium(height: int = 1000, log: bool = False) -> Iterator:
-    """Chromium, 1280 wide; with `log` it writes down what it asks for."""
+def chromium(height: int = 1000) -> Iterator:
+    """Chromium, 1280 wide."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     for name in ("chromium", "chromedriver"):
         if shutil.which(name) is None:
@@ -23,8 +23,7 @@ def chromium(height: int = 1000, log: bool = False) -> Iterator:
     options.binary_location = shutil.which("chromium")
     for each in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", f"window-size=1280,{height}"):
         options.add_argument(f"--{each}")
-    kinds = {"performance": "ALL", "browser": "ALL"} if log else {"browser": "ALL"}
-    options.set_capability("goog:loggingPrefs", kinds)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
     try:
         driver.set_page_load_timeout(20)

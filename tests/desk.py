@@ -11,19 +11,7 @@ import numpy as np
 from steerway.control import OTTER_PROPELLERS
 from steerway.core.testing import LegState, displaced
 from steerway.guidance.testing import PlaceTable, WaypointTable
-from steerway.live.testing import (
-    PROPELLERS,
-    YAW_RATE,
-    BoatTable,
-    GeodeticRoute,
-    InputRow,
-    Limits,
-    MissionTable,
-    Navigator,
-    Service,
-    State,
-    Supervisor,
-)
+from steerway.live import testing as live
 from steerway.vessels import Otter, conditions
 from tests.hastened import HastenedLoop
 
@@ -40,8 +28,10 @@ def corner(north, east, kind=PlaceTable, **more):
 
 
 def square(corners=SQUARE, fence=(), limits=None, safe="stop", **settings):
-    table = MissionTable(lookahead=8.0, acceptance=4.0, speed_mps=1.2, safe=safe, limits=limits or Limits(), **settings)
-    return GeodeticRoute.of(
+    table = live.MissionTable(
+        lookahead=8.0, acceptance=4.0, speed_mps=1.2, safe=safe, limits=limits or live.Limits(), **settings
+    )
+    return live.GeodeticRoute.of(
         [corner(*each, WaypointTable) for each in corners], [corner(*each) for each in fence], table
     )
 
@@ -53,7 +43,7 @@ def led(supervisor, leg):
     supervisor.guide.given_course = leg.course_to_steer
 
 
-OTTER = BoatTable(
+OTTER = live.BoatTable(
     full_yaw_rate_dps=60.0, max_yaw_rate_dps=15.0, yaw_time=1.5, top_speed_mps=3.0, surge_time=1.1, reverse=True
 )
 
@@ -69,17 +59,17 @@ class Desk:
     def __init__(
         self, route, by="yaw-rate", current=0.2, noise=0.5, rate=5.0, seed=1, profile="otter", outputs=(), **autopilot
     ):
-        self.navigator = Navigator(profile, max_dead_reckoning=autopilot.get("max_dead_reckoning", 10.0))
-        takes = PROPELLERS if by == "propellers" else YAW_RATE
-        self.autopilot = Supervisor(route, profile, takes=takes, **autopilot)
-        self.service = Service(self.navigator, [self, *outputs], 1.0 / TICK, 0.0, self.autopilot)
+        self.navigator = live.Navigator(profile, max_dead_reckoning=autopilot.get("max_dead_reckoning", 10.0))
+        takes = live.PROPELLERS if by == "propellers" else live.YAW_RATE
+        self.autopilot = live.Supervisor(route, profile, takes=takes, **autopilot)
+        self.service = live.Service(self.navigator, [self, *outputs], 1.0 / TICK, 0.0, self.autopilot)
         self.by, self.noise, self.every = by, noise, round(1.0 / rate / TICK)
         self.random = np.random.default_rng(seed)
         self.boat = Otter(25.0, (0.05, 0.0, -0.35))
         self.sea = conditions((current * math.cos(0.7), current * math.sin(0.7)))
         self.state = self.boat.start(-30.0, 0.0, 0.0, 1.0)
         self.trim, self.drive = 0.0, 90.0
-        self.fixes = lambda time, north, east: [InputRow("gps", NOON + time, *displaced(*HOME, north, east))]
+        self.fixes = lambda time, north, east: [live.InputRow("gps", NOON + time, *displaced(*HOME, north, east))]
         self.output, self.rows = [], []
         self.loop = HastenedLoop()
         self.running = self.loop.create_task(self.service.run([SimpleNamespace(run=self._float)]))
@@ -112,7 +102,7 @@ class Desk:
         return self.time - begun
 
     def until_ready(self):
-        self.until(lambda: self.order is not None and self.order.state is State.READY)
+        self.until(lambda: self.order is not None and self.order.state is live.State.READY)
         return self
 
     def start(self):

@@ -1,7 +1,10 @@
 """Outputs of a service, kept and compared."""
 
+import asyncio
+import contextlib
 import json
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -26,15 +29,27 @@ class Kept:
 
 
 @asynccontextmanager
-async def serving(listen, say=(), sources=()):
+async def serving(listen, say=(), sources=(), kept=None, **settings):
     """A running live service with these addresses of inputs and outputs; gives its rows."""
-    kept = Kept()
+    kept = kept or Kept()
     found, _ = addresses.sources(listen)
     inputs = [addresses.opened(each, len(found)) for each in found]
     pairs = [addresses.output(each, Context(inputs=inputs)) for each in say]
-    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
+    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)], **settings)
     async with under_way(service.run(inputs, [link for _, link in pairs if link])):
         yield kept
+
+
+async def stopped_after(service, receives):
+    """Run a service until `receives(deliver)` has delivered all that its link gets, and stop it as Ctrl-C does."""
+
+    async def link(deliver):
+        await receives(deliver)
+        running.cancel()
+
+    running = asyncio.create_task(service.run([SimpleNamespace(run=link)]))
+    with contextlib.suppress(asyncio.CancelledError):
+        await running
 
 
 def first_of_each(fixes):

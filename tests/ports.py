@@ -1,11 +1,13 @@
-"""Free ports on this machine, waiting for a condition, and tasks that end with a block."""
+"""Free ports on this machine, waiting for a condition, and tasks and processes that end with a block."""
 
 import asyncio
 import os
 import random
+import signal
 import socket
+import subprocess
 import time
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, contextmanager
 
 _PORTS = iter(random.Random(os.getpid()).sample(range(20_000, 32_000), 12_000))
 """Below the system's ephemeral ports; no port is given twice in a process."""
@@ -50,3 +52,18 @@ async def under_way(*jobs):
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+
+@contextmanager
+def running(*command, ends=signal.SIGTERM, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options):
+    """A process of this command; it gets the signal `ends` at the end of the block."""
+    process = subprocess.Popen([*map(str, command)], stdout=stdout, stderr=stderr, **options)
+    try:
+        yield process
+    finally:
+        process.send_signal(ends)
+        try:
+            process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()

@@ -58,7 +58,7 @@ def test_the_damping_is_that_of_the_loop(white, slow, doubt, fits, monkeypatch):
     assert bool(swing(white, slow, doubt) < math.radians(5.0)) is fits
 
 
-def test_the_current_that_is_tolerated():
+def test_the_current_that_is_tolerated_and_another_autopilot_than_that_assessed_are_named():
     fits, sentence = advise(parse_scenario(SCENARIO % (1.3, 0.02, 0.01)))
     assert not fits and sentence.startswith("The boat cannot follow the route in a current of 1.3 m/s: the boat")
     boat = assembly.boat(parse_scenario(SCENARIO % (0.3, 0.02, 0.01)))
@@ -66,6 +66,8 @@ def test_the_current_that_is_tolerated():
     gnss = GnssTable(white=0.02, markov=())
     assert steering_loop(boat, gnss, 1.2, 0.99 * most, math.pi).speed > 0.0
     assert steering_loop(boat, gnss, 1.2, 1.01 * most, math.pi).speed == 0.0
+    scenario = parse_scenario(SCENARIO % (0.3, 0.3, 0.2) + '[autopilot]\nkind = "lqg"\n')
+    assert "with pole-placement in place of lqg and fixes" in advise(scenario)[1]
 
 
 CORNER = """
@@ -87,11 +89,6 @@ def test_a_turn_wider_than_the_acceptance_is_named_with_the_distance_that_it_the
     assert "turn" not in advise(parse_scenario(CORNER % 5.0))[1]
 
 
-def test_another_autopilot_than_that_assessed_is_named():
-    scenario = parse_scenario(SCENARIO % (0.3, 0.3, 0.2) + '[autopilot]\nkind = "lqg"\n')
-    assert "with pole-placement in place of lqg and fixes" in advise(scenario)[1]
-
-
 def test_what_is_carried_is_the_natural_frequency_of_the_steady_kalman_filter():
     """All three poles of the Kalman filter of cross-track, course and course rate have this magnitude."""
     speed, density, std, interval = case = (1.3, 7.8e-3, 0.5, 0.2)
@@ -105,11 +102,7 @@ def test_what_is_carried_is_the_natural_frequency_of_the_steady_kalman_filter():
 
 def test_the_papers_otter_autopilot_is_too_quick_for_half_a_metre():
     fits, sentence = advice(1.5, 1.3, 7.8e-3, 0.5, 0.2)
-    assert not fits
-    assert sentence == (
-        "An autopilot of 1.5 rad/s will hunt: the bandwidth of the course estimate is 0.8 rad/s at 1.3 m/s with fixes "
-        "of 0.5 m every 0.2 s; lower the autopilot's bandwidth to that, sail faster or use better fixes."
-    )
+    assert not fits and "An autopilot of 1.5 rad/s will hunt: the bandwidth of the course estimate is 0.8" in sentence
     fits, sentence = advice(0.5, 1.3, 7.8e-3, 0.5, 0.2)
     assert fits and sentence.startswith("An autopilot of 0.5 rad/s fits")
 

@@ -35,16 +35,13 @@ def test_what_is_reported_is_what_the_propellers_give(force, moment):
     assert out.surge_force == pytest.approx(max(lowest, min(highest, force)), abs=1e-9)
 
 
-def test_the_gain_astern_is_its_own():
+def test_the_gain_astern_is_its_own_and_some_propellers_do_not_reverse():
     ahead, astern = OTTER_PROPELLERS.step(40.0, 0.0), OTTER_PROPELLERS.step(-40.0, 0.0)
     assert ahead.port == ahead.starboard == pytest.approx(math.sqrt(20.0 / (0.02216 / 2)))
     assert astern.port == astern.starboard == pytest.approx(-math.sqrt(20.0 / (0.01289 / 2)))
     turning = OTTER_PROPELLERS.step(0.0, 10.0)
     assert turning.port > 0.0 > turning.starboard  # to starboard
     assert -turning.starboard / turning.port == pytest.approx(math.sqrt(0.02216 / 0.01289))
-
-
-def test_propellers_that_do_not_reverse():
     boat = replace(OTTER_PROPELLERS, min_speed=0.0)
     out = boat.step(0.0, 10.0)
     assert out.starboard == 0.0 and out.yaw_moment == pytest.approx(10.0)
@@ -85,7 +82,7 @@ def test_what_the_limits_allow_is_given_with_the_least_thrust(force):
     assert len(pilots) == 6 and pilots[4:] == pytest.approx((force[0], force[2]))
 
 
-def test_a_thruster_at_its_limit_is_relieved_by_the_others():
+def test_a_thruster_at_its_limit_is_relieved_by_the_others_and_all_stay_within_theirs():
     # A moment of 70 N·m alone needs more than 20 N from the stern pair and from the bow and stern thrusters.
     wanted = (0.0, 0.0, 45.0)
     free = np.linalg.pinv(MATRIX) @ wanted
@@ -93,9 +90,6 @@ def test_a_thruster_at_its_limit_is_relieved_by_the_others():
     thrusts, given = limited.allocate(wanted)
     assert thrusts[2] == pytest.approx(0.9 * free.max())
     np.testing.assert_allclose(given, wanted, atol=1e-9)
-
-
-def test_more_than_all_can_give_stays_within_the_limits():
     thrusts, given = THRUSTERS.allocate((1e6, 0.0, 0.0))
     assert (np.abs(thrusts) <= 50.0).all() and given[0] == pytest.approx(100.0) and abs(given[2]) < 1e-9
 

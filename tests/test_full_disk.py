@@ -57,15 +57,27 @@ def track():
 def test_estimates(ending, track, tmp_path):
     if ending == ".mcap":
         pytest.importorskip("mcap", reason="mcap is not installed")
-    refused(tmp_path, 100, lambda: write(track[1], tmp_path / f"track{ending}"))
+    path = tmp_path / f"track{ending}"
+    refused(tmp_path, 100, lambda: write(track[1], path))
+    path.write_text("before")
+    with full_after(100), pytest.raises(InputError):
+        write(track[1], path)
+    assert path.read_text() == "before" and [each.name for each in tmp_path.iterdir()] == [path.name]
 
 
-def test_reports_and_profiles(track, tmp_path):
+def test_reports_profiles_and_studies(track, tmp_path):
     pytest.importorskip("bokeh", reason="bokeh is not installed")
     summary = summarise(*track, "small-usv")
     for ending in REPORTS:
         refused(tmp_path, 100, lambda ending=ending: write_report(tmp_path / f"a{ending}", "A track", *track, summary))
     refused(tmp_path, 10, lambda: Profile.named("otter").save(tmp_path / "mine.toml"))
+    results = Results("A study", {"number": 1.0}, figures={"shown": (Figure(), "A figure")})
+    refused(tmp_path, 10, lambda: results.write(tmp_path))
+    with full_after(100), pytest.raises(InputError, match=r"cannot write '.*shown.png': File too large"):
+        results.write(tmp_path)
+    # What was complete before the disk was full stays.
+    assert [path.name for path in tmp_path.iterdir()] == ["results.json"]
+    assert json.loads((tmp_path / "results.json").read_text()) == {"number": 1.0}
 
 
 def test_runs_and_campaigns(tmp_path):
@@ -78,24 +90,6 @@ def test_runs_and_campaigns(tmp_path):
         kept.add(0, sailed.numbers)
     # What was cut off is not taken for a seed.
     assert Unfinished(path, {}, resume=True).results == {}
-
-
-def test_studies(tmp_path):
-    results = Results("A study", {"number": 1.0}, figures={"shown": (Figure(), "A figure")})
-    refused(tmp_path, 10, lambda: results.write(tmp_path))
-    with full_after(100), pytest.raises(InputError, match=r"cannot write '.*shown.png': File too large"):
-        results.write(tmp_path)
-    # What was complete before the disk was full stays.
-    assert [path.name for path in tmp_path.iterdir()] == ["results.json"]
-    assert json.loads((tmp_path / "results.json").read_text()) == {"number": 1.0}
-
-
-def test_a_file_that_was_there_stays_as_it_was(track, tmp_path):
-    path = tmp_path / "track.csv"
-    path.write_text("before")
-    with full_after(100), pytest.raises(InputError):
-        write(track[1], path)
-    assert path.read_text() == "before" and [each.name for each in tmp_path.iterdir()] == ["track.csv"]
 
 
 def test_links_are_followed_and_devices_written_to(tmp_path):
@@ -135,35 +129,25 @@ class Disk(io.FileIO):
         return part
 
 
-def test_whole_messages_are_lost_and_the_log_says_so(tmp_path, caplog):
+@pytest.mark.parametrize("whole", [False, True])
+def test_whole_messages_are_lost_and_the_log_says_so(whole, tmp_path, caplog):
+    """A recording ends at its last whole piece."""
     disk = Disk(tmp_path / "lines", "w")
-    sink = FileSink(disk, name="lines")
+    sink = FileSink(disk, name="lines", whole=whole)
     with caplog.at_level(logging.WARNING, "steerway.live"):
         disk.room = 25
         for k in range(5):
             sink.send(b"message %d\n" % k)
-        wait_until(lambda: sink.lost == 3)
+        wait_until(lambda: "the file ends here, the run goes on" in caplog.text if whole else sink.lost == 3)
         assert (tmp_path / "lines").read_bytes() == b"message 0\nmessage 1\n"
         disk.room = 1000
         sink.send(b"message 5\n")
         sink.close()
-    assert (tmp_path / "lines").read_bytes() == b"message 0\nmessage 1\nmessage 5\n"
-    texts = [record.getMessage() for record in caplog.records]
-    assert "No space left on device; what cannot be written is lost, the run goes on" in texts[0]
-    assert "can be written again, 3 messages are missing" in texts[1] and len(texts) == 3
-
-
-def test_a_recording_ends_at_its_last_whole_piece(tmp_path, caplog):
-    disk = Disk(tmp_path / "pieces", "w")
-    sink = FileSink(disk, name="pieces", whole=True)
-    disk.room = 25
-    for k in range(5):
-        sink.send(b"message %d\n" % k)
-    wait_until(lambda: "the file ends here, the run goes on" in caplog.text)
-    disk.room = 1000
-    sink.send(b"message 5\n")
-    sink.close()
-    assert (tmp_path / "pieces").read_bytes() == b"message 0\nmessage 1\n"
+    assert (tmp_path / "lines").read_bytes() == b"message 0\nmessage 1\n" + (b"" if whole else b"message 5\n")
+    if not whole:
+        texts = [record.getMessage() for record in caplog.records]
+        assert "No space left on device; what cannot be written is lost, the run goes on" in texts[0]
+        assert "can be written again, 3 messages are missing" in texts[1] and len(texts) == 3
 
 
 def test_a_pipe_without_a_reader_ends_the_run():

@@ -5,13 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control import (
-    AnglePID,
-    Autopilot,
-    StationGains,
-    StationKeeper,
-    place_poles,
-)
+from steerway.control import AnglePID, Autopilot, StationGains, StationKeeper, place_poles
 from steerway.control.testing import HandOver, PositionHold, Steerageway
 from steerway.core import Estimate, InputError, Measurements, wrap
 from steerway.core.testing import over_ground
@@ -25,15 +19,12 @@ H = 0.02
 YAW = place_poles(1.0 / 41.0, 1.0, bandwidth=0.8)
 
 
-def test_hysteresis_and_dwell():
+def test_hysteresis_and_dwell_and_a_boat_that_drifts_astern_is_not_steered_by_course():
     hand_over = HandOver(Steerageway(take=0.5, give=0.3, dwell=1.0))
     output = [
         hand_over.step(speed, 0.0, 0.0, 0.5) for speed in [0.4, 0.6, 0.6, 0.4, 0.6, 0.6, 0.6, 0.4, 0.31, 0.2, 0.2, 0.2]
     ]
     assert output == [False] * 6 + [True] * 5 + [False]
-
-
-def test_a_boat_that_drifts_astern_is_not_steered_by_course():
     hand_over = HandOver()
     for crab, by_course in ((180.0, False), (61.0, False), (59.0, True), (89.0, True), (91.0, False)):
         for _ in range(60):  # of 1.2 s: a second is waited for
@@ -176,14 +167,14 @@ class Dead:
         return 0.0, 0.0, 0.0, 0.0
 
 
-def pilot(propulsion=OTTER.propulsion, at_end="hold", speed=None, **more):
+def pilot(propulsion=OTTER.propulsion, **more):
     return Pilot(
         AtFaceValue(),
-        Mission(Route([0.0, 100.0], [0.0, 0.0], 5.0), at_end=at_end),
+        Mission(Route([0.0, 100.0], [0.0, 0.0], 5.0), at_end="hold"),
         LineOfSight(10.0),
         OTTER.autopilot(TrackingFilter(1.0)),
         propulsion,
-        speed or OTTER.speed_loop(),
+        OTTER.speed_loop(),
         OTTER.station_keeper(),
         cruise=1.2,
         **more,
@@ -222,14 +213,6 @@ def test_every_station_begins_afresh():
     assert math.hypot(*here.station.integral) < 1.0 and here.station.heading != 2.0 and here.speed.integral == 0.0
 
 
-def test_where_nothing_keeps_station_the_pilot_stops():
-    here = pilot()
-    here.station = None
-    there = UNDER_WAY._replace(north=98.0, east=0.0)
-    orders = [here.step(there, 0.02) for _ in range(3)]
-    assert orders[-1].mode is Mode.STOPPED and here.finished and orders[-1].command == (0.0, 0.0)
-
-
 def test_by_heading_the_law_is_steered_as_a_heading():
     for steer_by, angle in (("course", 0.3), ("heading", -0.4)):
         here = pilot(steer_by=steer_by)
@@ -261,28 +244,27 @@ class Watcher(Lookout):
         return self.allowed
 
 
-def test_an_observer_is_called_between_the_stages():
+def test_an_observer_is_called_between_the_stages_and_may_refuse_the_command():
     here = pilot(observer=(watcher := Watcher(Mode.UNDER_WAY)))
     orders = here.step(UNDER_WAY, 0.02)
     assert watcher.stages == [("judge", 1), ("ask", -math.atan(0.5)), ("allows", 2)]
     assert orders.speed == 0.4 and len(orders.command) == 2
     refusing = pilot(observer=Watcher(Mode.UNDER_WAY, allowed=False))
     assert refusing.step(UNDER_WAY, 0.02).command == ()
-
-
-def test_what_an_observer_wants_held_is_stopped_at_where_nothing_keeps_station():
-    here = pilot(observer=Watcher(Mode.HOLDING))
-    here.station = None
-    assert here.step(UNDER_WAY, 0.02).command == (0.0, 0.0)
-
-
-def test_a_boat_that_someone_else_steers_is_led_without_a_command():
-    here = pilot(observer=Watcher(Mode.IDLE))
-    told = []
-    here._orders = lambda yaw, speed: told.append((yaw, speed))
-    orders = here.step(UNDER_WAY, 0.02)
+    idle, told = pilot(observer=Watcher(Mode.IDLE)), []
+    idle._orders = lambda yaw, speed: told.append((yaw, speed))
+    orders = idle.step(UNDER_WAY, 0.02)
     assert orders.command == () and orders.desired.angle == pytest.approx(-math.atan(0.5))
-    assert len(told) == 1 and all(map(math.isnan, told[0]))
+    assert len(told) == 1 and all(map(math.isnan, told[0])), "a boat that someone else steers is led"
+
+
+def test_where_nothing_keeps_station_the_pilot_stops():
+    here, held = pilot(), pilot(observer=Watcher(Mode.HOLDING))
+    here.station = held.station = None
+    there = UNDER_WAY._replace(north=98.0, east=0.0)
+    orders = [here.step(there, 0.02) for _ in range(3)]
+    assert orders[-1].mode is Mode.STOPPED and here.finished and orders[-1].command == (0.0, 0.0)
+    assert held.step(UNDER_WAY, 0.02).command == (0.0, 0.0), "where an observer wants the boat held"
 
 
 def test_a_wrong_word_is_refused():
@@ -305,13 +287,10 @@ def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):
     return np.array(errors), np.array(rates)
 
 
-def test_a_steady_turn_is_tracked_without_a_lag():
+def test_a_steady_turn_is_tracked_without_a_lag_at_once_with_a_gyro_and_noise_is_smoothed():
     errors, rates = turned(HeadingTracker(), 0.2, 20.0)
     assert np.max(np.abs(errors[500:])) < 1e-6 and np.max(np.abs(rates[500:] - 0.2)) < 1e-6
     assert np.max(np.abs(errors)) < 0.1  # across south
-
-
-def test_a_gyro_tells_the_rate_at_once_and_noise_is_smoothed():
     errors, rates = turned(HeadingTracker(), 0.2, 2.0, gyro=True)
     assert np.max(np.abs(errors)) < 1e-9 and np.all(rates == 0.2)
     errors, _ = turned(HeadingTracker(), 0.0, 60.0, noise=0.01)

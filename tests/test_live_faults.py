@@ -19,8 +19,9 @@ SEEN = (
 QUICK = (
     *("a ROS 2 bag with an endless query for messages", "a damaged Parquet file", "standard output is full"),
     *("the disk is full: a table", "the output is the input"),
+    "SIGKILL of a campaign on all cores",
 )
-"""Commands that take no more than two seconds."""
+"""Commands that take no more than a few seconds."""
 
 
 @pytest.mark.parametrize("module", [service, commands, stops], ids=lambda module: module.__name__)

@@ -1,4 +1,4 @@
-"""What a Foxglove client receives over its WebSocket, decoded by independent code."""
+"""What a Foxglove client receives over its WebSocket."""
 
 import asyncio
 import json
@@ -7,12 +7,14 @@ import struct
 
 import pytest
 
-from steerway.core import OK, InputError
+from steerway.core import OK
 from steerway.live.testing import Row, addresses, json_line, lost
 from steerway.live.testing import foxglove as link
 from tests.ports import free_port, under_way
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")
+from foxglove.messages import LocationFix, LocationFixPositionCovarianceType, Timestamp, Vector3
+
 connect = pytest.importorskip("websockets.asyncio.client", reason="websockets is not installed").connect
 
 NOON = 1_719_835_200.0
@@ -56,30 +58,6 @@ async def _read(address, output, rows, wanted):
         return channels.values(), received
 
 
-def fields(data):
-    """The fields of a protobuf message by number: varints, doubles, and bytes."""
-    found, at = {}, 0
-
-    def varint(at):
-        value = shift = 0
-        while True:
-            value |= (data[at] & 127) << shift
-            shift, at = shift + 7, at + 1
-            if not data[at - 1] & 128:
-                return value, at
-
-    while at < len(data):
-        key, at = varint(at)
-        if key & 7 == 0:
-            found[key >> 3], at = varint(at)
-        elif key & 7 == 1:
-            found[key >> 3], at = struct.unpack_from("<d", data, at)[0], at + 8
-        else:
-            size, at = varint(at)
-            found[key >> 3], at = data[at : at + size], at + size
-    return found
-
-
 def test_a_client_reads_position_and_estimate():
     channels, received = asyncio.run(by_client([ROW], 2))
     by_topic = {each["topic"]: each for each in channels}
@@ -92,14 +70,21 @@ def test_a_client_reads_position_and_estimate():
     assert json.loads(given[link.ESTIMATE]) == json.loads(json_line(ROW))
     assert set(json.loads(given[link.ESTIMATE])) <= set(schema["properties"])
 
-    fix = fields(given[link.POSITION])
-    assert fix[1] == pytest.approx(54.5, abs=1e-12) and fix[2] == pytest.approx(-10.25, abs=1e-12)
-    covariance = struct.unpack("<9d", fix[4])
-    assert covariance[0] == covariance[4] == pytest.approx(0.09) and covariance[1] == 0.0 and fix[5] == 1
-    assert math.isnan(fix[3]) and math.isnan(covariance[8])  # the height is unknown
-    assert fields(fix[6]) == {1: 1_719_835_200}
-    velocity = next(fields(each) for number, each in fix.items() if number > 7 and isinstance(each, bytes))
-    assert velocity[1] == pytest.approx(-1.0) and velocity[2] == pytest.approx(math.sqrt(3.0))  # east, north
+    east, north = ROW.sog * math.sin(ROW.cog), ROW.sog * math.cos(ROW.cog)
+    variance, unknown = ROW.position_std**2, math.nan  # the height
+    assert (
+        given[link.POSITION]
+        == LocationFix(
+            timestamp=Timestamp(1_719_835_200, 0),
+            frame_id="boat",
+            latitude=math.degrees(ROW.latitude),
+            longitude=math.degrees(ROW.longitude),
+            altitude=unknown,
+            position_covariance=[variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, unknown],
+            position_covariance_type=LocationFixPositionCovarianceType.Approximated,
+            velocity=Vector3(x=east, y=north, z=0.0),
+        ).encode()
+    )
 
 
 def test_once_a_period_and_nothing_false():
@@ -110,9 +95,3 @@ def test_once_a_period_and_nothing_false():
     _, received = asyncio.run(by_client([lost(math.nan), lost(NOON)], 1))
     ((topic, _, payload),) = received
     assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None
-
-
-def test_without_its_package_it_is_refused(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"expected pip install '\.\[foxglove\]'"):
-        addresses.output("foxglove://127.0.0.1")

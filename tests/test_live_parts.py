@@ -6,10 +6,10 @@ import json
 import math
 import os
 import shutil
-import subprocess
 import urllib.error
 import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -20,7 +20,7 @@ from steerway.formats.testing import nmea0183
 from steerway.live.testing import Address, ControlPort, addresses, connected
 from tests.command_line import run_process
 from tests.kept_outputs import serving
-from tests.ports import free_port, under_way, until
+from tests.ports import free_port, running, under_way, until
 from tests.sentences import START, gga, rmc, sortie
 
 LOOPBACK = """
@@ -41,21 +41,6 @@ def installed(name):
     if path is None:
         pytest.skip(f"{name} is not installed")
     return path
-
-
-@contextlib.contextmanager
-def running(*command, **options):
-    """A process that ends with the test."""
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options)
-    try:
-        yield process
-    finally:
-        process.terminate()
-        try:
-            process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
 
 
 @contextlib.contextmanager
@@ -86,23 +71,6 @@ def signalk_server(folder, off=()):
         yield port
 
 
-class Asked:
-    """Controls that record requests."""
-
-    def __init__(self):
-        self.asked, self.engaged = [], False
-
-    def do(self, what, value, who):
-        if what == "hold-position":
-            raise InputError("the position is not known, expected one that can be held")
-        self.asked.append((what, value))
-        self.engaged = what != "stop" if what in ("start", "stop") else self.engaged
-
-    def state(self):
-        state = "running" if self.engaged else "ready"
-        return {"state": state, "reason": "", "mode": "course", "target": 1.25, "engaged": self.engaged}
-
-
 def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
     """The plugin of `integrations/signalk`, installed in a server, connected to the control port."""
     plugin = Path(__file__).parents[1] / "integrations" / "signalk"
@@ -130,7 +98,15 @@ def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
         except OSError:
             return 0, {}
 
-    asked = Asked()
+    requests = []
+
+    def do(what, value, who):
+        if what == "hold-position":
+            raise InputError("the position is not known, expected one that can be held")
+        requests.append((what, value))
+
+    state = {"state": "ready", "reason": "", "mode": "course", "target": 1.25, "engaged": False}
+    asked = SimpleNamespace(do=do, state=lambda: state)
 
     async def chain():
         task = asyncio.create_task(ControlPort(asked, Address("127.0.0.1", control, token)).run())
@@ -164,17 +140,11 @@ def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
         (found, devices, *answers), offline, refused = asyncio.run(chain())
     assert (found["state"], found["mode"], found["target"], found["engaged"]) == ("standby", "course", 1.25, False)
     assert devices["steerway"]["provider"] == "signalk-steerway"
-    assert asked.asked == [("start", None), ("hold-course", 1.25), ("adjust", -0.125), ("route", None), ("stop", None)]
+    assert requests == [("start", None), ("hold-course", 1.25), ("adjust", -0.125), ("route", None), ("stop", None)]
     assert [status for status, _ in answers] == [200, 200, 200, 200, 501, 501, 400, 200]
     assert "tacking is not supported" in answers[4][1]["message"] and "mode wind" in answers[5][1]["message"]
     assert "the position is not known" in answers[6][1]["message"]
     assert offline[1] == {"value": "offline"} and refused[0] == 503
-
-
-def exact_log(n):
-    """Epochs with positions that are exact in degrees and in minutes, so that no format rounds them."""
-    places = [(START + k, 54.0 + 3e-5 * k, 10.0 + 6e-5 * k) for k in range(n)]
-    return [gga(*place) + rmc(*place) for place in places]
 
 
 def in_signal_k(motion, k):
@@ -198,30 +168,24 @@ def assert_held(value, wanted):
         assert math.isnan(wanted) if value is None else value == pytest.approx(wanted, abs=1e-6)
 
 
-@pytest.fixture
-def signalk_port(tmp_path):
-    """A Signal K server without plugins."""
-    with signalk_server(tmp_path, ("plugins",)) as port:
-        yield port
-
-
-def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
+def test_gpsfake_to_signal_k_and_read_back(tmp_path):
     gpsfake = installed("gpsfake")
     installed("gpsd")
-    epochs, port, deltas = exact_log(60), free_port(), []
-    log = tmp_path / "log.nmea"
-    log.write_bytes(b"".join(epochs))
-    server = f"signalk://127.0.0.1:{signalk_port}"
+    port, deltas, log = free_port(), [], tmp_path / "log.nmea"
+    # Positions that are exact in degrees and in minutes, so that no format rounds them.
+    places = [(START + k, 54.0 + 3e-5 * k, 10.0 + 6e-5 * k) for k in range(60)]
+    log.write_bytes(b"".join(gga(*place) + rmc(*place) for place in places))
 
-    async def read_back():
+    async def read_back(server):
         async with connected(addresses.sources([server])[0][0]) as stream:
             wanted = [{"path": "navigation.*", "policy": "instant"}]
             await stream.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
             async for message in stream:
                 deltas.extend(json.loads(message).get("updates", []))
 
-    async def chain():
-        async with under_way(read_back()), serving([f"gpsd://127.0.0.1:{port}"], [server]) as kept:
+    async def chain(signalk_port):
+        server = f"signalk://127.0.0.1:{signalk_port}"
+        async with under_way(read_back(server)), serving([f"gpsd://127.0.0.1:{port}"], [server]) as kept:
             await asyncio.sleep(0.5)
             with running(gpsfake, "-1", "-q", "-c", "0.05", "-P", str(port), str(log)):
                 await until(lambda: kept.fixes and kept.fixes[-1].time >= START + 59.0, 30.0)
@@ -230,7 +194,8 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
                 rest = json.loads(await asyncio.to_thread(lambda: urllib.request.urlopen(address).read()))
         return kept, rest
 
-    kept, rest = asyncio.run(chain())
+    with signalk_server(tmp_path, ("plugins",)) as signalk_port:
+        kept, rest = asyncio.run(chain(signalk_port))
     (fixes,) = nmea0183.read(log.read_bytes()).sources.values()
     motion = estimate(fixes.between(kept.fixes[0].time - 0.5), "small-usv", causal=True)
     assert len(kept.fixes) == len(motion) >= 30  # gpsd uses the first sentences to find the receiver's protocol
@@ -257,5 +222,3 @@ def test_the_command_from_end_to_end(tmp_path):
     motion = estimate(nmea0183.read(log.read_bytes()).sources["GP"], "small-usv", causal=True).to_frame()
     assert lines == motion.to_dicts()
     assert (tmp_path / "run.csv").read_text().count("\n") == 31
-    code, _, said = run_process("live", "--from", "tcp://nowhere")
-    assert code == 2 and said == "steerway: tcp://nowhere: names no port, expected tcp://host:port\n"

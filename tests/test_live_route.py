@@ -20,25 +20,20 @@ def at(north, east, time=NOON, cog=0.0, sog=2.0):
     return Row(time, *displaced(*HOME, north, east), sog, cog, 0.0, 0.1, 0.02, 0.01, 0.3, 0.3, 1.0, OK)
 
 
-class Led:
+def legs(route, rows):
     """The legs that a supervisor shows, without being started."""
-
-    def __init__(self, route):
-        self.supervisor = Supervisor(route)
-
-    @property
-    def finished(self):
-        return self.supervisor.guide.finished
-
-    def step(self, row):
-        self.supervisor.step(row, 1.0)
-        return self.supervisor.leg
+    supervisor, shown = Supervisor(route), []
+    for row in rows:
+        supervisor.step(row, 1.0)
+        shown.append(supervisor.leg)
+    return shown
 
 
-@pytest.fixture
-def guide():
-    points = [corner(*each, WaypointTable) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
-    return Led(GeodeticRoute.of(points, [], MissionTable(lookahead=20.0, acceptance=5.0)))
+CORNER = GeodeticRoute.of(
+    [corner(*each, WaypointTable) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))],
+    [],
+    MissionTable(lookahead=20.0, acceptance=5.0),
+)
 
 
 def test_the_letter_is_the_side_to_steer_to():
@@ -50,22 +45,24 @@ def test_the_letter_is_the_side_to_steer_to():
     assert ",A,A,0.00,T," in apb(STARBOARD._replace(is_arrived=True, is_passed=True))
 
 
-def test_a_boat_is_led_back_to_the_line(guide):
-    leg = guide.step(at(50.0, 10.0))
+def test_a_boat_is_led_back_to_the_line_and_along_the_route_to_its_end():
+    (leg,) = legs(CORNER, [at(50.0, 10.0)])
     assert leg.cross_track == pytest.approx(10.0, abs=1e-3) and leg.direction == pytest.approx(0.0, abs=1e-6)
     assert leg.course_to_steer == pytest.approx(-math.atan(0.5), abs=1e-4)
     assert leg.distance == pytest.approx(math.hypot(150.0, 10.0), abs=1e-2)
     assert leg.closing_speed == pytest.approx(2.0 * math.cos(math.atan2(10.0, 150.0)), abs=1e-4)
     assert math.degrees(leg.latitude) == pytest.approx(54.0 + 200.0 / 111_300.0, abs=1e-4)
-
-
-def test_the_route_is_sailed_to_its_end(guide):
-    legs = [guide.step(at(float(k), 0.0, NOON + k)) for k in range(0, 210, 2)]
-    assert (legs[0].destination, legs[-1].destination) == ("WP1", "WP2")
-    assert legs[-1].direction == pytest.approx(math.pi / 2.0, abs=1e-6)
-    legs = [guide.step(at(200.0, float(k), NOON + 300.0 + k, cog=math.pi / 2.0)) for k in range(0, 210, 2)]
-    assert guide.finished and legs[-1] is None
-    assert any(leg is not None and leg.is_arrived for leg in legs)
+    rows = [at(float(k), 0.0, NOON + k) for k in range(0, 210, 2)]
+    rows += [at(200.0, float(k), NOON + 300.0 + k, cog=math.pi / 2.0) for k in range(0, 210, 2)]
+    found = legs(CORNER, rows)
+    assert (found[0].destination, found[104].destination, found[-1]) == ("WP1", "WP2", None)
+    assert found[104].direction == pytest.approx(math.pi / 2.0, abs=1e-6)
+    assert any(leg is not None and leg.is_arrived for leg in found[105:])
+    found = legs(
+        square(((0.0, 0.0), (60.0, 0.0))), [at(north, 0.0, NOON + north) for north in (10.0, 40.0, 50.0, 54.0)]
+    )
+    asked = [leg.speed for leg in found]  # slower before the end
+    assert asked[0] == asked[1] == 1.2 and 1.2 > asked[2] > asked[3] == pytest.approx(0.72)
 
 
 POINTS = '<rtept lat="54" lon="10"/><rtept lat="54.01" lon="10.01"/>'
@@ -118,37 +115,45 @@ def test_a_mission_file(tmp_path):
     assert route.fence.holds(*HOME) and not route.fence.holds(math.radians(54.2), HOME[1])
 
 
-@pytest.mark.parametrize(
-    ("law", "gains"),
-    [
-        ("vector-field", {"approach_deg": 60.0}),
-        ("integral-line-of-sight", {"integral_gain": 0.25}),
-        ("adaptive-line-of-sight", {"adaptive_gain": 0.003}),
-    ],
-)
-def test_a_mission_is_guided_as_a_scenario_is(law, gains):
+def test_a_mission_is_guided_as_a_scenario_is():
     """With the same guidance law and gains."""
-    table = GuidanceTable(law=law, **gains)
+    table = GuidanceTable(law="integral-line-of-sight", integral_gain=0.25)
     assert Supervisor(square(guidance=table)).pilot.law == table.design(8.0, 1.2)
+
+
+def items(*frame_command_stay, home="54"):
+    """A `.waypoints` file with these items, northwards from 54° N."""
+    lines = ["QGC WPL 110", f"0 1 0 16 0 0 0 0 {home} 10 0 1"]
+    for k, (frame, command, stay) in enumerate(frame_command_stay, start=1):
+        lines.append(f"{k} 0 {frame} {command} {stay} 0 0 0 54.00{k} 10 0 1")
+    return "\n".join(lines)
+
+
+SAILED, RALLY = (3, 16, 0), "rally = { lat_deg = 54.2, lon_deg = 10.0 }\n"
 
 
 @pytest.mark.parametrize(
     ("name", "text", "why"),
     [
         ("a.kml", "", "ending"),
+        ("a.plan", "[]", "route"),
+        ("a.plan", "{}", "its fileType is not Plan"),
+        ("a.waypoints", "nonsense", "its first line is not QGC WPL 110"),
+        ("a.waypoints", "QGC WPL 110\n1 2", "line 2 has 2 columns and not 12"),
+        ("a.waypoints", items(SAILED, (1, 16, 0)), "item 1 has frame 1, expected a global frame: any of"),
+        ("a.waypoints", items(SAILED, (3, 16, 5)), "item 1 stays for 5 s, expected 0 s"),
+        ("a.waypoints", items((3, 17, 0), SAILED), "item 1 follows one that loiters"),
+        ("a.waypoints", items(SAILED, (3, 20, 0), home="0"), "item 1 returns, and there is no home position"),
         ("a.toml", MISSION + "[guidance]\nlookahead = 9.0", "lookahead and guidance.lookahead are both given"),
         ("a.toml", MISSION + "[guidance]\nlaw = 'ilos'", "guidance.law is 'ilos', expected one of line-of-sight"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\nlon_deg = 1.0", "has 1 waypoints"),
         ("a.toml", MISSION.replace("[boat]", "[boats]"), "unknown key boats, expected perhaps boat"),
         ("a.toml", MISSION.replace("= 0.8", "= nan"), r"waypoint\[1\].speed_mps is nan, expected a finite number"),
         ("a.toml", MISSION.replace("lat_deg = 54.1", "lat_deg = 53.95"), "waypoint 0 lies outside of the fence"),
+        ("a.toml", MISSION.replace("lookahead", RALLY + "lookahead"), "rally place lies outside of the fence"),
         ("a.json", '{"type": "Point", "coordinates": [1, 2]}', "no LineString"),
         ("a.gpx", "<gpx>", "malformed"),
-        (
-            "a.gpx",
-            "<gpx><rtept lat='99' lon='0'/><rtept lat='9' lon='0'/></gpx>",
-            "0].lat_deg is 99.0, expected at most 89.0",
-        ),
+        ("a.gpx", f"<gpx>{POINTS.replace('54', '99')}</gpx>", r"0\].lat_deg is 99.0, expected at most 89.0"),
     ],
 )
 def test_wrong_routes_are_refused_in_a_sentence(tmp_path, name, text, why):
@@ -203,12 +208,6 @@ def test_a_fence_knows_inside_and_ahead():
     notched = [(-10.0, -10.0), (70.0, -10.0), (70.0, 70.0), (50.0, 70.0), (50.0, 30.0), (20.0, 30.0), (20.0, 70.0)]
     with pytest.raises(InputError, match="the leg to waypoint 3 crosses the fence"):
         square(SQUARE, fence=[*notched, (-10.0, 70.0)])
-
-
-def test_she_slows_down_before_the_end():
-    guide = Led(square(((0.0, 0.0), (60.0, 0.0))))
-    asked = [guide.step(at(north, 0.0, NOON + north)).speed for north in (10.0, 40.0, 50.0, 54.0)]
-    assert asked[0] == asked[1] == 1.2 and 1.2 > asked[2] > asked[3] == pytest.approx(0.72)
 
 
 def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):

@@ -55,17 +55,13 @@ class Pair:
         return [each for time, each in self.received if each.get_type() == kind and time > since]
 
 
-def test_a_heartbeat_a_second_as_a_computer_aboard_and_nothing_else_to_a_vehicle_left_alone():
+def test_a_vehicle_left_alone_gets_heartbeats_and_an_order_is_carried_out_in_guided_ten_times_a_second():
     pair = Pair().run(10.0)
     beats = pair.output("HEARTBEAT")
     assert 9 <= len(beats) <= 11
-    assert {(each.type, each.autopilot) for each in beats} == {(18, 8)}
+    assert {(each.type, each.autopilot) for each in beats} == {(18, 8)}, "as a computer aboard"
     assert pair.rover.mode is RoverMode.MANUAL and not pair.output("SET_ATTITUDE_TARGET")
     assert {each.command for each in pair.output("COMMAND_LONG")} == {messages.MAV_CMD_SET_MESSAGE_INTERVAL}
-
-
-def test_an_order_is_carried_out_in_guided_ten_times_a_second():
-    pair = Pair().run(2.0)
     pair.order = RUNNING
     begun = pair.time
     pair.run(2.0)
@@ -75,8 +71,14 @@ def test_an_order_is_carried_out_in_guided_ten_times_a_second():
     for each in targets:
         assert each.type_mask == 128 | 2 | 1 and each.target_system == 1
         assert each.body_yaw_rate == pytest.approx(0.2) and each.thrust == pytest.approx(0.5)
-    target = pair.rover.target(pair.time)
-    assert target.yaw_rate == pytest.approx(0.2) and target.speed == pytest.approx(1.0)
+    for order, target in (
+        (RUNNING, (0.2, 1.0)),
+        (RUNNING._replace(yaw_rate=math.nan), (0.0, 0.0)),
+        (RUNNING._replace(thrust=7.0), (0.2, 2.0)),
+        (STOPPED._replace(yaw_rate=0.3, thrust=0.7), (0.0, 0.0)),
+    ):
+        pair.order = order
+        assert pair.run(0.5).rover.target(pair.time)[:2] == pytest.approx(target)
 
 
 @pytest.mark.parametrize(("order", "mode"), [(STOPPED, RoverMode.HOLD), (HANDED_BACK, RoverMode.MANUAL)])
@@ -99,6 +101,10 @@ def test_stopping_gives_her_back(order, mode):
     assert pair.rover.mode is RoverMode.GUIDED and not pair.output("SET_ATTITUDE_TARGET", quiet)
     pair.order = RUNNING
     assert pair.run(1.0).guided.phase is Takeover.STEERING
+    pair.order = order
+    pair.step()
+    pair.rover.mode = RoverMode.LOITER  # by the skipper while she is being given back: she is his
+    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Takeover.FREE
 
 
 def test_who_takes_her_out_of_guided_has_her():
@@ -139,6 +145,9 @@ def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwi
             output = guided.due(0.05 * k, RUNNING if k > 20 else READY)
             assert all(each.command != messages.MAV_CMD_DO_SET_MODE for each in output if "LONG" in each.get_type())
         assert "not a boat" in guided.refusal
+    guided, station = Guided(messages), (messages.MAV_TYPE_GCS, messages.MAV_AUTOPILOT_INVALID)
+    assert not guided.receive(*Wire(255, 190).carry([messages.MAVLink_heartbeat_message(*station, 0, 0, 4, 3)]), 0.0)
+    assert guided.due(0.0, RUNNING)[0].get_type() == "HEARTBEAT", "a ground station is no vehicle"
 
 
 def test_a_silent_link_is_lost_and_so_is_one_without_heartbeats():
@@ -155,28 +164,7 @@ def test_a_silent_link_is_lost_and_so_is_one_without_heartbeats():
     assert not pair.run(1.5).guided.alive(pair.time)
 
 
-def test_another_vehicle_and_a_ground_station_are_not_listened_to():
-    guided = Guided(messages)
-    station, other = Wire(255, 190), Wire(7, 1)
-    beat = messages.MAVLink_heartbeat_message(messages.MAV_TYPE_GCS, messages.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
-    assert not guided.receive(*station.carry([beat]), 0.0) and guided.due(0.0, RUNNING)[0].get_type() == "HEARTBEAT"
-    due = Rover(messages, 2.0, NOON).due(0.0, AT_REST, PLACE)
-    beat = next(each for each in due if each.get_type() == "HEARTBEAT")
-    assert not Guided(messages, system=1).receive(*other.carry([beat]), 0.0)
-    assert guided.receive(*other.carry([beat]), 0.0) and guided.vehicle == (7, 1)
-    assert not guided.receive(*Wire(1, 1).carry([beat]), 0.0)
-
-
-@pytest.mark.parametrize("order", [STOPPED, HANDED_BACK])
-def test_taken_by_the_skipper_while_she_is_being_given_back_she_is_his(order):
-    pair = Pair().steered(0.3)
-    pair.order = order
-    pair.step()
-    pair.rover.mode = RoverMode.LOITER
-    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Takeover.FREE
-
-
-def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
+def test_a_request_that_is_carried_out_late_is_taken_back_and_requests_end():
     pair = Pair().run(2.0)
     waiting, receive = [], pair.rover.receive
     pair.rover.receive = lambda message, now: waiting.append(message) or []
@@ -189,15 +177,12 @@ def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
         receive(message, pair.time)
     assert pair.rover.mode is RoverMode.GUIDED
     assert pair.run(5.0).rover.mode is RoverMode.HOLD
-
-
-def test_requests_come_twice_a_second_and_end():
     pair = Pair().steered()
     pair.rover.receive = lambda message, now: []
     pair.order, stopped = STOPPED, pair.time
     pair.run(15.0)
     asked = [each for each in pair.output("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]
-    assert 14 <= len(asked) <= 17 and pair.guided.phase is Takeover.FREE
+    assert 14 <= len(asked) <= 17 and pair.guided.phase is Takeover.FREE, "twice a second"
     quiet = pair.time
     assert not pair.run(5.0).output("COMMAND_LONG", quiet) and not pair.output("SET_ATTITUDE_TARGET", quiet)
 
@@ -229,17 +214,6 @@ def test_a_vehicle_obeys_in_guided_and_armed_only():
     (answer,) = rover.receive(mode(99), 0.5)
     assert answer.result == messages.MAV_RESULT_FAILED and rover.mode is RoverMode.GUIDED
     assert rover.receive(messages.MAVLink_set_mode_message(7, 1, 0), 0.5) == [], "another vehicle is meant"
-
-
-def test_what_is_no_number_moves_nothing_and_what_is_too_much_is_limited():
-    pair = Pair().steered()
-    for order, target in (
-        (RUNNING._replace(yaw_rate=math.nan), (0.0, 0.0)),
-        (RUNNING._replace(thrust=7.0), (0.2, 2.0)),
-        (STOPPED._replace(yaw_rate=0.3, thrust=0.7), (0.0, 0.0)),
-    ):
-        pair.order = order
-        assert pair.run(0.5).rover.target(pair.time)[:2] == pytest.approx(target)
 
 
 def test_whatever_happens_she_is_steered_only_by_orders_and_never_against_the_skipper():

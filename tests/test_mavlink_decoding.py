@@ -61,9 +61,6 @@ def test_her_own_estimate_is_heard_only_when_the_receiver_is_silent():
     assert placed[0].time - NOON == pytest.approx(12.9, abs=0.11), "a receiver without a fix is not replaced"
     assert all(row.heading == pytest.approx(math.pi / 2.0) for row in rows), "by itself, since there is no fix"
     assert placed[0].cog == pytest.approx(math.atan2(0.8, -0.6)) and placed[0].sog == pytest.approx(1.0)
-
-
-def test_a_busy_computer_takes_no_receiver_for_a_silent_one():
     heard = Heard()
     heard.rows(0.0, system_time(NOON, 0.0), raw_fix(1))
     own = messages.MAVLink_global_position_int_message(1000, 1, 1, 0, 0, 0, 100, 0, 9000)

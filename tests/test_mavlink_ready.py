@@ -65,16 +65,13 @@ def test_a_vehicle_is_ready_when_all_its_parts_are(reports, why):
     assert why in readiness.obstacle(1.5) and bool(why) == bool(readiness.obstacle(1.5))
 
 
-def test_a_report_that_never_comes_is_not_waited_for_for_ever_and_an_old_one_does_not_hold():
+def test_reports_are_not_waited_for_for_ever_old_ones_do_not_hold_and_a_refusal_is_not_tried_again_at_once():
     readiness = Readiness(messages)
     for moment in range(20):
         readiness.receive(heartbeat(), float(moment))
     assert readiness.obstacle(4.9) and not readiness.obstacle(19.5)
     readiness.receive(ekf(0), 20.0)
     assert readiness.obstacle(20.5) and not readiness.obstacle(26.0)
-
-
-def test_a_refusal_is_not_tried_again_at_once():
     readiness = Readiness(messages)
     for each in GOOD:
         readiness.receive(each, 1.0)
@@ -85,9 +82,9 @@ def test_a_refusal_is_not_tried_again_at_once():
     assert readiness.obstacle(7.1) == ""
 
 
-def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
-    desk = Desk(square(), engage=True)
-    desk.autopilot.vehicle("the vehicle's EKF is not ready: no position")
+def test_engage_waits_for_the_vehicle_and_again_after_a_refusal_which_stops_a_start_by_hand():
+    desk, unready = Desk(square(), engage=True), "the vehicle's EKF is not ready: no position"
+    desk.autopilot.vehicle(unready)
     desk.sail(8.0)
     assert desk.order.state is State.IDLE and "EKF" in desk.order.reason
     with pytest.raises(InputError, match="EKF is not ready"):
@@ -105,19 +102,13 @@ def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
     desk.autopilot.stop("by hand")
     desk.sail(5.0)
     assert desk.order.state is State.STOPPED
-
-
-def test_a_stop_withdraws_an_engage_that_waits():
-    desk = Desk(square(), engage=True)
-    desk.autopilot.vehicle("the vehicle's EKF is not ready: no position")
-    desk.sail(8.0)
-    desk.autopilot.stop()
-    desk.autopilot.vehicle("")
-    desk.sail(5.0)
-    assert desk.order.state is State.READY
-
-
-def test_a_refusal_of_a_start_by_hand_stops():
+    withdrawn = Desk(square(), engage=True)
+    withdrawn.autopilot.vehicle(unready)
+    withdrawn.sail(8.0)
+    withdrawn.autopilot.stop()
+    withdrawn.autopilot.vehicle("")
+    withdrawn.sail(5.0)
+    assert withdrawn.order.state is State.READY
     desk = Desk(square()).start()
     desk.autopilot.refused("refused: DENIED")
     desk.sail(1.0)

@@ -4,6 +4,7 @@ import asyncio
 import json
 import math
 import shutil
+import signal
 import socket
 import subprocess
 
@@ -11,34 +12,15 @@ import pytest
 
 from steerway.core import InputError, displacement
 from steerway.core.testing import displaced
-from steerway.live.testing import (
-    UNDER_WAY,
-    GeodeticRoute,
-    LimitGuard,
-    Limits,
-    MissionItem,
-    MissionLink,
-    MissionServer,
-    NoGo,
-    Settings,
-    State,
-    addresses,
-    build_service,
-    dialect,
-    items_of,
-    key_of,
-    lost,
-    mission_of,
-)
+from steerway.live import testing as live
 from tests import hastened
 from tests.command_line import STEERWAY
 from tests.desk import HOME, Desk, square
-from tests.mavlink_wire import signed
-from tests.ports import free_port, until, wait_until
+from tests.ports import free_port, running, under_way, wait_until
 from tests.square import OTTER
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
-M = dialect("a test")
+M = live.dialect("a test")
 MAVPROXY = shutil.which("mavproxy.py")
 ACCEPTED, DENIED, INVALID = M.MAV_MISSION_ACCEPTED, M.MAV_MISSION_DENIED, M.MAV_MISSION_INVALID
 
@@ -70,7 +52,7 @@ class Station:
     """A ground station that talks to a server without a link."""
 
     def __init__(self, desk):
-        self.server = MissionServer(M, desk.autopilot, desk.service.controls)
+        self.server = live.MissionServer(M, desk.autopilot, desk.service.controls)
 
     def ask(self, message, now=0.0):
         return self.server.receive(sent(message), now)
@@ -92,9 +74,10 @@ def fields(message):
 
 
 def test_a_mission_is_uploaded_and_downloaded_equal_before_it_that_of_the_file():
-    station = Station(Desk(square()).until_ready())
+    station = Station(Desk(square(at_end="hold")).until_ready())
     found = station.download()
-    assert [each.command for each in found] == [16, 178, 16, 16, 16, 16, 16]
+    assert [each.command for each in found] == [16, 178, 16, 16, 16, 16, 17]
+    assert found[1].param2 == pytest.approx(1.2)
     last = displacement(math.radians(found[4].x * 1e-7), math.radians(found[4].y * 1e-7), *HOME)
     assert last == pytest.approx((60.0, 60.0), abs=0.02)
     mission = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0))
@@ -111,45 +94,28 @@ def test_a_mission_changed_under_way_is_sailed_with_the_current_that_is_known():
     assert Station(desk).upload(mission)[0].type == ACCEPTED
     desk.sail(1.0)
     after = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
-    assert desk.order.state is State.RUNNING and after.knows_current
+    assert desk.order.state is live.State.RUNNING and after.knows_current
     assert math.hypot(after.current_north - before.current_north, after.current_east - before.current_east) < 0.1
     assert Station(desk).server.due(0.0)[1].seq in (3, 4)
-    desk.until(lambda: desk.order.state not in UNDER_WAY, 200.0)
-    assert desk.order.state is State.FINISHED and desk.order.engaged and desk.order.thrust == 0.0
+    desk.until(lambda: desk.order.state not in live.UNDER_WAY, 200.0)
+    assert desk.order.state is live.State.FINISHED and desk.order.engaged and desk.order.thrust == 0.0
     assert math.dist(desk.state[6:8], (north - 40.0, east - 40.0)) < 5.0  # its acceptance is 4 m
 
 
-@pytest.mark.parametrize(
-    ("mission", "words"),
-    [
-        ([item(0, 16), item(1, 16, 10.0, 0.0)], "has 1 waypoints"),
-        ([item(0, 16), item(1, 16, 10.0), item(2, 22, 20.0)], "command 22"),
-        (items((0.0, 0.0), (500.0, 0.0)), "outside of the fence"),
-    ],
-)
-def test_what_cannot_be_sailed_is_refused_and_the_old_mission_kept(mission, words, caplog):
+def test_what_cannot_be_sailed_is_refused_and_the_old_mission_kept(caplog):
     fence = ((-100.0, -100.0), (-100.0, 100.0), (100.0, 100.0), (100.0, -100.0))
     desk = Desk(square(fence=fence)).start()
     route = desk.autopilot.guide.route
-    ack, text = Station(desk).upload(mission)
-    assert ack.type == INVALID and text.get_type() == "STATUSTEXT" and words in caplog.text
-    assert desk.autopilot.guide.route is route
+    for mission, words in (
+        ([item(0, 16), item(1, 16, 10.0, 0.0)], "has 1 waypoints"),
+        ([item(0, 16), item(1, 16, 10.0), item(2, 22, 20.0)], "command 22"),
+        (items((0.0, 0.0), (500.0, 0.0)), "outside of the fence"),
+    ):
+        ack, text = Station(desk).upload(mission)
+        assert ack.type == INVALID and text.get_type() == "STATUSTEXT" and words in caplog.text
+        assert desk.autopilot.guide.route is route
     desk.sail(1.0)
-    assert desk.order.state is State.RUNNING
-
-
-def test_an_item_is_gone_on_to_and_one_that_is_no_waypoint_is_not():
-    desk = Desk(square()).start()
-    station = Station(desk)
-    station.ask(M.MAVLink_mission_set_current_message(1, 1, 4))
-    desk.sail(1.0)
-    assert desk.autopilot.guide.target == 2
-    station.ask(M.MAVLink_mission_set_current_message(1, 1, 1))
-    desk.sail(1.0)
-    assert desk.autopilot.guide.target == 2
-    assert station.ask(M.MAVLink_mission_clear_all_message(1, 1))[0].type == DENIED
-    assert station.ask(M.MAVLink_mission_count_message(1, 1, 0))[0].type == DENIED
-    assert station.ask(M.MAVLink_mission_request_list_message(1, 1, 1))[0].count == 0
+    assert desk.order.state is live.State.RUNNING
 
 
 def test_a_ground_station_changes_the_speed_pauses_and_goes_on():
@@ -175,12 +141,23 @@ def test_a_ground_station_changes_the_speed_pauses_and_goes_on():
     assert commanded(M.MAV_CMD_NAV_TAKEOFF) == M.MAV_RESULT_UNSUPPORTED
 
 
-def test_an_item_that_does_not_come_is_asked_for_again_and_then_no_more():
+def test_an_item_that_does_not_come_is_asked_for_again_and_one_that_is_no_waypoint_is_not_gone_on_to():
     station = Station(Desk(square()))
     station.ask(M.MAVLink_mission_count_message(1, 1, 3))
     kinds = [[each.get_type() for each in station.server.due(float(now))] for now in range(1, 8)]
     assert sum("MISSION_REQUEST_INT" in each for each in kinds) == 4
     assert sum("MISSION_ACK" in each for each in kinds) == 1
+    desk = Desk(square()).start()
+    station = Station(desk)
+    station.ask(M.MAVLink_mission_set_current_message(1, 1, 4))
+    desk.sail(1.0)
+    assert desk.autopilot.guide.target == 2
+    station.ask(M.MAVLink_mission_set_current_message(1, 1, 1))
+    desk.sail(1.0)
+    assert desk.autopilot.guide.target == 2
+    assert station.ask(M.MAVLink_mission_clear_all_message(1, 1))[0].type == DENIED
+    assert station.ask(M.MAVLink_mission_count_message(1, 1, 0))[0].type == DENIED
+    assert station.ask(M.MAVLink_mission_request_list_message(1, 1, 1))[0].count == 0
 
 
 @pytest.mark.parametrize(("ours", "theirs"), [(None, None), ("a", "a"), ("a", "b"), ("a", None)])
@@ -190,53 +167,34 @@ def test_over_udp_by_the_command_settings(tmp_path, ours, theirs):
     desk = Desk(square())
     for name in "ab":
         (tmp_path / name).write_text(f"a long passphrase {name}")
-    address = addresses.ground_station(f"udpin:127.0.0.1:{port}", ours and str(tmp_path / ours))
-    link = MissionLink(address, desk.autopilot, desk.service.controls)
-    mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), []
-    codec = M.MAVLink(None, 255, 190)
-    if theirs:
-        signed(codec, key_of(str(tmp_path / theirs)))
+    here, there = (
+        live.addresses.ground_station(f"{via}:127.0.0.1:{port}", key and str(tmp_path / key))
+        for via, key in (("udpin", ours), ("udpout", theirs))
+    )
+    link = live.MissionLink(here, desk.autopilot, desk.service.controls)
+    mission, got = items((10.0, 0.0), (50.0, 0.0), (50.0, 40.0)), {}
+
+    def hear(message):
+        got[message.get_type()] = message
+        if message.get_type() == "MISSION_REQUEST_INT":
+            station.send([mission[message.seq]])
+        return True
+
+    station = live.MavlinkLink(there, hear, 255, 190)
 
     async def run():
-        running = asyncio.create_task(link.run())
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
-            station.setblocking(False)
-            station.connect(("127.0.0.1", port))
-
-            def hear():
-                try:
-                    while True:
-                        for message in codec.parse_buffer(station.recv(4096)) or ():
-                            got.append(message)
-                            if message.get_type() == "MISSION_REQUEST_INT":
-                                station.send(mission[message.seq].pack(codec))
-                except BlockingIOError:
-                    return any(each.get_type() == "MISSION_ACK" for each in got)
-
+        async with under_way(link.run(), station.run()):
             await asyncio.sleep(0.1)
-            station.send(M.MAVLink_mission_count_message(1, 1, len(mission)).pack(codec))
-            if ours == theirs:
-                await until(hear, 5.0)
-            else:
-                await asyncio.sleep(3.0)
-                assert not hear()
-        running.cancel()
-        await asyncio.gather(running, return_exceptions=True)
+            station.send([M.MAVLink_mission_count_message(1, 1, len(mission))])
+            await asyncio.sleep(3.0)
 
     hastened.run(run())
     assert (link.link.broken > 0) == (ours != theirs)
-    if ours != theirs:
-        assert len(desk.autopilot.guide.route.places) == 5
-        return
-    assert next(each for each in got if each.get_type() == "MISSION_ACK").type == ACCEPTED
-    assert any(each.get_type() == "HEARTBEAT" for each in got)
-    assert len(desk.autopilot.guide.route.places) == 3
-
-
-def test_without_a_mission_file_there_is_nothing_to_change():
-    settings = Settings(**{"from": ["udp://:10110"], "missions": "udpin:127.0.0.1:14560"})
-    with pytest.raises(InputError, match="--missions lets ground stations change the route"):
-        build_service.launch(settings)
+    assert len(desk.autopilot.guide.route.places) == (3 if ours == theirs else 5)
+    if ours == theirs:
+        assert got["MISSION_ACK"].type == ACCEPTED and "HEARTBEAT" in got
+    else:
+        assert "MISSION_ACK" not in got
 
 
 PLACES = [(54.0, 10.0), (54.001, 10.0), (54.001, 10.002)]
@@ -260,7 +218,7 @@ def plan(items, polygons=(), rally=()):
 def loaded(tmp_path, text, name="route.plan"):
     path = tmp_path / name
     path.write_text(text if isinstance(text, str) else json.dumps(text))
-    return GeodeticRoute.load(path)
+    return live.GeodeticRoute.load(path)
 
 
 def degrees_of(route):
@@ -290,55 +248,14 @@ def test_a_file_of_waypoints_begins_with_home_and_may_loiter_at_its_end(tmp_path
     assert degrees_of(route) == PLACES and route.settings.at_end == "hold"
 
 
-@pytest.mark.parametrize(
-    ("items", "words"),
-    [
-        ([simple(16, *PLACES[0]), simple(22, *PLACES[1])], "item 1 has command 22, expected waypoint"),
-        ([simple(16, *PLACES[0]), simple(16, frame=1)], "item 1 has frame 1, expected a global frame: any of"),
-        ([simple(16, *PLACES[0], 5.0), simple(16, *PLACES[1])], "item 0 stays for 5 s, expected 0 s"),
-        ([simple(17, *PLACES[0]), simple(16, *PLACES[1])], "item 1 follows one that loiters"),
-        ([simple(16, *PLACES[0])], "has 1 waypoints, expected at least 2"),
-    ],
-)
-def test_what_cannot_be_sailed_is_refused_by_its_item(tmp_path, items, words):
-    with pytest.raises(InputError, match=words):
-        loaded(tmp_path, plan(items))
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("a.plan", "{}"),
-        ("a.plan", "[]"),
-        ("a.plan", "nonsense"),
-        ("a.waypoints", "nonsense"),
-        ("a.waypoints", "QGC WPL 110\n1 2"),
-    ],
-)
-def test_damaged_files_are_refused_with_their_name(tmp_path, name, text):
-    with pytest.raises(InputError, match=r"route .*a\.(plan|waypoints)"):
-        loaded(tmp_path, text, name)
-
-
-def test_items_of_a_route_are_the_route():
-    places = [tuple(map(math.radians, each)) for each in PLACES]
-    keys = mission_of(items_of(places, [1.0, 1.0, 1.5], "hold")[1:])
-    assert keys["at_end"] == "hold"
-    given = [round(each[key], 9) for each in keys["waypoint"] for key in ("lat_deg", "lon_deg")]
-    assert given == [number for place in PLACES for number in place]
-    assert [each["speed_mps"] for each in keys["waypoint"]] == [1.0, 1.0, 1.5]
-    with pytest.raises(InputError, match="no home position"):
-        mission_of([MissionItem(20, 0, (0.0,) * 4, 0.0, 0.0)])
-
-
 def test_a_leg_through_an_area_is_refused_and_a_boat_stops_before_it(tmp_path):
     shoal = [[54.0003, 9.9996], [54.0003, 10.0004], [54.0006, 10.0004], [54.0006, 9.9996]]
     items = [simple(16, *each) for each in PLACES]
     with pytest.raises(InputError, match=r"the leg to waypoint 1 enters no_go\[0\]"):
         loaded(tmp_path, plan(items, [{"inclusion": False, "polygon": shoal}]))
-    area = NoGo([tuple(map(math.radians, each)) for each in shoal], "no_go[0]")
-    guard = LimitGuard(Limits(), None, no_go=[area])
-    here = lost(0.0)._replace(latitude=math.radians(54.00025), longitude=math.radians(10.0), sog=1.0, cog=math.pi)
+    area = live.NoGo([tuple(map(math.radians, each)) for each in shoal], "no_go[0]")
+    guard = live.LimitGuard(live.Limits(), None, no_go=[area])
+    here = live.lost(0.0)._replace(latitude=math.radians(54.00025), longitude=math.radians(10.0), sog=1.0, cog=math.pi)
     assert guard.step(here, 0.0, False, 0.1) == ""
     assert guard.step(here._replace(sog=2.0, cog=0.0), 0.0, False, 0.1) == "no_go[0] is about to be entered, within 3 s"
     inside = here._replace(latitude=math.radians(54.0005))
@@ -353,20 +270,15 @@ def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
     lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t63.44\t10.4\t0\t1"]
     lines += [f"{k}\t0\t3\t16\t0\t0\t0\t0\t{63.44 + 0.0001 * k:.4f}\t10.4003\t0\t1" for k in (1, 2, 3)]
     given.write_text("\n".join(lines) + "\n")
-    ends = [
-        "--from",
-        f"udp://127.0.0.1:{receiver}",
-        "--mission",
-        OTTER.mission,
-        "--missions",
-        f"udpin:127.0.0.1:{port}",
-    ]
-    with open(tmp_path / "log", "w") as log:
-        live = subprocess.Popen([*STEERWAY, "live", *map(str, ends)], stdout=subprocess.DEVNULL, stderr=log)
+    command = [*STEERWAY, "live", "--from", f"udp://127.0.0.1:{receiver}", "--missions", f"udpin:127.0.0.1:{port}"]
     program = [MAVPROXY, f"--master=udpout:127.0.0.1:{port}", f"--aircraft={tmp_path / 'x'}"]
-    with open(said, "w") as out:
-        station = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=out, cwd=tmp_path, text=True)
-    try:
+    stopped = {"ends": signal.SIGKILL, "stdin": subprocess.PIPE, "cwd": tmp_path, "text": True}  # it takes no SIGTERM
+    with (
+        open(tmp_path / "log", "w") as log,
+        open(said, "w") as out,
+        running(*command, "--mission", OTTER.mission, stderr=log),
+        running(*program, stdout=out, **stopped) as station,
+    ):
         wait_until(lambda: "online system 1" in said.read_text(), 60.0, 0.1)
         for k, way in enumerate((lines, [*lines[:-1], lines[-1].replace("63.4403", "63.4409")]), start=1):
             given.write_text("\n".join(way) + "\n")
@@ -375,11 +287,6 @@ def test_mavproxy_uploads_a_mission_and_downloads_it_equal(tmp_path):
                 station.stdin.flush()
                 wait_until(lambda answer=answer, k=k: said.read_text().count(answer) >= k, 60.0, 0.1)
             assert _places(got) == _places(given)
-    finally:
-        station.kill()  # it takes no SIGTERM
-        station.wait(20.0)
-        live.terminate()
-        live.wait(20.0)
     assert (tmp_path / "log").read_text().count("mission of 4 items taken") == 2
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 from steerway.core import InputError
 from steerway.core.testing import in_workers
 from tests.command_line import STEERWAY, run
+from tests.faults.commands import of_session
 from tests.ports import wait_until
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are counted in /proc")
@@ -24,12 +26,6 @@ SCENARIO = """duration = 100
 [route]
 at_end = "stop"
 waypoints = [{ north = 0, east = 0 }, { north = 2000, east = 0 }]
-"""
-CAMPAIGN = """
-import sys
-from tests.test_processes import endless
-from steerway.core.testing import in_workers
-list(in_workers(endless, sys.argv[1:], 2))
 """
 
 
@@ -41,12 +37,6 @@ def started(command, **options) -> subprocess.Popen:
             signal.signal(each, signal.SIG_DFL)
 
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heed, **options)
-
-
-def endless(begun):
-    """Work that compiled code could do: it never looks at signals."""
-    Path(begun).touch()
-    time.sleep(100.0)
 
 
 def fail_at(bad, item):
@@ -61,26 +51,11 @@ def killed_at(bad, item):
     return item
 
 
-def descendants(pid: int) -> list[int]:
-    found = []
-    for task in Path(f"/proc/{pid}/task").glob("*/children"):
-        for child in task.read_text().split():
-            found += [int(child), *descendants(int(child))]
-    return found
-
-
-def alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-
-
 def shared_objects() -> set[str]:
     return set(os.listdir("/dev/shm"))
 
 
-def test_results_come_with_their_index_and_items_are_taken_when_a_worker_is_free():
+def test_results_of_workers_and_exceptions_come_here_and_end_the_others():
     taken = []
 
     def items():
@@ -90,49 +65,16 @@ def test_results_come_with_their_index_and_items_are_taken_when_a_worker_is_free
 
     with closing(in_workers(partial(fail_at, None), items(), 2)) as results:
         first = next(results)
-        assert len(taken) <= 4
+        assert len(taken) <= 4, "an item is taken when a worker is free"
         assert dict([first, *results]) == {k: k * k for k in range(12)}
-
-
-def test_an_exception_of_a_worker_is_raised_here_and_ends_the_others():
-    with (
-        pytest.raises(InputError, match="item 1 is bad") as caught,
-        closing(in_workers(partial(fail_at, 1), range(50), 2)) as results,
+    for work, error, message in (
+        (partial(fail_at, 1), InputError, "item 1 is bad"),
+        (partial(killed_at, 2), ChildProcessError, "was ended by signal 9 at item 2"),
     ):
-        list(results)
-    assert "in fail_at" in "".join(caught.value.__notes__)
-    assert descendants_that_work() == []
-
-
-def test_a_worker_that_is_killed_is_reported():
-    with (
-        pytest.raises(ChildProcessError, match="was ended by signal 9 at item 2"),
-        closing(in_workers(partial(killed_at, 2), range(4), 2)) as results,
-    ):
-        list(results)
-
-
-def descendants_that_work() -> list[int]:
-    """Without the resource tracker, which multiprocessing keeps until the end."""
-    return [
-        pid
-        for pid in descendants(os.getpid())
-        if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes() and alive(pid)
-    ]
-
-
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
-def test_workers_end_with_their_parent(how, tmp_path):
-    before, begun = shared_objects(), [tmp_path / name for name in "ab"]
-    parent = started([sys.executable, "-c", CAMPAIGN, *map(str, begun)], cwd=Path(__file__).parents[1])
-    wait_until(lambda: all(each.exists() for each in begun), 60.0)
-    family = descendants(parent.pid)
-    assert len(family) == 3, "two workers and the resource tracker"
-    parent.send_signal(how)
-    parent.wait(LIMIT)
-    parent.stderr.close()
-    wait_until(lambda: not any(map(alive, family)), LIMIT)
-    assert shared_objects() <= before
+        with pytest.raises(error, match=message) as caught, closing(in_workers(work, range(50), 2)) as results:
+            list(results)
+        assert error is not InputError or "in fail_at" in "".join(caught.value.__notes__)
+        assert multiprocessing.active_children() == []
 
 
 def entries(path) -> list:
@@ -162,14 +104,13 @@ def campaign_underway(out, *options):
 def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
     before = shared_objects()
     with campaign_underway(tmp_path) as process:
-        family = descendants(process.pid)
         os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it: to the command and its workers
         began = time.monotonic()
         _, output = process.communicate(timeout=LIMIT)
         assert process.returncode == 130
         assert output.startswith("steerway: interrupted, ") and output.endswith("--resume continues\n")
         assert output.count("\n") == 1
-        wait_until(lambda: not any(map(alive, family)), LIMIT - (time.monotonic() - began))
+        wait_until(lambda: not of_session(process.pid), LIMIT - (time.monotonic() - began))
     assert shared_objects() <= before
     seeds = entries(tmp_path / "campaign.unfinished")
     assert len(seeds) == len(set(seeds)) > 2

@@ -1,13 +1,10 @@
 """The simulated boat as an instrument: her receiver, her inner loops, her propellers, and MAVLink over real links."""
 
 import asyncio
-import json
 import math
 import os
 import shutil
 import socket
-import subprocess
-import sys
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -15,33 +12,22 @@ import numpy as np
 import pytest
 
 from steerway.core import InputError
-from steerway.live.testing import (
-    Companion,
-    Context,
-    InnerLoops,
-    Order,
-    PropellerReceiver,
-    RoverMode,
-    RunningBoat,
-    SimulatedBoat,
-    State,
-    addresses,
-)
+from steerway.live import testing as live
 from steerway.simulation import load_scenario, parse_scenario
 from tests import hastened
 from tests.command_line import run
-from tests.ports import free_port, under_way, until
+from tests.ports import free_port, running, under_way, until, wait_until
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
-RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.4)
-STOPPED = Order(State.STOPPED, "ordered to stop", engaged=True)
+RUNNING = live.Order(live.State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.4)
+STOPPED = live.Order(live.State.STOPPED, "ordered to stop", engaged=True)
 
 
 def boat_of(kind, **keys):
     route = "waypoints = [{ north = 0.0, east = 0.0 }, { north = 900.0, east = 0.0 }]"
     lines = [f'kind = "{kind}"', *(f"{name} = {value}" for name, value in keys.items())]
-    return SimulatedBoat(parse_scenario("\n".join(["[vessel]", *lines, "[route]", route])))
+    return live.SimulatedBoat(parse_scenario("\n".join(["[vessel]", *lines, "[route]", route])))
 
 
 @pytest.mark.parametrize(
@@ -49,7 +35,7 @@ def boat_of(kind, **keys):
 )
 def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
     boat = boat_of(kind, **({"payload_mass": 0.0} if kind == "otter" else {}))
-    loops = InnerLoops(boat.known)
+    loops = live.InnerLoops(boat.known)
     for _ in range(round(seconds / boat.step_length)):
         boat.step(loops.step(yaw_rate, 0.6 if kind == "otter" else 1.0, boat.motion, boat.step_length))
     assert boat.motion.yaw_rate == pytest.approx(yaw_rate, rel=0.05)
@@ -60,66 +46,55 @@ def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
         assert boat.motion.sog < 0.05
 
 
-@pytest.mark.parametrize(
-    ("arguments", "why"),
-    [
+def test_what_cannot_be_is_refused_in_a_sentence():
+    for arguments, why in (
         (["--live"], "has no output"),
         (["--live", "--seeds", "3", "--to", "stdout:"], "cannot be combined with --live"),
         (["--to", "stdout:"], "expected --live"),
         (["--live", "--to", "stdout:", "--speed", "0"], "speed is 0"),
-    ],
-)
-def test_what_cannot_be_is_refused_in_a_sentence(arguments, why):
-    code, _, given = run("simulate", SQUARE, *arguments)
-    assert code == 2 and why in given and given.count("\n") == 1
+    ):
+        code, _, given = run("simulate", SQUARE, *arguments)
+        assert code == 2 and why in given and given.count("\n") == 1
 
 
-def test_propeller_commands_turn_her_and_their_absence_stops_her():
-    port = free_port(socket.SOCK_DGRAM)
+def test_propeller_commands_are_obeyed_until_they_fall_silent():
+    port, actuators = free_port(socket.SOCK_DGRAM), boat_of("otter").vessel.actuators
+    propellers = live.PropellerReceiver(live.addresses.datagrams(f"udp://127.0.0.1:{port}"), actuators)
 
-    async def sail():
-        running = RunningBoat(
-            SimulatedBoat(load_scenario(SQUARE)), propellers=addresses.datagrams(f"udp://127.0.0.1:{port}")
-        )
-        async with under_way(running.run()):
-            await until(lambda: running.boat.motion.sog > 0.3, 20.0)
+    async def listen():
+        async with under_way(propellers.run()):
+            await asyncio.sleep(0.1)
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hand:
-
-                def say(line):
+                for line in (b"{}", b"garbage", b'{"port": null, "starboard": 1}'):
                     hand.sendto(line, ("127.0.0.1", port))
-
-                say(b"{}")
-                say(b"garbage")
-                say(b'{"port": null, "starboard": 1}')
                 await asyncio.sleep(0.1)
-                assert not running.propellers.obeyed
+                assert not propellers.obeyed and propellers.command() is None
+                hand.sendto(b'{"port": -0.5, "starboard": 0.8}', ("127.0.0.1", port))
+            await asyncio.sleep(0.1)
+            assert propellers.command() == pytest.approx((0.5 * actuators[0].low, 0.8 * actuators[0].high))
+            await asyncio.sleep(1.0)
+            assert propellers.command() is None
 
-                def turning():
-                    say(json.dumps({"port": -0.5, "starboard": 0.8}).encode())
-                    return running.boat.motion.yaw_rate < -0.2  # by hand she turns the other way
-
-                await until(turning, 10.0)
-                screw = running.boat.vessel.actuators[0]
-                assert running.propellers.command() == pytest.approx((0.5 * screw.low, 0.8 * screw.high))
-                await asyncio.sleep(1.5)
-                assert running.propellers.command() is None
-
-    hastened.run(sail())
+    hastened.run(listen())
     with pytest.raises(InputError, match="expected a vessel of kind otter"):
-        PropellerReceiver(addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
+        live.PropellerReceiver(live.addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
 
 
 class Desk:
     """A vehicle and a companion on a link, in one process; `order` is what the companion gets 50 times a second."""
 
     def __init__(self, here, there):
-        self.running = RunningBoat(SimulatedBoat(load_scenario(SQUARE)), mavlink=addresses.vehicle(there))
-        ((address,), _) = addresses.sources([f"mavlink:{here}"])
-        self.companion = addresses.opened(address, 1)
+        self.running = live.RunningBoat(
+            live.SimulatedBoat(load_scenario(SQUARE)), mavlink=live.addresses.vehicle(there)
+        )
+        ((address,), _) = live.addresses.sources([f"mavlink:{here}"])
+        self.companion = live.addresses.opened(address, 1)
         self.supervisor = Mock(hands_back=False)
-        output, link = addresses.output(f"mavlink:{here}", Context(inputs=[self.companion], supervisor=self.supervisor))
+        output, link = live.addresses.output(
+            f"mavlink:{here}", live.Context(inputs=[self.companion], supervisor=self.supervisor)
+        )
         assert output is link is self.companion, "one link for both directions"
-        self.rows, self.order, self.ticks = [], Order(State.READY), True
+        self.rows, self.order, self.ticks = [], live.Order(live.State.READY), True
 
     @property
     def links(self):
@@ -165,7 +140,7 @@ async def check(desk):
         begun = desk.running.boat.time
         await until(lambda: desk.rover.target(desk.running.boat.time)[:2] == (0.0, 0.0))
         assert desk.running.boat.time - begun < 0.5
-        await until(lambda: desk.rover.mode is RoverMode.HOLD)
+        await until(lambda: desk.rover.mode is live.RoverMode.HOLD)
     sources = {row.source for row in desk.rows if row.has_position}
     assert sources == {"mavlink GPS_RAW_INT"}
     assert any(math.isfinite(row.throttle) for row in desk.rows)
@@ -181,41 +156,19 @@ def test_steered_over_udp():
 def test_steered_over_a_serial_line(tmp_path):
     """At true pace."""
     ends = [tmp_path / "boat", tmp_path / "computer"]
-    line = subprocess.Popen(["socat", *(f"pty,raw,echo=0,link={each}" for each in ends)])
-    try:
-        while not all(map(os.path.exists, ends)):
-            assert line.poll() is None
+    with running("socat", *(f"pty,raw,echo=0,link={each}" for each in ends)):
+        wait_until(lambda: all(map(os.path.exists, ends)))
         asyncio.run(check(Desk(*(f"{each}?baud=115200" for each in ends))))
-    finally:
-        line.terminate()
-        line.wait()
 
 
-@pytest.mark.parametrize("mode", [RoverMode.HOLD, RoverMode.MANUAL])
+@pytest.mark.parametrize("mode", [live.RoverMode.HOLD, live.RoverMode.MANUAL])
 def test_leaving_the_link_gives_her_back(mode):
     async def sail():
         desk = Desk(*udp())
-        desk.supervisor.hands_back = mode is RoverMode.MANUAL
+        desk.supervisor.hands_back = mode is live.RoverMode.MANUAL
         async with under_way(desk.running.run()):
             async with under_way(desk.companion.run(desk.receive), desk.tick()):
                 await steered(desk)
             await until(lambda: desk.rover.mode is mode)
 
     hastened.run(sail())
-
-
-def test_one_link_has_one_set_of_options():
-    companion, supervisor = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0]), Mock()
-    for options, more, why in (
-        ("?silence=2", {"supervisor": supervisor}, "expected the same options in both"),
-        ("", {}, "expected --mission"),
-        ("", {"supervisor": supervisor, "lossless": True}, "needs a live link"),
-    ):
-        with pytest.raises(InputError, match=why):
-            addresses.output(f"mavlink:udpin:127.0.0.1:1{options}", Context(inputs=[companion], **more))
-
-
-def test_without_pymavlink_an_error_names_what_is_missing(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pymavlink", None)
-    with pytest.raises(InputError, match=r"pip install '\.\[mavlink\]'"):
-        Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])

@@ -39,7 +39,7 @@ def test_a_quarter_of_a_minute_with_every_output_open():
     assert all(received[name] > 1000 for name in ("tcp-server", "udp", "signalk", "foxglove", "propellers"))
 
 
-def test_a_histogram_knows_its_quantiles():
+def test_a_histogram_knows_its_quantiles_and_a_pulse_counts_what_comes_late():
     durations = Durations()
     for k in range(1000):
         durations.add(1e-3 if k else 0.5)
@@ -48,9 +48,6 @@ def test_a_histogram_knows_its_quantiles():
     assert durations.within(1.0) == durations.longest == 0.5
     durations.add(1e9), durations.add(0.0)
     assert durations.longest == 1e9
-
-
-def test_a_pulse_counts_what_comes_late():
     pulse = Pulse()
     for lateness in (0.0, -0.001, 0.049, 0.051, 3.0):
         pulse.beat(lateness)

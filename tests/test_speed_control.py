@@ -20,23 +20,13 @@ from steerway.vessels import CALM, Surge
 from steerway_studies.testing import printed, sailing
 
 
-def respond(name, setpoint, control=None, duration=120.0, control_step=0.05):
-    control = control or sailing.controller(name)
-    return printed.sail_true(sailing.plant(name), control, setpoint, duration, 0.01, control_step)
-
-
 @pytest.mark.parametrize(("name", "setpoint"), [("a", 6), ("T", 9), ("b", 3)])
 def test_boats_settle_without_overshoot(name, setpoint):
-    track = respond(name, setpoint)
+    track = printed.sail_true(sailing.plant(name), sailing.controller(name), setpoint, 120.0, 0.01, 0.05)
     found = sailing.response(track.time, track.speed, track.shaft, setpoint)
     assert found["settling_s"] <= 35.0
     assert found["overshoot_pct"] <= 0.05 and found["tail_pct"] <= 0.05 and found["shaft_max"] <= 17.5
     assert track.speed[-1] == pytest.approx(setpoint, abs=1e-3)
-
-
-def test_feedback_alone_leaves_a_steady_error():
-    held = AdaptiveSpeed(AdaptiveSpeedGains(adaptation=0.0))
-    assert respond("a", 6, held).speed[-1] < 5.95
 
 
 def test_a_speed_out_of_reach_teaches_nothing():
@@ -148,6 +138,12 @@ def test_the_observer_finds_what_the_guess_leaves_out():
     left = math.exp(-4.0 * gains.rate * 0.05)  # of an error within a step: both poles at four times the model's
     error = (u + 0.5 - control.speed) / left**2
     assert control.disturbance - held == pytest.approx((1.0 - left) ** 2 / 0.05 * error)
+    # Without a measured speed it is stable for any step.
+    control = ObservedSpeed()
+    control.step(6.0, 5.0, 0.05)
+    for _ in range(20):
+        control.step(6.0, math.nan, 20.0)
+    assert control.speed == pytest.approx(6.0, abs=0.01)
 
 
 GAINS = SpeedPIGains(mass=85.0, linear_drag=60.0, bandwidth=0.4, limit=200.0, limit_astern=100.0)
@@ -166,27 +162,16 @@ def test_force_loops_hold_a_speed_against_a_drag_they_do_not_know(kind):
     assert control.step(1.5, math.nan, 0.05) == 0.0
 
 
-def test_a_pi_loop_settles_as_a_first_order_model_within_its_limits():
+def test_a_pi_loop_settles_as_a_first_order_model_within_its_limits_where_the_drag_balances_the_force():
     control, speed = SpeedPI(SpeedPIGains(mass=85.0, linear_drag=60.0, bandwidth=0.4)), 0.0
     for _ in range(250):
         speed += 0.01 * (control.step(1.0, speed, 0.01) - 60.0 * speed) / 85.0
     assert speed == pytest.approx(1.0 - math.exp(-1.0), abs=0.005)
     assert SpeedPI(GAINS).step(9.0, 0.0, 0.05) == 200.0 and SpeedPI(GAINS).step(-9.0, 0.0, 0.05) == -100.0
-
-
-def test_the_speed_of_a_force_is_where_the_drag_balances_it():
     control = SpeedPI(SpeedPIGains(mass=85.0, linear_drag=60.0, quadratic_drag=25.0))
     for force in (-30.0, 40.0):
         speed = control.speed_of(force)
         assert 60.0 * speed + 25.0 * speed * abs(speed) == pytest.approx(force)
-
-
-def test_the_observer_is_stable_without_a_measured_speed_for_any_step():
-    control = ObservedSpeed()
-    control.step(6.0, 5.0, 0.05)
-    for _ in range(20):
-        control.step(6.0, math.nan, 20.0)
-    assert control.speed == pytest.approx(6.0, abs=0.01)
 
 
 def test_speed_loops_are_chosen_by_name_and_refused():

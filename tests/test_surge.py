@@ -84,14 +84,11 @@ def test_the_guilty_one_is_named_soon(fault, guilty, within, most):
     assert errors[time > BEGIN].max() <= most
 
 
-def test_without_a_third_instrument_the_accelerometer_tells_sudden_faults():
+def test_without_a_third_instrument_the_accelerometer_tells_sudden_faults_and_a_current_is_none():
     fusion, _, errors = sail(log=0.1, third=math.nan)
     assert names(fusion) == [("bottom_speed", "excluded")] and errors.max() < 0.25
     fusion, _, _ = sail(ramp=0.005, third=math.nan)
     assert fusion.excluded is None and fusion.events == []
-
-
-def test_a_current_that_begins_is_found_and_not_taken_for_a_fault():
     fusion, time, errors = sail(current=0.5)
     assert fusion.current == pytest.approx(0.5, abs=0.05)
     assert names(fusion) == [] and errors[time > 10.0].max() < 0.03

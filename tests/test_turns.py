@@ -28,26 +28,19 @@ def test_without_a_current_the_bow_turns_as_the_legs_do(degrees):
 def test_a_turn_of_more_than_half_a_circle_is_taken_where_it_stays_nearer_to_the_legs():
     """The current along the middle of the turn adds both crab angles: 90° over ground take the bow by some 190°."""
     current = 1.41 * math.cos(math.radians(45.0)), 1.41 * math.sin(math.radians(45.0))
-    turn = planned(90.0, current, QUICK, 1.45)
+    turn, heading = planned(90.0, current, QUICK, 1.45), -math.asin(current[1] / 1.45)
     other = turn.angle - math.copysign(math.tau, turn.angle)
-    path, _ = turn_path(_heading(1.45, current), other, 1.45, *current, *QUICK)
+    path, _ = turn_path(heading, other, 1.45, *current, *QUICK)
     assert 150.0 < abs(math.degrees(turn.angle)) < 210.0
     assert turn.excursion <= passing(path, 0.0, 0.0, 0.5 * math.pi)[0]
 
 
-def _heading(speed, current):
-    return -math.asin(current[1] / speed)
-
-
-def test_a_path_turns_to_the_side_asked_for_also_the_long_way():
+def test_a_path_turns_to_the_side_asked_for_and_a_hull_that_slips_is_carried_on_in_the_old_direction():
     for angle in (math.radians(250.0), math.radians(-250.0)):
         path, time = turn_path(0.3, angle, 1.0, 0.0, 0.0, 2.0, 1.0, 2.0)
         headings = np.unwrap(np.arctan2(*np.diff(path, axis=0).T[::-1]))
         assert headings[-1] - headings[0] == pytest.approx(angle, abs=0.03)
         assert abs(angle) < time < abs(angle) + 4.0
-
-
-def test_a_hull_that_slips_is_carried_on_in_the_old_direction():
     straight, _ = turn_path(0.0, 0.5 * math.pi, 2.0, 0.0, 0.0, 2.0, 1.0, 2.0)
     slipping, _ = turn_path(0.0, 0.5 * math.pi, 2.0, 0.0, 0.0, 2.0, 1.0, 2.0, slip_time=0.5)
     assert slipping[-1, 0] - straight[-1, 0] == pytest.approx(2.0 * 0.5, rel=0.2)
@@ -104,26 +97,13 @@ def test_a_wide_corner_is_turned_slowly_where_that_leaves_it_by_less(degrees, cu
     assert (speed == pytest.approx(1.0)) == slows and (speed == 2.0) != slows
 
 
-def test_the_limit_is_the_vehicles_unless_the_mission_says_one():
+def test_the_limit_is_the_vehicles_unless_the_mission_says_one_and_one_lowered_by_an_idling_motor_grows_again():
     limit, declared = TurnLimit(), TurnLimit(0.3)
     assert math.degrees(limit.rate) == pytest.approx(20.0)
     for each in (limit, declared):
         each.vehicle(math.radians(80.0))
         turned(each, 0.1, 1.0, 3.0)
     assert math.degrees(limit.rate) == pytest.approx(60.0) and declared.rate == 0.3
-
-
-def test_a_boat_that_turns_less_than_the_vehicle_says_is_ordered_less():
-    limit = TurnLimit()
-    limit.vehicle(math.radians(120.0))
-    turned(limit, math.radians(60.0), 0.4, 3.0)
-    assert 20.0 <= math.degrees(limit.rate) <= 30.0
-    turned(limit, 0.0, 1.0, 10.0)
-    assert 20.0 <= math.degrees(limit.rate) <= 30.0
-
-
-def test_a_limit_that_an_idling_motor_lowered_grows_again_within_the_turn():
-    """Ordered thrust alone would have been remembered: the vehicle holds its speed over ground, and the motor idles."""
     limit = TurnLimit()
     limit.vehicle(math.radians(80.0))
     turned(limit, math.radians(40.0), 0.1, 2.0, throttle=0.05)
@@ -133,8 +113,13 @@ def test_a_limit_that_an_idling_motor_lowered_grows_again_within_the_turn():
     assert math.degrees(limit.rate) > 20.0
 
 
-def test_without_thrust_half_is_ordered_and_nothing_is_learned():
-    limit = TurnLimit()
+def test_a_boat_that_turns_less_than_the_vehicle_says_is_ordered_less_and_without_thrust_half_and_nothing_is_learned():
+    limit, slow = TurnLimit(), TurnLimit()
+    slow.vehicle(math.radians(120.0))
+    turned(slow, math.radians(60.0), 0.4, 3.0)
+    assert 20.0 <= math.degrees(slow.rate) <= 30.0
+    turned(slow, 0.0, 1.0, 10.0)
+    assert 20.0 <= math.degrees(slow.rate) <= 30.0
     limit.vehicle(math.radians(80.0))
     turned(limit, math.radians(60.0), 0.4, 3.0, thrust=0.1)
     assert math.degrees(limit.rate) <= 30.0

@@ -93,10 +93,10 @@ def _run(fault, folder):
             time.sleep(0.01)
         _, status, used = ended
         process.returncode = os.waitstatus_to_exitcode(status)
-        while fault.number and _of_session(process.pid) and time.monotonic() - began < 10.0:
+        while fault.number and of_session(process.pid) and time.monotonic() - began < 10.0:
             time.sleep(0.02)
         seconds = time.monotonic() - began if fault.number else used.ru_utime + used.ru_stime
-        left = len(_of_session(process.pid))
+        left = len(of_session(process.pid))
         said.seek(0)
         lines = said.read().replace(str(folder) + "/", "").strip().splitlines() or [""]
     return Outcome(lines[-1], process.returncode, seconds, peak, left)
@@ -111,7 +111,7 @@ def _peak(process: int) -> float:
     return next((int(line.split()[1]) / 1e3 for line in status.splitlines() if line.startswith("VmHWM")), 0.0)
 
 
-def _of_session(leader: int) -> list[int]:
+def of_session(leader: int) -> list[int]:
     """Processes of a session that still run."""
     found = []
     for entry in Path("/proc").iterdir():

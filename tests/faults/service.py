@@ -12,11 +12,11 @@ import numpy as np
 
 from steerway.core import displacement, wrap
 from steerway.core.testing import PREDICTED, STATUSES
-from steerway.live.testing import Navigator, Service, addresses
 from tests import hastened
 from tests.faults.sorties import BEGIN, COURSE, FAULTS, SPEED
 from tests.faults.table import Table
-from tests.ports import free_port, under_way
+from tests.kept_outputs import Kept, serving
+from tests.ports import free_port
 
 TABLE = Table(
     "service.md", "faults", "| what happens | status | RMC | COG | no position | position | SOG | COG | recovers in |"
@@ -48,21 +48,14 @@ class Measured(NamedTuple):
     astern: float  # mean distance of the positions behind the boat
 
 
-class _Rows:
+class _Rows(Kept):
     """An output that records rows and their times."""
 
-    def __init__(self):
-        self.output: list[TimedRow] = []
-        self.at_fixes: list[TimedRow] = []
-
     def fix(self, row):
-        self.at_fixes.append(TimedRow(asyncio.get_running_loop().time(), row))
+        super().fix(TimedRow(asyncio.get_running_loop().time(), row))
 
     def tick(self, row, leg=None, order=None):
-        self.output.append(TimedRow(asyncio.get_running_loop().time(), row))
-
-    def close(self):
-        pass
+        super().tick(TimedRow(asyncio.get_running_loop().time(), row))
 
 
 @cache
@@ -82,33 +75,29 @@ def line(name: str, found: Measured) -> str:
 
 
 async def _sail(fault):
-    ports = [free_port(socket.SOCK_DGRAM) for _ in range(fault.links + 1)]
-    output, link = addresses.output(f"udp://127.0.0.1:{ports[-1]}")
-    found, _ = addresses.sources([f"udp://127.0.0.1:{port}" for port in ports[:-1]])
-    inputs = [addresses.opened(each, len(found)) for each in found]
-    kept = _Rows()
-    service = Service(Navigator("small-usv", sources=fault.wanted), [kept, output], latency=fault.latency)
-    loop, sentences = asyncio.get_running_loop(), []
+    *inputs, sink = (free_port(socket.SOCK_DGRAM) for _ in range(fault.links + 1))
+    loop, kept, sentences = asyncio.get_running_loop(), _Rows(), []
 
     class Instrument(asyncio.DatagramProtocol):
         def datagram_received(self, data, addr):
             sentences.append((loop.time(), data))
 
-    await loop.create_datagram_endpoint(Instrument, local_addr=("127.0.0.1", ports[-1]))
-    async with under_way(service.run(inputs, [link])):
+    await loop.create_datagram_endpoint(Instrument, local_addr=("127.0.0.1", sink))
+    listen = [f"udp://127.0.0.1:{port}" for port in inputs]
+    async with serving(listen, [f"udp://127.0.0.1:{sink}"], fault.wanted, kept, latency=fault.latency):
         await asyncio.sleep(0.0)
         with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as receiver:
             for epoch in fault.epochs():
                 await asyncio.sleep(epoch.sent - loop.time())
                 for line in epoch.output().splitlines(keepends=True):
-                    receiver.sendto(line, ("127.0.0.1", ports[epoch.link]))
+                    receiver.sendto(line, ("127.0.0.1", inputs[epoch.link]))
             await asyncio.sleep(fault.end - loop.time())
     return kept, sentences
 
 
 def _judged(fault, kept, sentences):
-    rows = [each for each in kept.output if each.second >= BEGIN]
-    at_fixes = [each for each in kept.at_fixes if each.second >= BEGIN]
+    rows = [each for each in kept.ticks if each.second >= BEGIN]
+    at_fixes = [each for each in kept.fixes if each.second >= BEGIN]
     moments = sorted(at_fixes + [each for each in rows if each.row.status != PREDICTED])
     errors = [(each.second, *_errors(fault, each)) for each in rows]
     received_lines = [data.split(b"\r\n")[0].decode().split(",") for second, data in sentences if second >= BEGIN]
