@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steerway.core import InputError
+from steerway.core import InputError, rms
 from steerway.estimation.heading import (
     START_VARIANCE,
     AidedHeadingFilter,
@@ -21,10 +21,10 @@ from steerway.estimation.heading import (
 )
 from steerway.estimation.testing import PRODUCT, HeadingAboard, arithmetic, heading_model_of
 from steerway.live.testing import InputRow, MeasuredSpeed
-from steerway.sensors import TCM2, TRUE_TCM2, random_compass
+from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass, random_compass
 from steerway.vessels import RPM, HeadingModel
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
-from steerway_studies.testing import PrintedIntervalFilter
+from steerway_studies.testing import PrintedCompassKalman, PrintedIntervalFilter
 from tests.scenes import record
 
 
@@ -58,6 +58,25 @@ def test_composite_is_the_kalman_filter(compass, yaw):
     expected, variance = by_matrices(compass, yaw, differences, readings)
     np.testing.assert_allclose(headings, expected, rtol=1e-9, atol=1e-12)
     assert estimator.heading_std == pytest.approx(math.sqrt(variance), rel=1e-6)
+
+
+def printed(rate, knows_heading):
+    """Errors (deg) of the readings, and of the printed filter, in a steady turn (deg/s), from 20 s on."""
+    true = rate * np.arange(60 * 40) / 40
+    compass = DynamicCompass(TCM2).start(0.0, np.random.default_rng(1))
+    readings = np.degrees([compass.readings(np.radians(each), 1)[0] for each in true])
+    estimator, estimated = PrintedCompassKalman(), [0.0]
+    for heading, reading in zip(true, readings, strict=True):
+        estimated.append(estimator.step(heading if knows_heading else estimated[-1], reading))
+    return ((each - true)[20 * 40 :] for each in (readings, np.array(estimated[1:])))
+
+
+def test_the_printed_filter_of_the_compass_takes_the_heading_that_is_sought():
+    """P4 (5)–(7): told the true heading it smooths the readings; told its own estimate it lags further in a turn."""
+    readings, told = printed(0.0, knows_heading=True)
+    assert rms(told) < 0.5 * rms(readings)
+    (_, told), (_, alone) = (printed(5.0, knows_heading) for knows_heading in (True, False))
+    assert abs(alone.mean()) > 1.5 * abs(told.mean())
 
 
 def test_product_filter_finds_bias_scale_and_current():

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from steerway_studies.papers import course_autopilot
     from steerway_studies.papers.course_autopilot import RangeRatePassing
     from steerway_studies.papers.ekf_5states import Ekf5States, ekf_5states
+    from steerway_studies.papers.heading import PrintedCompassKalman
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
     from steerway_studies.papers.speed import PrintedMrac, PrintedSpeedEkf
     from steerway_studies.springer_mission.missions import ideal, nominal
