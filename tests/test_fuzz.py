@@ -97,13 +97,13 @@ def test_requests_beyond_numbers_are_refused(what, value):
 def test_no_number_of_any_link_ends_the_service_or_stays():
     """On one boat, which goes on, and gives orders and estimates that are numbers."""
     pytest.importorskip("pymavlink")
+    dropped = 0
     for name, messages in seeds.beyond().items():
         for message in messages:
             TARGETS[name].read(message)
         boat = aboard.afloat()
-        row = boat.service.latest.row
-        assert math.isfinite(row.latitude + row.longitude + row.sog), name
-        assert boat.navigator.counts["beyond all limits"] > 5, name
+        row, before, dropped = boat.service.latest.row, dropped, boat.navigator.counts["beyond all limits"]
+        assert math.isfinite(row.latitude + row.longitude + row.sog) and dropped > before + 1, name
 
 
 MOST = {"latitude": math.pi / 2.0, "longitude": math.pi, "position_std": 1e4, "sog": 1000.0 * KNOT, "shaft": 1000.0}

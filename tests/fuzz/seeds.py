@@ -253,13 +253,16 @@ def beyond():
 
     codec, heads = messages.MAVLink(None, 1, 1), b"".join(mavlink()[1:3])
     attitude, fix = messages.MAVLink_attitude_message, messages.MAVLink_gps_raw_int_message
-    numbers = (3.4e38, -3.4e38, math.nan, math.inf, -math.inf)
-    packets = [attitude(60_000, 0.0, 0.0, value, 0.0, 0.0, value) for value in numbers]
-    packets.append(fix((1 << 64) - 1, 3, -(1 << 31), (1 << 31) - 1, 0, 0, 0, 0xFFFE, 0xFFFE, 9))
-    payloads = [(pgn, bytes([fill]) * 43) for pgn in MESSAGES for fill in (0x00, 0x7F, 0x80, 0xFE, 0xFF)]
+    packets = [fix((1 << 64) - 1, 3, -(1 << 31), (1 << 31) - 1, 0, 0, 0, 0xFFFE, 0xFFFE, 9).pack(codec)]
+    for k, value in enumerate((3.4e38, -3.4e38, math.nan, math.inf, -math.inf), 1):  # a fix takes what came with it
+        turning = attitude(60_000 + 200 * k, 0.0, 0.0, value, 0.0, 0.0, value)
+        placed = fix(60_000_000 + 200_000 * k, 3, 540000000, 100000000, 0, 90, 120, 200, 9000, 12)
+        packets.append(turning.pack(codec) + placed.pack(codec))
+    lengths = {pgn: 43 if pgn == 129029 else 8 for pgn in MESSAGES}
+    payloads = [(pgn, bytes([fill]) * lengths[pgn]) for pgn in lengths for fill in (0x00, 0x7F, 0x80, 0xFE, 0xFF)]
     return {
         "gpsd": absurd(gpsd()[0].splitlines()[2]),
         "Signal K": absurd(signalk()[0].splitlines()[1]),
-        "MAVLink": [heads + each.pack(codec) for each in packets],
+        "MAVLink": [heads + each for each in packets],
         "NMEA 2000 wire": [gateway([each])[0] for each in payloads],
     }
