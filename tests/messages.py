@@ -99,7 +99,7 @@ def pvt(second=0.0, lat=-34.9, lon=138.6, start=1_500_465_600.0, **changes):
         "lon": lon,
         "hAcc": 1414,
         "gSpeed": 1500,
-        "headMot": 90.0,
+        "headMot": 90.25,
     }
     return UBXMessage("NAV", "NAV-PVT", GET, **(fields | changes)).serialize()
 

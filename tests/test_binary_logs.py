@@ -173,7 +173,7 @@ def test_nav_pvt_in_si_and_radians():
     assert_allclose(np.degrees(fixes.longitude), [138.6, 138.6], rtol=1e-14)
     assert_allclose(fixes.position_std, 1.414 / np.sqrt(2), rtol=1e-12)
     assert_allclose(fixes.sog, 1.5)
-    assert_allclose(fixes.cog, np.pi / 2)
+    assert_allclose(fixes.cog, np.radians(90.25))
     assert recording.counts == {"NAV-PVT": 2}
 
 
@@ -203,14 +203,14 @@ def test_an_older_receiver_says_it_in_parts():
         tow = 302400000 + 1000 * second
         log += nav("NAV-POSLLH", iTOW=tow, lat=1.5, lon=2.5, hAcc=2000)
         log += nav("NAV-STATUS", iTOW=tow, gpsFix=3, gpsFixOk=int(second == 2), wknSet=1)
-        log += nav("NAV-VELNED", iTOW=tow, gSpeed=150, heading=45.0)
+        log += nav("NAV-VELNED", iTOW=tow, gSpeed=150, heading=45.5)
         clock = {"year": 2017, "month": 7, "day": 19, "hour": 12, "min": 0, "sec": second, "nano": 0}
         log += nav("NAV-TIMEUTC", iTOW=tow, validUTC=1, **clock)
     recording = ubx.read(log)
     fixes = recording.sources["UBX"]
     assert recording.skipped == {"no fix": 1}
     assert fixes.time[0] == NOON + 2
-    assert_allclose((fixes.sog[0], np.degrees(fixes.cog[0])), (1.5, 45.0))
+    assert_allclose((fixes.sog[0], np.degrees(fixes.cog[0])), (1.5, 45.5))
     assert_allclose((*np.degrees((fixes.latitude[0], fixes.longitude[0])), fixes.position_std[0]), (1.5, 2.5, 2**0.5))
 
 
