@@ -30,7 +30,7 @@ def worst(errors, first, last):
 def test_jump_burst_and_step(speed, std):
     """At 60 s: one fix off by 50 m; 5 s of fixes off by 50 m; all later fixes off by 10 m."""
     estimator = FiveStateFilter(SMALL.model_copy(update={"position_std": std}))
-    jumped, peaks, consistent = [], {"burst": [], "step": []}, []
+    jumped, peaks, consistent, refused = [], {"burst": [], "step": []}, [], []
     for seed in range(6):
         scene = turning(speed, math.radians(18.0 * seed), 100.0, seed=seed)
         calm = estimator.filter(scene.fixes(std, seed))
@@ -48,11 +48,13 @@ def test_jump_burst_and_step(speed, std):
             peaks[name].append(worst(errors, 300, 5 * (end + 10)))
             after = slice(5 * (end + 10), 5 * (end + 12))
             consistent.append(np.mean(errors[after] < 3.0 * motion.cog_std[after]))
+        refused.append(np.sum(motion.status[300:] == REJECTED))
     assert np.median(jumped) <= 1.0
     assert np.quantile(peaks["burst"], 0.95) <= 28.0
     assert np.quantile(peaks["step"], 0.95) <= 28.0
     assert max(*peaks["burst"], *peaks["step"]) < 90.0
     assert np.mean(consistent) > 0.97
+    assert 10 <= np.median(refused) <= 12, "two seconds of unbroken rejections, then no more"
 
 
 @pytest.mark.parametrize(
