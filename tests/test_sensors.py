@@ -10,8 +10,21 @@ from steerway.control import PositioningGains
 from steerway.core import displacement
 from steerway.estimation.heading import AidedHeadingFilter, IntervalFilter
 from steerway.estimation.positioning import TimeVaryingNoise
-from steerway.sensors import Compass, DopplerLog, Gnss, Instrument, accelerometer, gyro
-from steerway.sensors.testing import Fault, gnss
+from steerway.sensors import (
+    TCM2,
+    TRUE_TCM2,
+    Compass,
+    DopplerLog,
+    DynamicCompass,
+    Gnss,
+    Instrument,
+    accelerometer,
+    gyro,
+    random_compass,
+    stability_limit,
+)
+from steerway.sensors.testing import Fault, deviation, gnss
+from steerway.simulation import parse_scenario
 from steerway.vessels import Otter, Propeller
 
 
@@ -229,3 +242,37 @@ def test_data_sheets_are_read_in_their_units():
     assert gyro(in_run_deg_hour=36.0).wander[0] == pytest.approx(math.radians(0.01))
     assert accelerometer(rate=100.0, noise_density_micro_g=60.0).white == pytest.approx(600e-6 * 9.80665)
     assert accelerometer(turn_on_milli_g=5.0).turn_on_std == pytest.approx(0.0490, abs=1e-4)
+
+
+def test_springers_compass_has_its_decoded_gain_and_stability():
+    np.testing.assert_allclose(
+        [TCM2.gain, TCM2.scaled(1.005).gain, TRUE_TCM2.gain], [0.99997, 1.2778, 1.578], atol=5e-5
+    )
+    for shift_too, expected in ((False, 1.02386), (True, 1.01384)):
+        limit = stability_limit(shift_too)
+        assert limit == pytest.approx(expected, abs=1e-5)
+        assert TCM2.scaled(limit - 1e-9, shift_too).stable and not TCM2.scaled(limit + 1e-9, shift_too).stable
+    with pytest.raises(InputError, match="unstable"):  # erratum: ten per cent holds unstable compasses
+        DynamicCompass(TCM2.scaled(1.1))
+    ratios = np.array([np.array(random_compass(np.random.default_rng(k))[:4]) / TCM2[:4] for k in range(200)])
+    assert 0.99 <= ratios.min() < 0.991 and 1.009 < ratios.max() <= 1.01
+
+
+def test_springers_compass_settles_on_its_gain_and_deviates_and_wraps_in_a_scenario_too():
+    """Across ±180°; the compass's slow pole delays the reading of a turning vessel by the model's lag."""
+    stream = DynamicCompass(TRUE_TCM2).start(0.5, 3)
+    assert np.mean([stream.second(0.5) for _ in range(400)]) == pytest.approx(0.5 * TRUE_TCM2.gain, abs=0.02)
+    card = (0.01, 0.05, -0.03, 0.02, 0.0)
+    stream = DynamicCompass(TCM2, card, wrapped=True).start(3.1, 5)
+    readings = np.concatenate([stream.second(3.1) for _ in range(300)])
+    assert np.all(np.abs(readings) <= np.pi)
+    wanted = (3.1 + deviation(3.1, *card)) * TCM2.gain
+    assert np.angle(np.exp(1j * (readings - wanted)).mean()) == pytest.approx(0.0, abs=0.02)
+    text = f'[compass]\nrate = 10.0\ndynamics = {list(TCM2[:4])}\n[vessel]\nkind = "springer"\n'
+    text += "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 50, east = 0 }]\n"
+    stream, rate = parse_scenario(text).compass.build().start(5), 0.02
+    read = [(0.05 * k, stream.step(0.05 * k, 3.0 + rate * 0.05 * k)) for k in range(40_000)]
+    time, reading = np.array([each for each in read if each[1] is not None]).T
+    assert len(time) == 20_000 and np.all(np.abs(reading) <= np.pi)
+    late = np.angle(np.exp(1j * (3.0 + rate * time - reading))[200:].mean())
+    assert late == pytest.approx(rate * TCM2.lag, abs=2e-3)
