@@ -8,7 +8,7 @@ import pytest
 
 import steerway
 from steerway.core import displacement
-from steerway.estimation.testing import QUICK_SPEED, QUICK_SPEED_TIME, RATE, reversal_of
+from steerway.estimation.testing import QUICK_SPEED, QUICK_SPEED_TIME, RATE, SPEED, model_of_profile, reversal_of
 from tests.scenes import angle_error, sailed, straight, thinned, usual_profile
 
 NOISE = 0.3
@@ -31,7 +31,8 @@ def causal(fixes, **numbers):
 def test_behind_the_last_fix_nothing_is_known_beyond_the_filter():
     fixes = straight(2.0, 0.5, 1.8).fixes(NOISE, 0)
     filtered, whole = causal(fixes), smoothed(fixes)
-    for name in ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "latitude", "position_std"):
+    known = ("sog", "cog", "course_rate", "latitude", "longitude")
+    for name in (*known, "sog_std", "cog_std", "course_rate_std", "position_std"):
         np.testing.assert_allclose(getattr(whole, name)[-1], getattr(filtered, name)[-1], rtol=1e-9, err_msg=name)
     assert whole.sog_std[0] < 0.5 * filtered.sog_std[2]
 
@@ -105,6 +106,11 @@ def test_a_structure_backwards(parts, signs):
     again = reversal_of(reversal.model)
     np.testing.assert_allclose(again.model.generator, model.generator, atol=1e-9)
     np.testing.assert_array_equal(again.sign, reversal.sign)
+
+
+def test_a_speed_that_decays_is_as_uncertain_backwards_as_ever():
+    profile = steerway.Profile(speed_noise=0.02, speed_decay=0.05, course_rate_noise=1e-3, position_std=NOISE)
+    assert reversal_of(model_of_profile(profile)).variance[0, SPEED] == pytest.approx(0.5 * 0.02 / 0.05)
 
 
 def test_a_causal_speed_holds_what_fixes_far_apart_do_not_resolve():
