@@ -1,7 +1,6 @@
 """The helm page in a real browser: values change, the autopilot is started and stopped, a login is needed."""
 
 import contextlib
-import http.client
 import math
 import os
 import re
@@ -49,7 +48,7 @@ def sea(tmp_path_factory):
 
 @contextlib.contextmanager
 def sailing(sea, port, *more):
-    """A running `steerway live` with an open helm page."""
+    """A running `steerway live` with a helm page."""
     surroundings = {name: value for name, value in os.environ.items() if name != "STEERWAY_HELM_TOKEN"}
     command = (
         *(*STEERWAY, "live", "--from", f"file:{sea / 'log.nmea'}?speed=5", "--to", f"file:{sea / 'run.csv'}"),
@@ -57,14 +56,7 @@ def sailing(sea, port, *more):
     )
     with open(sea / "said.txt", "wb") as out:
         with running(*command, ends=signal.SIGINT, stdout=out, stderr=out, env=surroundings, cwd=sea) as process:
-            until(lambda: answers(port), 120.0)
             yield process
-
-
-def answers(port):
-    with contextlib.suppress(OSError), contextlib.closing(http.client.HTTPConnection("127.0.0.1", port)) as line:
-        line.request("GET", "/")
-        return bool(line.getresponse().status)
 
 
 def until(condition, seconds=20.0):
@@ -126,8 +118,9 @@ def test_the_helm(page, sea):
     mission = ("--mission", str(sea / "route.toml"))
     motors = ("--to", f"udp://127.0.0.1:{free_port()}?format=propellers")
     with sailing(sea, port, *mission, *motors) as process:
-        page.browser.get(f"http://127.0.0.1:{port}/")
+        until(lambda: page.browser.get(f"http://127.0.0.1:{port}/") is None, 120.0)
         until(lambda: page.text("state") == "ready" and page.text("leg") == "WP1", 60.0)
+        page.browser.get_log("browser")  # until the page was there, connections were refused
         sees_what_is(page)
         works(page)
         fits(page)
