@@ -191,24 +191,14 @@ def test_cookies_are_not_forged():
         assert not sessions.knows(cookie)  # expired
 
 
-class Connection:
-    """Of a client, as the web server gives it."""
-
-    def __init__(self, client):
-        self.client, self.closed = client, False
-
-    def get_extra_info(self, name):
-        return self.client
-
-    def is_closing(self):
-        return self.closed
-
-    def abort(self):
-        self.closed = True
-
-
-def crowd(places, host, count, first=1000):
-    found = [Connection((host, first + k)) for k in range(count)]
+def crowd(places, host, count):
+    """(Connections of clients at this address, whether each was admitted)."""
+    found = []
+    for k in range(count):
+        each = mock.Mock(client=(host, 1000 + k))
+        each.get_extra_info.return_value = each.client
+        each.is_closing.side_effect = lambda each=each: each.abort.called
+        found.append(each)
     return found, [places.admit(each, 0.0) for each in found]
 
 
@@ -220,14 +210,14 @@ def test_idle_connections_are_closed_and_who_has_not_logged_in_gives_way():
     places.end(asking.client, 3.0)
     for now, closed in ((5.1, (False, True, False)), (8.1, (False, True, True))):
         places.close_idle(now)
-        assert (busy.closed, idle.closed, asking.closed) == closed
+        assert tuple(each.abort.called for each in (busy, idle, asking)) == closed
     assert all(all(crowd(places, f"10.0.0.{other}", 4)[1]) for other in range(2, 12)) and len(places) == 20
-    assert all(crowd(places, "10.0.0.13", 30)[1]) and len(places) <= 20 and not busy.closed
+    assert all(crowd(places, "10.0.0.13", 30)[1]) and len(places) <= 20 and not busy.abort.called
     places = live.Places(most=6, from_one=6)
     known, _ = crowd(places, "10.0.0.1", 6)
     for each in known:
         places.begin(each.client, True)
-    assert crowd(places, "10.0.0.2", 1)[1] == [False] and not any(each.closed for each in known)
+    assert crowd(places, "10.0.0.2", 1)[1] == [False] and not any(each.abort.called for each in known)
 
 
 def test_three_hundred_idle_connections_lock_nobody_out():
