@@ -58,22 +58,17 @@ def test_what_cannot_be_is_refused_in_a_sentence():
 
 
 def test_propeller_commands_are_obeyed_until_they_fall_silent():
-    port, actuators = free_port(socket.SOCK_DGRAM), boat_of("otter").vessel.actuators
-    propellers = live.PropellerReceiver(live.addresses.datagrams(f"udp://127.0.0.1:{port}"), actuators)
+    actuators = boat_of("otter").vessel.actuators
+    propellers = live.PropellerReceiver(live.addresses.datagrams("udp://:1"), actuators)
 
     async def listen():
-        async with under_way(propellers.run()):
-            await asyncio.sleep(0.1)
-            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hand:
-                for line in (b"{}", b"garbage", b'{"port": null, "starboard": 1}'):
-                    hand.sendto(line, ("127.0.0.1", port))
-                await asyncio.sleep(0.1)
-                assert not propellers.obeyed and propellers.command() is None
-                hand.sendto(b'{"port": -0.5, "starboard": 0.8}', ("127.0.0.1", port))
-            await asyncio.sleep(0.1)
-            assert propellers.command() == pytest.approx((0.5 * actuators[0].low, 0.8 * actuators[0].high))
-            await asyncio.sleep(1.0)
-            assert propellers.command() is None
+        for line in (b"{}", b"garbage", b'{"port": null, "starboard": 1}'):
+            propellers.receive(line)
+        assert not propellers.obeyed and propellers.command() is None
+        propellers.receive(b'{"port": -0.5, "starboard": 0.8}')
+        assert propellers.command() == pytest.approx((0.5 * actuators[0].low, 0.8 * actuators[0].high))
+        await asyncio.sleep(1.1)
+        assert propellers.command() is None
 
     hastened.run(listen())
     with pytest.raises(InputError, match="expected a vessel of kind otter"):
@@ -94,7 +89,7 @@ class Desk:
             f"mavlink:{here}", live.Context(inputs=[self.companion], supervisor=self.supervisor)
         )
         assert output is link is self.companion, "one link for both directions"
-        self.rows, self.order, self.ticks = [], live.Order(live.State.READY), True
+        self.rows, self.order = [], live.Order(live.State.READY)
 
     @property
     def links(self):
@@ -110,8 +105,7 @@ class Desk:
 
     async def tick(self):
         while True:
-            if self.ticks:
-                self.companion.tick(None, None, self.order)
+            self.companion.tick(None, None, self.order)
             await asyncio.sleep(0.02)
 
     def sail(self, *more):
