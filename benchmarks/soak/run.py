@@ -16,7 +16,7 @@ from benchmarks.soak.receiver import Receiver
 from benchmarks.support.harness import Result
 
 SETTLED = 60.0
-"""Memory may not grow after this time (s), or after half of the run if that is shorter."""
+"""Memory may not grow after this time (s), or after half of the time from the first row on if that ends before."""
 _NUMBER = r"([\d.e+-]+)"
 _SPREAD = rf"{_NUMBER} ms \(99\.9 %: {_NUMBER}, at most {_NUMBER}\)"
 _PULSE = re.compile(
@@ -65,8 +65,9 @@ class Soak(NamedTuple):
     def growth(self) -> float:
         """Growth of memory after start-up (see `SETTLED`), bytes."""
         end = self.memory[-1][0]
-        before = [size for when, size in self.memory if when >= min(SETTLED, end / 2.0)]
-        return float(before[-1] - before[0])
+        settled = min(SETTLED, 0.5 * (self.first_row + end))
+        after = [size for when, size in self.memory if when >= settled]
+        return float(after[-1] - after[0])
 
 
 async def soak(seconds: float) -> Soak:
