@@ -89,6 +89,17 @@ def test_a_turn_wider_than_the_acceptance_is_named_with_the_distance_that_it_the
     assert "turn" not in advise(parse_scenario(CORNER % 5.0))[1]
 
 
+def test_ordered_courses_are_steered_over_ground_in_a_current():
+    orders = "orders = [{ time = 0.0, course_deg = 30.0, speed = 1.0 }, { time = 60.0, course_deg = 90.0 }]\n"
+    current = "environment.current = { speed = 0.4, direction_deg = 200.0 }\n"
+    scenario = parse_scenario(f'duration = 140.0\nestimator.kind = "steering"\n{orders}{current}')
+    run = sail_scenario(scenario, 3).run
+    last = run.time > 90.0
+    assert np.degrees(np.mean(run.true_cog[last])) == pytest.approx(90.0, abs=6.0)
+    assert np.degrees(np.mean(run["true_heading"][last])) < 80.0
+    assert advise(scenario)[0] and "turn" not in advise(scenario)[1]
+
+
 def test_what_is_carried_is_the_natural_frequency_of_the_steady_kalman_filter():
     """All three poles of the Kalman filter of cross-track, course and course rate have this magnitude."""
     speed, density, std, interval = case = (1.3, 7.8e-3, 0.5, 0.2)

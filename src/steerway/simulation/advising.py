@@ -100,6 +100,8 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     speed = min([*filter(None, commanded), known.cruise])
     if scenario.estimator.kind == "steering":
         fits, sentence = _advise_steering(scenario, known, speed)
+        if scenario.orders:
+            return fits, sentence
         flow, stays = scenario.environment.current.velocity, [each.stay for each in scenario.route.points]
         return fits, f"{sentence} {wide_turn(known, assembly.route(scenario, known), flow, stays)}".rstrip()
     profile, interval = assembly.profile(scenario), 1.0 / scenario.gnss.rate

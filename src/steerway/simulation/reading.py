@@ -117,7 +117,7 @@ def _places(scenario: Scenario) -> None:
 def _legs(scenario: Scenario) -> None:
     """Refuse legs shorter than their turns, for a boat that uses the estimated current to turn early."""
     known = assembly.boat(scenario)
-    if scenario.estimator.kind != "steering" or not known.steers:
+    if scenario.estimator.kind != "steering" or not known.steers or scenario.orders:
         return
     flow = scenario.environment.current.velocity
     stays = [each.stay for each in scenario.route.points]
