@@ -12,6 +12,7 @@ from steerway.commands.testing import SCENARIO
 from steerway.core import rms, wrap_array
 from steerway.estimation import Profile, choose_profile
 from steerway.estimation.testing import Track, infer
+from steerway.sensors import low_cost
 from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario, sail_scenario
 from tests.golden import missed, no_worse
 from tests.scenes import Scene, angle_error, sailed, straight, turning
@@ -156,6 +157,22 @@ def test_smoothed_is_not_worse_than_causal(name):
     most = CEILINGS.get(name, (math.inf, math.inf))
     no_worse(smoothed[0] <= most[0] and smoothed[1] <= most[1], smoothed)
     assert smoothed[0] <= causal[0] and smoothed[1] <= causal[1], (causal, smoothed)
+
+
+def with_a_course(speed):
+    """Share of rows with a course after a minute, and the RMS error of those (°), by a low-cost receiver."""
+    scene = turning(speed, 1.0, 300.0, decay=0.2, density=3e-5)
+    home = math.radians(1.0), math.radians(10.0)
+    motion = steerway.estimate(low_cost().fixes(scene.time, scene.north, scene.east, 1, origin=home), causal=True)
+    error = angle_error(motion.cog, scene.cog)[motion.time >= scene.time[0] + 60.0]
+    return np.mean(np.isfinite(error)), math.degrees(np.sqrt(np.nanmean(error**2)))
+
+
+@pytest.mark.filterwarnings("ignore:Mean of empty slice")
+def test_at_rest_there_is_no_course_and_its_error_falls_with_speed():
+    (rest, _), (slow, slow_error), (fast, fast_error) = (with_a_course(each) for each in (0.0, 0.7, 3.0))
+    assert rest < 0.05 and slow > 0.9 and fast == 1.0
+    assert fast_error < 4.0 and fast_error < slow_error < 20.0
 
 
 def expected(profile, *names):
