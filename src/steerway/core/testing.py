@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from steerway.core.locks import only_writer
     from steerway.core.magnetic import model_of, variation
     from steerway.core.records import LOST, MOTION_COLUMNS, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
-    from steerway.core.settings import NotNegative, Table, description_of, union_by_kind, unit_of
+    from steerway.core.settings import Table, description_of, unit_of
     from steerway.core.timestamps import iso, unix_times
     from steerway.core.wheel_over import off_path, turn_path, wheel_over
     from steerway.core.workers import in_workers

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
     from steerway.live.autopilot.limits import LimitGuard, TurnLimit
     from steerway.live.autopilot.measured import MeasuredHeading, MeasuredSpeed, measured_speed
-    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable, OnStop
-    from steerway.live.autopilot.mission_items import MissionItem, items_of, mission_of
+    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionTable, OnStop
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, boat_of, pilot_of
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.build_service import launch as launch_launch

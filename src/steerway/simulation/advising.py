@@ -102,7 +102,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
         fits, sentence = _advise_steering(scenario, known, speed)
         if scenario.orders:
             return fits, sentence
-        flow, stays = scenario.environment.current.velocity, [each.stay for each in scenario.route.points]
+        flow, stays = scenario.environment.current.velocity, assembly.stays(scenario)
         return fits, f"{sentence} {wide_turn(known, assembly.route(scenario, known), flow, stays)}".rstrip()
     profile, interval = assembly.profile(scenario), 1.0 / scenario.gnss.rate
     current, directions = scenario.environment.current.speed, _directions(scenario)

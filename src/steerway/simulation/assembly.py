@@ -210,12 +210,15 @@ def route(scenario: Scenario, known: Boat) -> Route:
     return route_of(scenario.route, places(scenario), scenario.route.points, known)
 
 
+def stays(scenario: Scenario) -> list[float]:
+    """Duration at each waypoint, s."""
+    return [each.stay for each in scenario.route.points]
+
+
 def voyage(scenario: Scenario, known: Boat) -> Voyage:
     """The route with its stays, as a mission."""
     table = scenario.route
-    return Voyage(
-        route(scenario, known), [each.stay for each in table.points], Passing(rule=table.passing), at_end=table.at_end
-    )
+    return Voyage(route(scenario, known), stays(scenario), Passing(rule=table.passing), at_end=table.at_end)
 
 
 def orders(scenario: Scenario) -> tuple[Order, ...]:

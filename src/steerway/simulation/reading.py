@@ -120,8 +120,7 @@ def _legs(scenario: Scenario) -> None:
     if scenario.estimator.kind != "steering" or not known.steers or scenario.orders:
         return
     flow = scenario.environment.current.velocity
-    stays = [each.stay for each in scenario.route.points]
-    if trouble := short_leg(known, assembly.route(scenario, known), flow, stays):
+    if trouble := short_leg(known, assembly.route(scenario, known), flow, assembly.stays(scenario)):
         raise InputError(trouble)
 
 

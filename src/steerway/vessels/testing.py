@@ -20,6 +20,5 @@ if TYPE_CHECKING:
     from steerway.vessels.otter_hull import mass_matrix
     from steerway.vessels.propeller import thrust as propeller_thrust
     from steerway.vessels.propeller import thrust_coefficient
-    from steerway.vessels.vessel import VesselTable
 
 __getattr__, __dir__ = on_demand(__name__)
